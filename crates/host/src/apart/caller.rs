@@ -1,4 +1,4 @@
-//! The host's side of a child: calls its functions, and answers what the plugin asks meanwhile out of the [`Call`].
+//! The host's side of a child: calls its functions, and answers the plugin's requests through the [`Call`].
 
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
@@ -16,21 +16,22 @@ use crate::build::Way;
 use crate::engine::Engine;
 use crate::instance::{Call, Question, Remembered, Verdict};
 
-/// Values up to this size cross with the message that asks for them; larger ones are mapped. A page: beyond that copying costs more
-/// than the message does.
+/// Values up to this size are sent with the message that requests them; larger ones are mapped. One page:
+/// beyond it, copying costs more than the message.
 pub(crate) const MOST_SENT: usize = 4096;
 
-/// How long a call may take in lockstep, where nobody watches: no virtual time passes, and a child can be ended.
+/// How long a call may take in lockstep, where no supervisor runs: no virtual time passes, and a child can be
+/// killed.
 const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(10);
 
-/// An instance that was made in a child.
+/// An instance that was created in a child.
 pub(crate) struct Apart {
     process: Arc<Process>,
     wire: Wire,
 }
 
 impl Apart {
-    /// Starts a child and makes the instance there; the reason for a failure is left in the call.
+    /// Starts a child and creates the instance there. The reason for a failure is left in the call.
     pub(crate) fn create(call: &mut Call<'_>, room: &Room) -> Option<Self> {
         let made = Self::start(call, room).and_then(|mut apart| {
             match apart.converse(call, Frame::new(Kind::Create)) {
@@ -48,7 +49,7 @@ impl Apart {
         match made {
             Ok(apart) => Some(apart),
             Err(cause) => {
-                // What the plugin said itself comes first.
+                // A reason from the plugin itself takes precedence.
                 if call.failure.is_none() {
                     call.failure = cause;
                 }
@@ -87,7 +88,7 @@ impl Apart {
     }
 
     pub(crate) fn sleep(&mut self, call: &mut Call<'_>) {
-        // Who is dead sleeps; and why is told already.
+        // A dead process needs no sleep, and its death is reported already.
         if !self.is_dead() {
             self.ask(call, Frame::new(Kind::Sleep));
         }
@@ -143,7 +144,7 @@ impl Apart {
         meter.enter(engine.clock.now());
         self.process.part();
         if self.process.enter().is_ok() && self.wire.send(&Frame::new(Kind::Destroy)).is_ok() {
-            // Its last words; a child that has none is ended all the same.
+            // The answer to the end. A child that sends none is ended as well.
             drop(self.wire.receive());
         }
         self.end(engine, number);
@@ -155,7 +156,7 @@ impl Apart {
         self.process.is_dead()
     }
 
-    /// Whether the rules are to be told that a call failed. Of a death once only, to whoever asks first.
+    /// Whether the rules must be informed of a failed call. A death returns true only once.
     pub(crate) fn is_to_tell(&self) -> bool {
         !self.is_dead() || self.process.is_to_be_told()
     }
@@ -168,7 +169,7 @@ impl Apart {
         let (ports, files) = ports(call).map_err(|error| failed("its memory cannot be shared", &error))?;
         let weak = Arc::downgrade(engine);
         let died = move |process: &Arc<Process>, why| {
-            // Of one that waits asleep for the end of a trial nobody need know before it is called.
+            // The death of a process that waits asleep for the end of a trial matters only when it is called.
             if let Some(engine) = weak.upgrade()
                 && engine.processes.is_present(number, process)
                 && process.is_to_be_told()
@@ -178,7 +179,7 @@ impl Apart {
         };
         let (process, stream) = Process::start(&room.program, name, room.limits, died)
             .map_err(|error| failed("its process cannot be started", &error))?;
-        // From here on a death is told by whoever waits for an answer.
+        // From here on the thread that waits for an answer reports a death.
         let entered = process.enter();
         engine.processes.called(number, &process);
         let sent = send_files(&stream, &files);
@@ -232,7 +233,7 @@ impl Apart {
         engine.processes.gone(number, &self.process);
     }
 
-    /// One call; a death is answered like a failure, and what follows is the caller's.
+    /// One call. A death is returned as a failure; the caller handles it.
     fn ask(&mut self, call: &mut Call<'_>, frame: Frame) -> Frame {
         match self.converse(call, frame) {
             Ok(done) => done,
@@ -246,7 +247,7 @@ impl Apart {
         }
     }
 
-    /// Sends a call and answers what is asked until it is done.
+    /// Sends a call and answers its requests until it is done.
     ///
     /// # Errors
     /// Why the child is dead.
@@ -290,7 +291,7 @@ impl Apart {
     }
 }
 
-/// The host's answer to what is asked during a call; nothing if that cannot be asked.
+/// The host's answer to a request during a call; `None` if that kind is no request.
 fn answer(call: &mut Call<'_>, asked: &Frame) -> Option<Frame> {
     let mut answer = Frame::new(Kind::Answer);
     let number = asked.number;
@@ -378,7 +379,7 @@ fn answer(call: &mut Call<'_>, asked: &Frame) -> Option<Frame> {
     Some(answer)
 }
 
-/// What a child is to know of its ports, and the files of their memory.
+/// What a child needs to know of its ports, and the files of their memory.
 fn ports(call: &Call<'_>) -> std::io::Result<(Vec<PortAbout>, Vec<OwnedFd>)> {
     let mut files = Vec::new();
     let mut ports = Vec::new();
@@ -421,7 +422,7 @@ pub(super) fn machine_time() -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Why a child is ended whose stream broke, if its own death is not why it did.
+/// Why a child is killed after its stream broke, unless its own death was the cause.
 fn cut(error: std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => {

@@ -1,5 +1,5 @@
-//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, at the child's table. What the plugin asks
-//! meanwhile is asked of the host, which answers with modulations and refuses all else.
+//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, at the child's table.
+//! Requests of the plugin go to the host, which returns modulations and refuses everything else.
 
 #![allow(unsafe_code)]
 
@@ -17,11 +17,11 @@ use crate::app::Isolation;
 use crate::instance::Here;
 use crate::plugin::Functions;
 
-/// A status of the ABI, and what was found.
+/// A status of the ABI, and the problems found.
 pub(crate) type Inspected = (i32, Result<Vec<Problem>, String>);
 
-/// Takes from this process the right to write files and to use the network, for good. A system that cannot take it leaves it: an
-/// inspection changes nothing by its contract.
+/// Removes this process's rights to write files and to use the network, for good. If the system does not
+/// support that, the rights stay: an inspection changes nothing by its contract.
 pub(crate) fn only_look() {
     drop(limits::apply(Isolation {
         memory: None,
@@ -31,7 +31,7 @@ pub(crate) fn only_look() {
     }));
 }
 
-/// Has a type of schema with so many ports inspect what its modulations name; gives the wire back.
+/// Inspects what the modulations of a type of schema with `ports` ports name. Returns the wire again.
 pub(crate) fn inspected(wire: Wire, table: Functions, ports: usize, name: &str) -> (Wire, Inspected) {
     let about = vec![PortAbout::default(); ports];
     let mut session = Session {

@@ -1,4 +1,5 @@
-//! What a child is told first: what to load, what its ports are, what it may use; and the files of the memory that it may map.
+//! The first message to a child: what to load, its ports and its limits; and the files of the memory that it
+//! may map.
 
 use std::io::{self, IoSlice, IoSliceMut};
 use std::os::fd::{AsFd, OwnedFd};
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Code;
 use crate::app::Isolation;
 
-/// What a child is told first.
+/// The first message to a child.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Launch {
     pub(super) code: Code,
@@ -21,7 +22,7 @@ pub(super) struct Launch {
     pub(super) name: String,
     pub(super) application: u64,
     pub(super) seed: u64,
-    /// Whether a second of the application is one of everybody.
+    /// Whether a second of the application is a second of everyday time.
     pub(super) real_time: bool,
     pub(super) ports: Vec<PortAbout>,
     pub(super) limits: Isolation,
@@ -32,18 +33,18 @@ pub(super) struct Launch {
 pub(super) struct PortAbout {
     /// It is bound to a variable that it writes.
     pub(super) writes: bool,
-    /// Bytes of a value; 0 for one that is bound to nothing.
+    /// Bytes of a value; 0 for an unbound port.
     pub(super) bytes: usize,
-    /// Where values are in the next of the files that were sent, if they are.
+    /// Offset and length of the values in the next of the files, if they are in shared memory.
     pub(super) memory: Option<(usize, usize)>,
 }
 
-/// Follows a file, and says that there is one.
+/// This byte accompanies a file.
 const ONE: u8 = 1;
-/// There are no more.
+/// This byte ends the files.
 const LAST: u8 = 0;
 
-/// Sends files, each of them open in the receiver afterwards.
+/// Sends files. Each is open in the receiver afterwards.
 pub(super) fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<()> {
     for file in files {
         let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
@@ -62,7 +63,7 @@ pub(super) fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<(
     Ok(())
 }
 
-/// Receives them. To be called before anything else is read from the stream.
+/// Receives the files. Must be called before anything else is read from the stream.
 pub(super) fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
     let mut files = Vec::new();
     loop {

@@ -1,5 +1,5 @@
-//! What a child may use, as far as the system lets it be limited. The child limits itself, after its plugin is loaded and before any of
-//! the plugin's functions runs; nothing of it can be taken back later.
+//! Limits on what a child may use, as far as the system supports them. The child limits itself, after its
+//! plugin is loaded and before any of the plugin's functions runs. No limit can be removed later.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +15,10 @@ use seccompiler::{
 
 use crate::app::Isolation;
 
-/// Sockets of this family reach nobody beyond the machine.
+/// Sockets of this family cannot connect to other machines.
 const AF_UNIX: u64 = libc::AF_UNIX as u64;
 
-/// Limits this process; answers with what could not be limited, and why.
+/// Limits this process. Returns each limit that could not be set, and the reason.
 pub(super) fn apply(limits: Isolation) -> Vec<String> {
     let mut failed = Vec::new();
     let mut note = |what: &str, result: Result<(), String>| {
@@ -32,7 +32,7 @@ pub(super) fn apply(limits: Isolation) -> Vec<String> {
     if let Some(seconds) = limits.cpu {
         note("processor time", cpu(seconds));
     }
-    // Before the network: making the rules opens files, and needs no sockets.
+    // Before the network: creating these rules opens files and needs no sockets.
     if limits.read_only {
         note("writing of files", read_only());
     }
@@ -42,15 +42,15 @@ pub(super) fn apply(limits: Isolation) -> Vec<String> {
     failed
 }
 
-/// Gives a call its processor time.
+/// Renews the processor time for a call.
 pub(super) fn renew(limits: Isolation) {
     if let Some(seconds) = limits.cpu {
-        // What could be limited once can be again; and if not, `apply` has said so.
+        // Setting the limit again fails only if `apply` failed and reported it.
         drop(cpu(seconds));
     }
 }
 
-/// Heap, stacks and whatever else the process has for itself; not what it shares, nor files it maps.
+/// Limits the heap, stacks and other private memory; not shared memory, nor mapped files.
 fn memory(bytes: u64) -> Result<(), String> {
     let limit = Rlimit {
         current: Some(bytes),
@@ -59,7 +59,8 @@ fn memory(bytes: u64) -> Result<(), String> {
     setrlimit(Resource::Data, limit).map_err(|error| error.to_string())
 }
 
-/// The kernel counts in whole seconds since the process began, so these are counted from what it has used until now.
+/// The kernel counts whole seconds since the process began, so the limit is counted from the time used until
+/// now.
 fn cpu(seconds: u64) -> Result<(), String> {
     let used = clock_gettime(ClockId::ProcessCPUTime);
     let used = used.tv_sec as u64 + u64::from(used.tv_nsec > 0);
@@ -70,9 +71,9 @@ fn cpu(seconds: u64) -> Result<(), String> {
     setrlimit(Resource::Cpu, limit).map_err(|error| error.to_string())
 }
 
-/// No file can be opened to write, made, moved or removed, but for what is thrown away.
+/// No file can be opened for writing, created, moved or removed, except `/dev/null`.
 fn read_only() -> Result<(), String> {
-    // The third version of the kernel's interface knows all ways to change a file.
+    // Version 3 of the kernel's interface covers all ways to change a file.
     let writing = AccessFs::from_write(ABI::V3);
     let restrict = || -> Result<RulesetStatus, RulesetError> {
         let rules = Ruleset::default()
@@ -98,7 +99,8 @@ fn read_only() -> Result<(), String> {
     }
 }
 
-/// No socket can be made but those within the machine, nor what could make one behind the filter's back.
+/// No socket can be created except Unix sockets, and no `io_uring`, which could create one without the
+/// filter.
 fn no_network() -> Result<(), String> {
     let filter = || -> Result<BpfProgram, seccompiler::BackendError> {
         let elsewhere = SeccompCondition::new(0, SeccompCmpArgLen::Dword, SeccompCmpOp::Ne, AF_UNIX)?;

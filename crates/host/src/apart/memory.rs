@@ -1,4 +1,4 @@
-//! What a child has of a port: memory that it shares with the host, or room of its own for what comes and goes with messages.
+//! The memory of a child's port: shared with the host, or its own for values in messages.
 
 use std::ffi::c_void;
 use std::os::fd::{AsFd, OwnedFd};
@@ -15,7 +15,7 @@ pub(super) struct Port {
     mapped: Option<Mapped>,
     /// Aligned for any value.
     room: Vec<u128>,
-    /// The room is loaned.
+    /// Whether `room` is loaned.
     loaned: bool,
     /// What it shows, and since which release.
     shown: Option<(u64, raw::Sample)>,
@@ -44,13 +44,13 @@ impl Port {
         about.iter().map(port).collect()
     }
 
-    /// What it showed since that release, if it did.
+    /// What it has shown since that release, if anything.
     pub(super) fn shown(&self, release: u64) -> Option<raw::Sample> {
         let (_, sample) = self.shown.as_ref().filter(|(since, _)| *since == release)?;
         Some(again(sample))
     }
 
-    /// Shows what the host answered; nothing if that makes no sense.
+    /// Shows the host's answer; `None` if the answer is invalid.
     pub(super) fn show(&mut self, release: u64, answer: &Frame) -> Option<raw::Sample> {
         let [time_ns, sequence, _, bytes] = answer.words;
         let data = if answer.flags & IN_PLACE != 0 {
@@ -72,7 +72,7 @@ impl Port {
         Some(sample)
     }
 
-    /// Room for a value that goes with the message that publishes it; nothing if the host has to be asked for room.
+    /// Memory for a value that is sent with its publication; `None` if the host must provide the memory.
     pub(super) fn loan(&mut self) -> Option<*mut u8> {
         if !self.about.writes || self.mapped.is_some() {
             return None;
@@ -82,7 +82,7 @@ impl Port {
         Some(self.room(bytes).as_mut_ptr())
     }
 
-    /// The room that the host loaned, in shared memory or here.
+    /// The memory that the host loaned, shared or in the child.
     pub(super) fn loan_as(&mut self, answer: &Frame) -> Option<*mut u8> {
         if answer.flags & IN_PLACE != 0 {
             return self.at(answer);
@@ -92,7 +92,7 @@ impl Port {
         Some(self.room(bytes).as_mut_ptr())
     }
 
-    /// The value to send to be published; empty if it is in shared memory, or nothing was loaned.
+    /// The value to send with its publication; empty if it is in shared memory, or nothing was loaned.
     pub(super) fn take_loan(&mut self) -> Vec<u8> {
         if !std::mem::take(&mut self.loaned) {
             return Vec::new();
@@ -101,12 +101,12 @@ impl Port {
         self.room(bytes).to_vec()
     }
 
-    /// Forgets what was loaned and not published.
+    /// Discards an unpublished loan.
     pub(super) fn discard(&mut self) {
         self.loaned = false;
     }
 
-    /// The address of a value that the host names.
+    /// The address of a value at the place that the host names.
     fn at(&self, answer: &Frame) -> Option<*mut u8> {
         let place = usize::try_from(answer.words[2]).ok()?;
         self.mapped.as_ref()?.at(place, self.about.bytes)
@@ -121,7 +121,7 @@ impl Port {
     }
 }
 
-/// The same once more: a plugin may change the one that it was given.
+/// A copy, because a plugin may change the sample that it was given.
 fn again(sample: &raw::Sample) -> raw::Sample {
     let raw::Sample {
         data,

@@ -1,19 +1,22 @@
-//! Schemas in a process of their own: the same plugin and the same ABI, beyond a boundary that nothing of it can break through.
+//! Schemas in processes of their own: the same plugin and the same ABI, behind a boundary that the plugin
+//! cannot break.
 //!
-//! The host keeps everything that is shared: it reads, loans and publishes in the name of the schema, on the schema's own thread,
-//! as if the plugin ran there. So authority, latching, records and triggers are what they are for everybody, and when the process
-//! dies, at whatever instruction, nothing of the host's is in its hands. What crosses is one message for each thing the plugin asks;
-//! large values do not: their memory is mapped in both, to read only where it is read (`jde_board::Shared`).
+//! The host keeps everything that is shared. It reads, loans and publishes for the schema, on the schema's
+//! own thread, as if the plugin ran there. So authority, latching, records and triggers work as for any
+//! schema, and when the process dies, at whatever instruction, it holds nothing of the host. Each request of
+//! the plugin is one message. Large values are not sent: their memory is mapped in both processes, read-only
+//! where it is only read (`jde_board::Shared`).
 //!
 //! ```text
 //! host, schema's thread            child
 //!   Apart ── call ───────────────► serve ── plugin's function
 //!   Call  ◄── read, publish, … ───  table ◄─ host's table
 //!   Apart ◄── done ───────────────
-//!   Process: a thread that starts the child, waits for its end and tells the rules of it
+//!   Process: a thread that starts the child, waits for its end and reports it to the rules
 //! ```
-//! A schema has one child, or two while a build of it is on trial: the other waits asleep for the end of that.
-//! What a child may use is limited in `limits`; nothing here decides what follows a death: that is the restart policy's.
+//! A schema has one child process, or two while a build of it is on trial: the other waits asleep for the end
+//! of the trial. `limits` restricts what a child may use. Nothing here decides what follows a death: the
+//! restart policy does.
 
 mod caller;
 mod inspect;
@@ -43,17 +46,17 @@ use crate::app::Isolation;
 pub struct Program {
     /// Its file.
     pub path: PathBuf,
-    /// What it is called with.
+    /// Its arguments.
     pub arguments: Vec<OsString>,
 }
 
-/// What it takes to run an instance in a process of its own.
+/// The program and the limits that run an instance in a process of its own.
 pub(crate) struct Room {
     pub(crate) program: Program,
     pub(crate) limits: Isolation,
 }
 
-/// Which functions: a plugin as this process has it, and the place of the type in it.
+/// The functions to run: a plugin as this process has it, and the index of the type in it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Code {
     pub(crate) plugin: Plugin,
@@ -69,7 +72,7 @@ pub(crate) enum Plugin {
     LinkedIn(String),
 }
 
-/// Paths as they are: they need not be texts.
+/// Serializes paths as bytes: they need not be valid text.
 pub(crate) mod as_bytes {
     use std::ffi::OsString;
     use std::os::unix::ffi::{OsStrExt, OsStringExt};

@@ -1,7 +1,8 @@
-//! The process of a schema: how it is started, killed and waited for, and what its end was, in words.
+//! The process of a schema: its start, its kill, its end, and the words for that end.
 //!
-//! Each has a thread in the host that starts it and waits for its end. It is that thread whose death would end the child (the kernel
-//! goes by threads), so a child lives as long as that thread at most, and no longer than the host, however that ends.
+//! Each process has a thread in the host that starts it and waits for its end. The kernel kills the child
+//! when that thread ends, because it tracks parents by thread. So a child lives at most as long as that
+//! thread, and as the host, however the host ends.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -18,20 +19,20 @@ use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use super::Program;
 use crate::app::Isolation;
 
-/// How long a child may take to exit by itself once its instance has ended.
+/// How long a child may take to exit by itself after its instance has ended.
 const EXIT: Duration = Duration::from_secs(1);
 
-/// The processes of an application, and what runs them.
+/// The processes of an application, and the program that runs them.
 pub(crate) struct Processes {
     program: Option<Program>,
-    /// By instance; of several, the one that was called last is the last.
+    /// By instance. Of several processes, the one called last is last.
     children: Vec<Mutex<Vec<Arc<Process>>>>,
 }
 
 /// A child.
 pub(crate) struct Process {
     pid: u32,
-    /// Names it for good: a number is given to another when it is gone.
+    /// Identifies the process for good: the system reuses process numbers.
     handle: OwnedFd,
     state: Mutex<State>,
     changed: Condvar,
@@ -40,15 +41,15 @@ pub(crate) struct Process {
 
 #[derive(Default)]
 struct State {
-    /// A call is under way, whose caller will notice a death.
+    /// A call is in progress, whose caller notices a death.
     calling: bool,
-    /// It is to end.
+    /// The process is meant to end.
     ending: bool,
-    /// The rules know of its death, or are about to be told.
+    /// The rules know of its death, or are about to.
     told: bool,
     /// Why the host killed it.
     killed: Option<String>,
-    /// It is gone, and why.
+    /// It is dead, and why.
     dead: Option<String>,
 }
 
@@ -60,12 +61,12 @@ impl Processes {
         }
     }
 
-    /// What runs them, if anything does.
+    /// The program that runs the processes, if there is one.
     pub(crate) fn program(&self) -> Option<&Program> {
         self.program.as_ref()
     }
 
-    /// That of an instance is about to be called.
+    /// Notes that this process of an instance is about to be called.
     pub(super) fn called(&self, instance: usize, process: &Arc<Process>) {
         let mut children = lock(&self.children[instance]);
         children.retain(|other| !Arc::ptr_eq(other, process));
@@ -76,13 +77,14 @@ impl Processes {
         lock(&self.children[instance]).retain(|other| !Arc::ptr_eq(other, process));
     }
 
-    /// Whether no other of the instance was called since.
+    /// Whether no other process of the instance was called since.
     pub(super) fn is_present(&self, instance: usize, process: &Arc<Process>) -> bool {
         self.present(instance)
             .is_some_and(|present| Arc::ptr_eq(&present, process))
     }
 
-    /// Kills that of an instance, if it has one; with `told` whoever does so tells the rules.
+    /// Kills the process of an instance, if it has one. With `told`, the caller reports the death to the
+    /// rules.
     pub(crate) fn kill(&self, instance: usize, why: &str, told: bool) {
         if let Some(process) = self.present(instance) {
             process.state().told |= told;
@@ -90,18 +92,18 @@ impl Processes {
         }
     }
 
-    /// Whether the rules are to be told of the death of that of an instance; at most once, to whoever asks first.
+    /// Whether the death of an instance's process must be reported to the rules. Returns true at most once.
     pub(crate) fn is_to_be_told(&self, instance: usize) -> bool {
         self.present(instance)
             .is_some_and(|process| process.is_to_be_told())
     }
 
-    /// Whether an instance has one, so that no call of it holds up a thread for ever.
+    /// Whether an instance has a process. If so, no call of it blocks a thread for ever.
     pub(crate) fn has(&self, instance: usize) -> bool {
         self.present(instance).is_some()
     }
 
-    /// The number of that of an instance, if it has one.
+    /// The process number of an instance, if it has a process.
     pub(crate) fn number(&self, instance: usize) -> Option<u32> {
         self.present(instance).map(|process| process.pid)
     }
@@ -112,7 +114,7 @@ impl Processes {
 }
 
 impl Drop for Processes {
-    /// Whoever is still inside a call is left behind; its process is not.
+    /// Threads that are still inside a call are left behind; their processes are killed.
     fn drop(&mut self) {
         for process in self.children.iter().flat_map(|children| lock(children).clone()) {
             process.state().told = true;
@@ -122,7 +124,8 @@ impl Drop for Processes {
 }
 
 impl Process {
-    /// Starts a child; `died` is called, on a thread of its own, if it dies while nobody calls it and nobody meant it to.
+    /// Starts a child. `died` is called, on the thread that waits for the child, if it dies outside of a call
+    /// and its death was not intended.
     pub(super) fn start(
         program: &Program,
         name: &str,
@@ -133,14 +136,15 @@ impl Process {
         let mut command = Command::new(&program.path);
         command
             .args(&program.arguments)
-            // What the terminal sends to the host is for the host to answer: the child ends when its host says so.
+            // Signals of the terminal are for the host to handle: the child ends when its host ends it.
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)));
         let (send, started) = sync_channel(1);
         let thread = Builder::new().name(format!("of {name}"));
         let waiter = thread.spawn(move || {
             let started = command.spawn().and_then(Self::of);
-            // The command holds the child's end of the stream, whose closing is how the child's end is seen.
+            // The command holds the child's end of the stream. The host sees the child's end only if this
+            // copy is closed.
             drop(command);
             match started {
                 Err(error) => drop(send.send(Err(error))),
@@ -170,7 +174,7 @@ impl Process {
         let process = Self {
             pid: child.id(),
             handle,
-            // Whoever starts it waits for its first word.
+            // The starter waits for its first message.
             state: Mutex::new(State {
                 calling: true,
                 ..State::default()
@@ -193,29 +197,29 @@ impl Process {
         }
     }
 
-    /// A call begins, whose caller tells of a death.
+    /// Starts a call. Its caller reports a death.
     ///
     /// # Errors
-    /// Why it is dead, if it is.
+    /// Why the process is dead, if it is.
     pub(super) fn enter(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = true;
         state.dead.clone().map_or(Ok(()), Err)
     }
 
-    /// The call ended well.
+    /// Ends a call that succeeded.
     ///
     /// # Errors
-    /// Why it died after its last word, if it did.
+    /// Why the process died after its last message, if it did.
     pub(super) fn leave(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = false;
         state.dead.clone().map_or(Ok(()), Err)
     }
 
-    /// The call broke off: makes sure that the child is dead, and answers why.
+    /// Handles a broken call: ensures that the child is dead, and returns why.
     pub(super) fn broke(&self, why: &str) -> String {
-        // The end of a dying process may be seen before its death is.
+        // The stream of a dying process may close before its death is visible.
         if !self.is_dead_within(EXIT / 10) {
             self.kill(why);
         }
@@ -228,23 +232,23 @@ impl Process {
         state.dead.clone().unwrap_or_default()
     }
 
-    /// Whether it is dead, or about to be.
+    /// Whether the process is dead, or about to be.
     pub(super) fn is_dead(&self) -> bool {
         let state = self.state();
         state.dead.is_some() || state.killed.is_some()
     }
 
-    /// Whether the rules are to be told; at most once, to whoever asks first.
+    /// Whether the death must be reported to the rules. Returns true at most once.
     pub(super) fn is_to_be_told(&self) -> bool {
         !std::mem::replace(&mut self.state().told, true)
     }
 
-    /// From now on its end is meant.
+    /// From now on the end of the process is intended.
     pub(super) fn part(&self) {
         self.state().ending = true;
     }
 
-    /// Waits for its end, which is meant, and ends it if it does not come.
+    /// Waits for the intended end of the process, and kills it if it does not exit in time.
     pub(super) fn bury(&self) {
         self.part();
         if !self.is_dead_within(EXIT) {
@@ -252,7 +256,7 @@ impl Process {
         }
         let waiter = lock(&self.waiter).take();
         if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
-            // It panics nowhere; and if it did, there would be nothing left to do.
+            // The thread does not panic; if it did, nothing would be left to do.
             drop(waiter.join());
         }
     }
@@ -271,7 +275,7 @@ impl Process {
         let mut state = self.state();
         if state.dead.is_none() {
             state.killed.get_or_insert_with(|| why.to_owned());
-            // Fails only for one that is gone already.
+            // Fails only if the process is dead already.
             let _ = pidfd_send_signal(&self.handle, Signal::KILL);
         }
     }
@@ -281,12 +285,12 @@ impl Process {
     }
 }
 
-/// What became of a process without limits.
+/// The end of a process without limits, in words.
 pub(crate) fn end_in_words(end: ExitStatus) -> String {
     words(end, Isolation::default())
 }
 
-/// What became of a process.
+/// The end of a process, in words.
 fn words(end: ExitStatus, limits: Isolation) -> String {
     let Some(signal) = end.signal() else {
         return match end.code() {
@@ -315,7 +319,7 @@ fn words(end: ExitStatus, limits: Isolation) -> String {
     if !what.is_empty() {
         words += &format!(" ({what})");
     }
-    // Who gets no memory aborts, or does not look.
+    // Code that gets no memory aborts, or uses an invalid address.
     if let (6 | 7 | 11, Some(most)) = (signal, limits.memory) {
         words += &format!("; it may use {:.1} MB of memory", most as f64 / 1e6);
     }

@@ -1,4 +1,5 @@
-//! The child: loads what it is told to, limits itself, and runs the functions it is called for, until its host lets go of it.
+//! The child: loads its plugin, limits itself, and runs the functions that its host calls, until the host
+//! ends the connection.
 
 #![allow(unsafe_code)]
 
@@ -24,7 +25,7 @@ use crate::plugin::{Functions, Loaded, Plugins};
 /// Why a schema is not run.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// Nobody is at the other end.
+    /// There is no host at the other end.
     #[error(
         "this is how a host runs a schema in a process of its own, and there is no host at standard input ({0}): \
          write isolate = \"process\" in the schema's table and run the application"
@@ -32,8 +33,9 @@ pub enum ServeError {
     NoHost(#[source] io::Error),
 }
 
-/// Runs one schema in this process for the host at standard input, and returns when that lets go of it. `plugins` has those that
-/// are linked into this program. To be called first of all in a program of its own, which does nothing else.
+/// Runs one schema in this process for the host at standard input, and returns when the host ends the
+/// connection. `plugins` holds the plugins linked into this program. Must be called first in a program of its
+/// own, which does nothing else.
 ///
 /// # Errors
 /// [`ServeError`].
@@ -45,7 +47,7 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
         return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
     };
     let name = CString::new(launch.name.replace('\0', "")).unwrap_or_default();
-    // What `ps` and `top` show; a name is no reason not to run.
+    // The name that `ps` and `top` show. Failing to set it is harmless.
     let _ = rustix::thread::set_name(&name);
     crate::exec::supervisor::sharpen_timers();
     let mut session = Session {
@@ -85,7 +87,7 @@ fn meet() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     let files = receive_files(&stream)?;
-    // What the plugin may read from standard input is nothing, and not what the host has to say.
+    // Standard input must show the plugin nothing, and not the messages of the host.
     let nothing = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
     rustix::stdio::dup2_stdin(nothing.as_fd())?;
     Ok((stream, files))
@@ -102,7 +104,7 @@ fn load(plugins: &Plugins, code: &Code) -> Result<Functions, String> {
     Ok(loaded.schema(code.number))
 }
 
-/// Runs what it is called for, until there is nobody who calls.
+/// Runs the functions that the host calls, until the stream ends.
 fn run(session: &mut Session, table: Functions, launch: &Launch) {
     let mut instance: Option<Here> = None;
     while let Ok(frame) = session.wire.receive() {
@@ -116,7 +118,7 @@ fn run(session: &mut Session, table: Functions, launch: &Launch) {
             }
             (Kind::Destroy, _) => {
                 drop(instance.take());
-                // Nobody waits for more than this.
+                // The host waits for nothing after this answer.
                 drop(session.done(status(raw::OK)));
                 return;
             }

@@ -1,6 +1,7 @@
-//! The table of the host in a child: what the plugin asks is asked of the host, but for what the call brought along.
+//! The host's table in a child: requests of the plugin go to the host, except those that the call itself can
+//! answer.
 //!
-//! A panic in here is the host's own fault; it aborts the child, and the host tells of that.
+//! A panic in here is the host's own fault. It aborts the child, and the host reports that.
 
 #![allow(unsafe_code)]
 
@@ -15,7 +16,7 @@ use super::memory::Port;
 use super::wire::{CHANGES_NOTHING, Frame, Kind, Wire};
 use crate::instance::{Given, text_of};
 
-/// What a child has: what a [`Context`] really is there.
+/// The state of a child: what a [`Context`] really is there.
 pub(super) struct Session {
     pub(super) wire: Wire,
     pub(super) name: CString,
@@ -26,18 +27,18 @@ pub(super) struct Session {
     pub(super) call: Present,
 }
 
-/// What the present call brought along.
+/// What the present call provides.
 #[derive(Default)]
 pub(super) struct Present {
-    /// The application's time when it was sent, and the machine's.
+    /// The application's time when the call was sent, and the machine's.
     now: u64,
     machine: u64,
     /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
     speed: f64,
-    /// Which release of the ports it is in.
+    /// The release of the ports in which the call runs.
     release: u64,
     changes_nothing: bool,
-    /// What the plugin was told when it first asked for the time.
+    /// The result of the plugin's first query of the time.
     told: Option<u64>,
 }
 
@@ -66,7 +67,7 @@ pub(super) static HOST: Host = Host {
 };
 
 impl Present {
-    /// A call begins.
+    /// The state at the start of a call.
     pub(super) fn of(frame: &Frame) -> Self {
         let [now, machine, speed, release] = frame.words;
         Self {
@@ -87,7 +88,7 @@ impl Present {
 }
 
 impl Session {
-    /// The call is over.
+    /// Ends the call.
     pub(super) fn done(&mut self, done: Frame) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(Port::discard);
         let mut words = done.words;
@@ -95,13 +96,13 @@ impl Session {
         self.wire.send(&Frame { words, ..done })
     }
 
-    /// The context for the functions of an instance that was made with [`HOST`].
+    /// The context for the functions of an instance that was created with [`HOST`].
     pub(super) fn context(&mut self) -> Given<'_> {
-        // SAFETY: a session is what they take it for.
+        // SAFETY: the functions of `HOST` expect a session behind their context.
         unsafe { Given::new(self) }
     }
 
-    /// Tells the host.
+    /// Sends a message that needs no answer.
     pub(super) fn tell(&mut self, kind: Kind, number: u32, text: &str) {
         let frame = Frame {
             number,
@@ -113,7 +114,7 @@ impl Session {
         }
     }
 
-    /// Asks the host.
+    /// Sends a request, and returns the host's answer.
     fn ask(&mut self, frame: Frame) -> Frame {
         let answer = self.wire.send(&frame).and_then(|()| self.wire.receive());
         match answer {
@@ -145,7 +146,7 @@ impl Session {
 
     fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
         let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
-        // In a call that may change nothing the host refuses, and remembers what was tried.
+        // In a call that may change nothing, the host refuses the loan and records the attempt.
         if !self.call.changes_nothing
             && let Some(room) = port.loan()
         {
@@ -174,8 +175,8 @@ impl Session {
     }
 }
 
-/// The host is gone, in the middle of a call, and so is all sense in going on. At once: what runs at a process's usual end is
-/// the plugin's, which is in the middle of something.
+/// Ends the process because the host is gone in the middle of a call. It kills itself, because the exit
+/// handlers are the plugin's, which is inside a call.
 fn end() -> ! {
     use rustix::process::{Signal, getpid, kill_process};
     let _ = kill_process(getpid(), Signal::KILL);

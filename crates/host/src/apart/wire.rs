@@ -1,6 +1,7 @@
-//! What crosses between the host and a child: frames of a fixed head and some bytes, over a stream of sockets.
+//! The messages between the host and a child: frames of a fixed head and some bytes, over a Unix socket.
 //!
-//! Both ends are the same build, so numbers are the machine's own. The host believes no frame: what it does not expect ends the child.
+//! Both ends are the same build, so numbers are in the machine's byte order. The host trusts no frame: an
+//! unexpected one ends the child.
 
 use std::io::{self, BufReader, Read, Write};
 use std::net::Shutdown;
@@ -9,13 +10,13 @@ use std::time::Duration;
 
 /// Bytes of a head.
 const HEAD: usize = 56;
-/// Most bytes after a head: more than any value or panel has, and less than would hurt.
+/// Most bytes after a head: more than any value or panel has, and harmless to allocate.
 const MOST: u64 = 256 << 20;
 
-/// What a frame is.
+/// The kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    // From the host: calls. All are answered by `Done`.
+    // From the host: calls. The child answers each with `Done`.
     Start,
     Create,
     Awake,
@@ -28,9 +29,9 @@ pub(crate) enum Kind {
     Save,
     Restore,
     Destroy,
-    /// The host's answer to what was asked.
+    /// The host's answer to a request.
     Answer,
-    // From the child: what is asked during a call.
+    // From the child: requests during a call.
     Read,
     Loan,
     Publish,
@@ -74,14 +75,14 @@ impl Kind {
     ];
 }
 
-/// A value or room lies in mapped memory, at the place in the third word.
+/// A value or loan is in mapped memory, at the offset in the third word.
 pub(super) const IN_PLACE: u32 = 1 << 31;
 /// The precondition is true.
 pub(super) const READY: u32 = 1;
 /// The call may change nothing.
 pub(super) const CHANGES_NOTHING: u32 = 2;
 
-/// One message. What numbers and words mean is said where a kind is made.
+/// One message. The meaning of numbers and words is defined where a kind is built.
 #[derive(Debug)]
 pub(crate) struct Frame {
     pub(crate) kind: Kind,
@@ -92,7 +93,7 @@ pub(crate) struct Frame {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// One end.
+/// One end of the stream.
 #[derive(Debug)]
 pub(crate) struct Wire {
     stream: BufReader<UnixStream>,
@@ -120,14 +121,14 @@ impl Wire {
         }
     }
 
-    /// How long to wait for the other end, to say something or to take what it is told; for ever if nothing is said.
+    /// Sets how long to wait for the other end, for reading and writing; for ever without a value.
     pub(crate) fn set_patience(&self, patience: Option<Duration>) -> io::Result<()> {
         let stream = self.stream.get_ref();
         stream.set_read_timeout(patience)?;
         stream.set_write_timeout(patience)
     }
 
-    /// Lets the other end see that nothing more comes.
+    /// Shuts the stream down, so that the other end sees its end.
     pub(super) fn close(&self) {
         // Fails only if the other end is gone already.
         drop(self.stream.get_ref().shutdown(Shutdown::Both));
@@ -148,7 +149,8 @@ impl Wire {
     /// The next frame.
     ///
     /// # Errors
-    /// Those of the system; `UnexpectedEof` when the other end is gone; `InvalidData` for what is no frame.
+    /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are no
+    /// frame.
     pub(crate) fn receive(&mut self) -> io::Result<Frame> {
         let mut head = [0; HEAD];
         self.stream.read_exact(&mut head)?;

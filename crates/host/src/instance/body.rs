@@ -1,4 +1,5 @@
-//! Where the functions of an instance run: in this process, or in one of their own. The rest of the host does not ask.
+//! Where the functions of an instance run: in this process, or in one of their own. The rest of the host
+//! makes no difference.
 
 #![allow(unsafe_code)]
 
@@ -8,13 +9,13 @@ use super::host_table::HOST;
 use super::{Call, Given, Here, Question, Remembered, Verdict};
 use crate::apart::Apart;
 
-/// The functions of an instance that was made.
+/// The functions of an instance that was created.
 pub(crate) enum Body {
     Here(Here),
     Apart(Box<Apart>),
 }
 
-/// Each answers with a status of the ABI; the reason for one that is no success is in the call.
+/// Each function returns a status of the ABI. The reason for a failure is in the call.
 impl Body {
     pub(super) fn create(call: &mut Call<'_>) -> Option<Self> {
         match call.engine.room(call.number) {
@@ -96,7 +97,7 @@ impl Body {
         }
     }
 
-    /// Whether the rules are to be told that it failed. Of a death once only, to whoever asks first.
+    /// Whether the rules must be informed of a failure. A death returns true only once.
     pub(super) fn is_to_tell(&self) -> bool {
         match self {
             Self::Here(_) => true,
@@ -105,8 +106,8 @@ impl Body {
     }
 }
 
-/// What the functions of [`HOST`] find behind their context.
+/// The context that the functions of [`HOST`] expect.
 fn context<'c>(call: &'c mut Call<'_>) -> Given<'c> {
-    // SAFETY: a call is what they take it for.
+    // SAFETY: the functions of `HOST` expect a `Call` behind their context.
     unsafe { Given::new(call) }
 }

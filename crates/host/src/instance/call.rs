@@ -1,9 +1,12 @@
-//! One call into an instance, and all that the plugin may ask of the host during it, wherever the plugin runs.
+//! One call into an instance, and all that the plugin may request of the host during it, wherever the plugin
+//! runs.
 //!
-//! Answers in statuses of the ABI. Who may ask, and how the question comes here, is for [`super::host_table`] and [`crate::apart`].
+//! Results are statuses of the ABI. How a request arrives here is for [`super::host_table`] and
+//! [`crate::apart`].
 //!
-//! A call that was given up is refused whatever shows it something or changes anything. Its name, its seed and the time it is
-//! still told: it may wait for the last, and plugins do not expect the others to be missing.
+//! A call that was given up can neither read values nor change anything: these requests are refused. Its
+//! name, its seed and the time remain available: it may wait for a time, and plugins do not expect the others
+//! to be missing.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -19,7 +22,7 @@ use super::{Scratch, state_number};
 use crate::build::{Build, Way};
 use crate::engine::Engine;
 
-/// A call under way: what a [`raw::Context`] really is.
+/// A call in progress: what a [`raw::Context`] really is.
 pub(crate) struct Call<'a> {
     pub(crate) engine: &'a Arc<Engine>,
     pub(crate) number: usize,
@@ -27,9 +30,9 @@ pub(crate) struct Call<'a> {
     pub(crate) build: &'a Build,
     pub(super) desk: &'a Desk,
     pub(super) scratch: &'a mut Scratch,
-    /// The reason that the plugin left.
+    /// The reason that the plugin set.
     pub(crate) failure: Option<String>,
-    /// What it was told when it first asked for the time.
+    /// The result of its first query of the time.
     pub(crate) told: Option<Nanos>,
     pub(super) leave: Leave,
 }
@@ -38,13 +41,13 @@ pub(crate) struct Call<'a> {
 pub(super) enum Leave {
     /// Whatever its authority allows.
     All,
-    /// Its exports: it is put to sleep or woken up without losing its place.
+    /// Its exports: it is put to sleep or woken up while it is replaced.
     Exports,
-    /// Nothing; and the first thing that it tried.
+    /// Nothing; with the first change that it tried.
     Nothing(Option<String>),
 }
 
-/// Ports and roles are numbered as the build has them.
+/// Ports and roles have the numbers of the build.
 impl Call<'_> {
     /// Shows the value of an input, the same until the ports are released.
     pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
@@ -56,10 +59,10 @@ impl Call<'_> {
         shown.unwrap_or(Err(raw::REFUSED))
     }
 
-    /// Shows room for the next value of an output.
+    /// Shows the memory for the next value of an output.
     pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
         if let Some(Way::Bound(port)) = self.build.way(port) {
-            // Who may not command is told so when it publishes, as ever.
+            // A missing authority is reported at the publication, as always.
             if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
                 return Err(raw::REFUSED);
             }
@@ -76,7 +79,7 @@ impl Call<'_> {
         lent.unwrap_or(Err(raw::REFUSED))
     }
 
-    /// Publishes what was loaned, as measured at that time; 0: now.
+    /// Publishes the loan, measured at `time`; 0 means now.
     pub(crate) fn publish(&mut self, port: u32, time: Nanos) -> i32 {
         let port = match self.build.way(port) {
             Some(Way::Bound(port)) => *port,
@@ -98,7 +101,7 @@ impl Call<'_> {
                     self.engine.write_refused(self.number, port, why, *first);
                 }
                 match status(&error) {
-                    // Who was built before it does not know that answer.
+                    // A build for an older ABI does not know that status.
                     raw::OUT_OF_RANGE if self.build.plugin.description.abi.1 < 4 => raw::NOT_FINITE,
                     status => status,
                 }
@@ -180,7 +183,7 @@ impl Call<'_> {
     }
 
     pub(crate) fn log(&mut self, level: u32, text: &str) {
-        // Whoever was given up speaks for nobody.
+        // Messages of a call that was given up are discarded.
         if !self.desk.is_closed() {
             self.engine.log(self.number, level, text);
         }
@@ -198,17 +201,17 @@ impl Call<'_> {
         found.flatten()
     }
 
-    /// Counts the releases of its ports: what was read in one is not looked at in the next.
+    /// The number of releases of its ports. A value read before a release is not shown after it.
     pub(crate) fn releases(&self) -> u64 {
         self.desk.ports(|ports| ports.releases()).unwrap_or_default()
     }
 
-    /// Whether it may change nothing.
+    /// Whether the call may change nothing.
     pub(crate) fn changes_nothing(&self) -> bool {
         matches!(self.leave, Leave::Nothing(_))
     }
 
-    /// Whether this call may not act on others.
+    /// Whether this call may not act on other schemas.
     fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
         match self.leave {
             Leave::All => false,
@@ -226,7 +229,7 @@ impl Call<'_> {
         self.changes_nothing()
     }
 
-    /// Whether it may not write that port of the application.
+    /// Whether this call may not write that port of the application.
     fn refuses_port(&mut self, port: usize) -> bool {
         if let Leave::All = self.leave {
             return false;
@@ -244,7 +247,7 @@ impl Call<'_> {
         ports.get(port).map_or("a port", |port| &port.name)
     }
 
-    /// The role of the application that the build means.
+    /// The role of the application that corresponds to a role of the build.
     fn role(&self, role: u32) -> Result<usize, i32> {
         self.build
             .role(role)
@@ -252,12 +255,13 @@ impl Call<'_> {
             .ok_or(raw::UNBOUND)
     }
 
-    /// What comes of writing what nobody can see.
+    /// The result of writing an export that the application does not have.
     fn unheard(&self) -> i32 {
         self.desk.ports(|_| raw::OK).unwrap_or(raw::REFUSED)
     }
 
-    /// Asks the rules for something about a child; refused if the call was given up. It cannot be until that is done.
+    /// Requests a change of a child from the rules; refused if the call was given up. It cannot be given up
+    /// until this returns.
     fn ask(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
         let asked = self.desk.ports(|_| match self.role(child) {
             Ok(role) => body(role),
@@ -267,7 +271,7 @@ impl Call<'_> {
     }
 }
 
-/// What a port shows. Most need not know the time: to ask for it is a call of the system's clock, where time is real.
+/// What a port shows. Few ports need the time, and a query of it is a system call in real time.
 fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,

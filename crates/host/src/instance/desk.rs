@@ -1,5 +1,5 @@
-//! Where an instance finds its ports, behind the [`Gate`] that every use of a port during a call passes: a call that does not
-//! return may be given up, by another thread than its own, and a successor of the instance gets ports of its own.
+//! The ports of an instance behind the [`Gate`] that every use of a port during a call passes. A call that
+//! does not return may be given up by another thread, and a successor of the instance gets ports of its own.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,14 +9,14 @@ use jde_gate::Gate;
 use super::ports::Ports;
 use super::remains::Remains;
 
-/// The ports of an instance, for as long as its calls are not given up.
+/// The ports of an instance, as long as its calls are not given up.
 pub(crate) struct Desk {
     gate: Gate<Ports, Remains>,
-    /// Calls may have looked at values since the last release.
+    /// Calls may have read values since the last release.
     holds: AtomicBool,
-    /// The call may have loaned what it did not publish.
+    /// The call may have unpublished loans.
     lends: AtomicBool,
-    /// Somebody wants to know what is looked at.
+    /// Whether reads are recorded.
     followed: bool,
 }
 
@@ -30,7 +30,7 @@ impl Desk {
         }
     }
 
-    /// Uses the ports, which nobody else does meanwhile; nothing if the call was given up.
+    /// Uses the ports exclusively. Returns `None` if the call was given up.
     pub(crate) fn ports<R>(&self, body: impl FnOnce(&mut Ports) -> R) -> Option<R> {
         self.gate.with(|ports| {
             let done = body(ports);
@@ -39,7 +39,7 @@ impl Desk {
         })
     }
 
-    /// A call begins. For those who want to know, the last transaction.
+    /// Starts a call. Returns the last transaction, if turns are recorded.
     pub(super) fn enter(&self, now: Nanos) -> Option<u64> {
         if self.gate.enter(now) && self.followed {
             self.ports(Ports::enter).flatten()
@@ -48,7 +48,8 @@ impl Desk {
         }
     }
 
-    /// The call returned, and leaves its ports in order; false if it was given up before. From here on it no longer can be.
+    /// Ends a call and puts its ports in order. From here on it cannot be given up. Returns false if it was
+    /// given up before.
     pub(super) fn leave(&self, tidy: impl FnOnce(&mut Ports)) -> bool {
         let is_tidy = !self.followed && !self.lends.load(Ordering::Acquire);
         if is_tidy && self.gate.leave_at_once() {
@@ -60,19 +61,19 @@ impl Desk {
         })
     }
 
-    /// Lets go of the values that calls have looked at, if there are any.
+    /// Releases the values that calls have read, if there are any.
     pub(super) fn release(&self) {
         if self.holds.load(Ordering::Acquire) {
             self.ports(Ports::release);
         }
     }
 
-    /// The schema awakes: what stays while it is awake is taken anew, too.
+    /// Latches anew the values that stay while the schema is awake. Called at its awakening.
     pub(super) fn renew(&self) {
         self.ports(Ports::renew);
     }
 
-    /// Time of the newest value that calls have looked at since the last release; 0 if they looked at none.
+    /// Time of the newest value that calls have read since the last release; 0 if they read none.
     pub(super) fn newest(&self) -> Nanos {
         if !self.holds.load(Ordering::Acquire) {
             return 0;
@@ -85,9 +86,10 @@ impl Desk {
         self.gate.is_closed()
     }
 
-    /// Gives up the call that runs since then, and answers with ports for a successor. Nothing if it has returned, if a port is
-    /// being used at this instant, or if what it borrowed cannot be left to it yet: try again then. `tell` is told how many bytes
-    /// the call keeps, while it can neither return nor use a port.
+    /// Gives up the call that runs since `since`, and returns ports for a successor. Returns `None` if the
+    /// call has returned, if a port is in use at this instant, or if a loan cannot be separated yet; a later
+    /// attempt may succeed. `tell` receives the bytes that the call keeps, while the call can neither return
+    /// nor use a port.
     pub(crate) fn give_up(&self, since: Nanos, tell: impl FnOnce(u64)) -> Option<Ports> {
         let given_up = self
             .gate
@@ -98,7 +100,7 @@ impl Desk {
         })
     }
 
-    /// Notes what there is to put in order.
+    /// Notes what has to be put in order later.
     fn note(&self, ports: &Ports) {
         self.holds.store(ports.holds(), Ordering::Release);
         self.lends.store(ports.lends(), Ordering::Release);
@@ -135,7 +137,7 @@ mod tests {
         desk
     }
 
-    /// What comes of leaving, and whether anything had to be put in order.
+    /// The result of leaving, and whether anything had to be put in order.
     fn left(desk: &Desk) -> (bool, bool) {
         let mut tidied = false;
         let left = desk.leave(|ports| {

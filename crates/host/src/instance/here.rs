@@ -1,6 +1,7 @@
 //! The functions of one instance, in this process: the only place where a plugin's functions are called.
 //!
-//! It knows nothing of the host: whoever calls brings the context, which the plugin hands back to the host's table.
+//! It does not know the host: the caller provides the context, which the plugin passes back to the host's
+//! table.
 
 #![allow(unsafe_code)]
 
@@ -17,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::memory::{Remembered, memory_of};
 use crate::plugin::Functions;
 
-/// An instance that was made in this process.
+/// An instance that was created in this process.
 pub(crate) struct Here {
     table: Functions,
     panel: Option<raw::Panel>,
@@ -28,36 +29,37 @@ pub(crate) struct Here {
 // SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
 unsafe impl Send for Here {}
 
-/// What a father is asked.
+/// The question to a father.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Question {
-    /// As the ABI numbers cases.
+    /// Numbered as in the ABI.
     pub(crate) case: u32,
     pub(crate) group: String,
     pub(crate) candidates: Vec<Candidate>,
-    /// The role of the present winner, if that is one of his.
+    /// The role of the present winner, if it is one of the father's.
     pub(crate) winner: Option<u32>,
 }
 
-/// Who competes.
+/// A competing child.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Candidate {
     /// Its role.
     pub(crate) child: u32,
-    /// As the ABI numbers states.
+    /// Numbered as in the ABI.
     pub(crate) state: u32,
     pub(crate) ready: bool,
     pub(crate) urgency: f64,
 }
 
-/// What a father answers: a role or nobody, and why.
+/// The answer of a father: a role or none, and the reason.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Verdict {
     pub(crate) child: Option<u32>,
     pub(crate) reason: String,
 }
 
-/// What a plugin is given to hand back to the host's table: borrowed for the call, in which nothing else uses it.
+/// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
+/// uses it meanwhile.
 pub(crate) struct Given<'c> {
     context: *mut Context,
     call: PhantomData<&'c mut ()>,
@@ -65,7 +67,7 @@ pub(crate) struct Given<'c> {
 
 impl<'c> Given<'c> {
     /// # Safety
-    /// A `T` is what the functions of the table given to [`Here::create`] find behind their context.
+    /// The functions of the table given to [`Here::create`] expect a `T` behind their context.
     pub(crate) unsafe fn new<T>(what: &'c mut T) -> Self {
         Self {
             context: std::ptr::from_mut(what).cast(),
@@ -74,20 +76,20 @@ impl<'c> Given<'c> {
     }
 }
 
-/// Each answers with a status of the ABI.
+/// Each function returns a status of the ABI.
 impl Here {
-    /// Makes an instance; nothing if the plugin made none.
+    /// Creates an instance. `None` if the plugin returned none.
     ///
     /// # Safety
     /// `table` was checked.
     pub(crate) unsafe fn create(table: Functions, host: &'static Host, given: Given<'_>) -> Option<Self> {
         let create = table.create.expect("read::plugin refuses schemas without create");
-        // SAFETY: the table is the caller's word; what was given lives for the call and is for that host.
+        // SAFETY: the caller vouches for the table; the context lives for the call and belongs to that host.
         let this = unsafe { create(table.own, host, given.context) };
         Some(Self {
             table,
             panel: panel_of(&table),
-            // Who made its build said it if that is of no use.
+            // An error was reported when the build was made.
             state: memory_of(&table).unwrap_or_default(),
             this: NonNull::new(this)?,
         })
@@ -95,13 +97,13 @@ impl Here {
 
     pub(crate) fn awake(&mut self, given: Given<'_>) -> i32 {
         match self.table.awake {
-            // SAFETY: `this` came from this table's create; what was given lives for the call.
+            // SAFETY: `this` came from this table's create; the context lives for the call.
             Some(awake) => unsafe { awake(self.this.as_ptr(), given.context) },
             None => raw::OK,
         }
     }
 
-    /// Also answers whether it is ready, and how urgently.
+    /// Also returns whether the precondition is true, and the urgency.
     pub(crate) fn check(&mut self, given: Given<'_>) -> (i32, bool, f64) {
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
@@ -167,7 +169,7 @@ impl Here {
         }
     }
 
-    /// Also answers with what it drew.
+    /// Also returns the drawing.
     pub(crate) fn draw(&mut self, given: Given<'_>, time: u64) -> (i32, Result<List, String>) {
         let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
             return (raw::FAILED, Err(String::from("it has no panel")));
@@ -189,7 +191,7 @@ impl Here {
         })
     }
 
-    /// Also answers with what it saved.
+    /// Also returns the saved bytes.
     pub(crate) fn save(&mut self, given: Given<'_>) -> (i32, Result<Vec<u8>, String>) {
         let Some(save) = self.state.and_then(|state| state.save) else {
             return (raw::FAILED, Err(String::from("it hands nothing on")));
@@ -220,7 +222,7 @@ impl Here {
 }
 
 impl Here {
-    /// Has it inspect what its modulations name; also answers with what it found.
+    /// Inspects what its modulations name. Also returns the problems found.
     pub(crate) fn inspect(&mut self, given: Given<'_>) -> (i32, Result<Vec<Problem>, String>) {
         // SAFETY: the table was checked.
         let inspect = unsafe { inspect::of(&self.table) }.unwrap_or_default();
@@ -256,13 +258,13 @@ impl Candidate {
     }
 }
 
-/// The panel of a type of schema, if it has one; that it can be drawn was looked at when its plugin was loaded.
+/// The panel of a type of schema, if it has one. The loading of the plugin has checked that it can be drawn.
 pub(crate) fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
     // SAFETY: the table was checked.
     unsafe { table::ability(table, raw::ABILITY_PANEL) }.ok()?
 }
 
-/// The text before the first NUL, or all of it if there is none.
+/// The text before the first NUL, or all of it without one.
 fn text_within(text: &[c_char]) -> String {
     let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
     CStr::from_bytes_until_nul(&bytes)

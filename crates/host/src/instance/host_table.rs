@@ -1,6 +1,7 @@
-//! The host's side of the ABI: the functions a plugin calls back, each within a call of its instance.
+//! The host's side of the ABI: the functions that a plugin calls back, each within a call of its instance.
 //!
-//! No panic leaves through them: it would end the process. One that arises is the host's own, and ends the application.
+//! No panic unwinds out of them, because it would end the process. A panic in them is the host's own, and
+//! ends the application.
 
 #![allow(unsafe_code)]
 
@@ -42,7 +43,8 @@ pub(super) static HOST: Host = Host {
 /// # Safety
 /// `context` is the one given to the present call of an instance, on this thread.
 unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut Call<'_>) -> R) -> R {
-    // SAFETY: by the contract of `Host`, the context is the one `Instance::call` made, and nothing else uses it meanwhile.
+    // SAFETY: by the contract of `Host`, the context is the one that `Instance::enter` made, and nothing else
+    // uses it meanwhile.
     let call = unsafe { &mut *context.cast::<Call<'_>>() };
     catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or_else(|_| {
         call.engine.panicked();
@@ -162,10 +164,10 @@ unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
     unsafe { within(context, 0, |call| u32::from(call.engine.clock.is_everybodys())) }
 }
 
-/// Longest text believed of a plugin.
+/// Longest text that is accepted from a plugin, bytes.
 const LONGEST: u64 = 64 << 10;
 
-/// The text that a plugin gives.
+/// Copies a text of a plugin, at most [`LONGEST`] bytes of it.
 ///
 /// # Safety
 /// `text` is null, or has that length.

@@ -1,4 +1,4 @@
-//! An instance whose call was given up and has returned after all: nobody is waiting for it any more.
+//! An instance whose call was given up and has returned after all. Nothing waits for it any more.
 
 use std::any::Any;
 use std::panic::resume_unwind;
@@ -9,13 +9,14 @@ use jde_core::Nanos;
 use super::Desk;
 use super::body::Body;
 
-/// What is left of an instance when a call returns that was given up. To be ended on the thread of that call.
+/// The rest of an instance whose call was given up and has returned. It must be ended on the thread of that
+/// call.
 pub(crate) struct Left {
     pub(crate) number: usize,
     /// Since when the call ran.
     pub(crate) since: Nanos,
     body: Option<Body>,
-    /// What the call looked at and wrote to stays until the instance is gone.
+    /// The values that the call read and the memory that it wrote to stay until the instance is gone.
     _desk: Arc<Desk>,
 }
 
@@ -29,16 +30,17 @@ impl Left {
         }
     }
 
-    /// Unwinds this thread to where it began. By unwinding, so that no caller can forget to ask whether it was given up and
-    /// tell the rules of what is no longer there: its successor's iteration would end with its own.
+    /// Unwinds this thread to its start. With an unwind no caller can forget to check whether the call was
+    /// given up, and report to the rules for an instance that is gone: the report would end its successor's
+    /// iteration.
     pub(super) fn leave(self) -> ! {
         resume_unwind(Box::new(self))
     }
 
-    /// Out of what a thread was unwound with, if that is why.
+    /// Extracts it from the payload of an unwind.
     ///
     /// # Errors
-    /// It is something else.
+    /// Returns the payload if the unwind had another cause.
     pub(crate) fn of(payload: Box<dyn Any + Send>) -> Result<Self, Box<dyn Any + Send>> {
         payload.downcast().map(|left| *left)
     }

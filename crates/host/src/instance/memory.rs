@@ -1,5 +1,6 @@
-//! What an instance hands on to another build of its type, and how one takes the place of another without losing that of the
-//! schema: going to sleep and waking up within a turn, in which nothing is commanded and no child is woken or put to sleep.
+//! What an instance saves for another build of its type, and the replacement of one instance by another
+//! without losing the schema's memory. Going to sleep and waking up occur within one turn, in which nothing
+//! is commanded and no child is woken or put to sleep.
 
 #![allow(unsafe_code)]
 
@@ -9,17 +10,17 @@ use super::body::Body;
 use super::call::{Call, Leave};
 use super::{Instance, outcome};
 
-/// What an instance has saved.
+/// The memory that an instance has saved.
 #[derive(Clone, Debug)]
 pub(crate) struct Remembered {
     pub(crate) version: u32,
     pub(crate) bytes: Vec<u8>,
 }
 
-/// How a type hands on what it remembers, if it does.
+/// A type's functions for saving and restoring memory, if it has them.
 ///
 /// # Errors
-/// What is wrong with that.
+/// What is wrong with them.
 pub(crate) fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
     // SAFETY: the table was checked when its plugin was loaded.
     let state = unsafe { state::of(table) };
@@ -27,7 +28,7 @@ pub(crate) fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, Strin
 }
 
 impl Instance {
-    /// What it remembers; none if its build hands nothing on.
+    /// Saves the instance's memory. `None` if its build cannot save.
     pub(crate) fn save(&mut self) -> Result<Option<Remembered>, String> {
         let Some(table) = self.build.state else {
             return Ok(None);
@@ -47,7 +48,7 @@ impl Instance {
         }))
     }
 
-    /// Takes over what another build saved; answers whether its build does that.
+    /// Restores what another build saved. Returns whether its build can.
     pub(crate) fn restore(&mut self, remembered: &Remembered) -> Result<bool, String> {
         if self.build.state.is_none() {
             return Ok(false);
@@ -58,7 +59,8 @@ impl Instance {
         done.map(|()| true)
     }
 
-    /// Wakes it up in the place of another: the schema was awake, so what is taken at its awakening stays (R8).
+    /// Wakes it up in the place of another. The schema was awake, so the values latched at its awakening stay
+    /// (R8).
     pub(crate) fn rise(&mut self) -> Result<(), String> {
         self.release();
         let result = match self.table.awake {
@@ -72,7 +74,7 @@ impl Instance {
         result
     }
 
-    /// Puts it to sleep, for another to take its place.
+    /// Puts it to sleep, so that another takes its place.
     pub(crate) fn recline(&mut self) -> Result<(), String> {
         self.release();
         let failure = match self.table.sleep {
@@ -83,12 +85,12 @@ impl Instance {
         failure.map_or(Ok(()), Err)
     }
 
-    /// The build it is of.
+    /// The build of the instance.
     pub(crate) fn build(&self) -> &crate::build::Shared {
         &self.build
     }
 
-    /// Its panel, if it has one: whether that can be touched.
+    /// Whether its panel can be touched; `None` without a panel.
     pub(crate) fn panel(&self) -> Option<bool> {
         self.panel.map(|panel| panel.touch.is_some())
     }

@@ -1,7 +1,8 @@
-//! One instance of a plugin's schema, and what a call of it is: what it may look at, how long it took, what came of it.
+//! One instance of a plugin's schema, and its calls: the values they may read, their duration and their
+//! results.
 //!
-//! Whoever holds an [`Instance`] runs it: calls never overlap because each takes it by `&mut`. Whether its functions run in this
-//! process or in one of their own is known to [`Body`] alone.
+//! The owner of an [`Instance`] runs it. Calls never overlap, because each takes it by `&mut`. Only [`Body`]
+//! knows whether its functions run in this process or in one of their own.
 
 mod body;
 mod call;
@@ -36,44 +37,44 @@ pub(crate) use memory::{Remembered, memory_of};
 pub(crate) use ports::{Port, Ports, Shown, Wrote};
 use scratch::Scratch;
 
-/// An instance that was made, and the desk at which it finds its ports.
+/// An instance that was created, and the desk at which it finds its ports.
 pub(crate) struct Instance {
     number: usize,
     name: CString,
     build: build::Shared,
     table: Functions,
     panel: Option<raw::Panel>,
-    /// Nothing before it is made and once it has ended.
+    /// `None` before the creation and after the end.
     body: Option<Body>,
     desk: Arc<Desk>,
     scratch: Scratch,
     engine: Arc<Engine>,
-    /// The last call, for those who want to know.
+    /// The last call, if turns are recorded.
     called: turn::Call,
-    /// What it has looked at since the last release before it, likewise.
+    /// The values read since the last release before that call, if turns are recorded.
     inputs: Vec<u32>,
 }
 
-/// What there is to tell of a turn and has no room in it.
+/// The parts of a turn that do not fit in [`Turn`].
 #[derive(Default)]
 pub(crate) struct Beyond {
     /// Its ports beyond [`INPUTS`].
     pub(crate) ports: Vec<u32>,
-    /// What it wrote, when turns are taken again.
+    /// What it wrote, in a replay.
     pub(crate) wrote: Vec<Wrote>,
 }
 
-/// The answer to a check.
+/// The result of a check.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
     pub(crate) ready: bool,
     pub(crate) urgency: f64,
-    /// When the newest value that the check looked at came to be.
+    /// Time of the newest value that the check read.
     pub(crate) newest: Nanos,
 }
 
 impl Instance {
-    /// Makes an instance of `build`, SLEPT. At one desk only one instance is called at a time.
+    /// Creates an instance of `build`, SLEPT. At one desk only one instance is called at a time.
     pub(crate) fn create(
         engine: &Arc<Engine>,
         number: usize,
@@ -114,7 +115,7 @@ impl Instance {
         result
     }
 
-    /// Evaluates the precondition over fresh values, which stay for the iteration that follows (R8).
+    /// Evaluates the precondition with the newest values, which stay for the iteration that follows (R8).
     pub(crate) fn check(&mut self) -> Result<Answer, String> {
         self.begin();
         let (mut ready, mut urgency) = (true, 0.0);
@@ -136,7 +137,7 @@ impl Instance {
         self.result("iterate", Body::iterate)
     }
 
-    /// Draws its panel, over the values that it has looked at since the last release. Nothing if it has none.
+    /// Draws the panel from the values read since the last release. `None` if there is no panel.
     pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
         self.panel?;
         let ((status, list), failure, leave) = self.call_as(Leave::Nothing(None), Body::draw);
@@ -146,7 +147,7 @@ impl Instance {
         })
     }
 
-    /// Hands in what somebody did to its panel.
+    /// Delivers a gesture on the panel.
     pub(crate) fn touch(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         if self.panel.is_none_or(|panel| panel.touch.is_none()) {
             return Ok(());
@@ -157,7 +158,7 @@ impl Instance {
         result
     }
 
-    /// Asks the father's own function; answers with a role, or nobody, and the reason.
+    /// Calls the father's own arbitration. Returns the role it chose, or `None`, and the reason.
     pub(crate) fn arbitrate(&mut self, level: &Level) -> Result<(Option<usize>, String), String> {
         if self.table.arbitrate.is_none() {
             return Err(String::from("it has no arbitration of its own"));
@@ -198,13 +199,13 @@ impl Instance {
         self.body.as_ref().is_some_and(Body::is_dead)
     }
 
-    /// Whether the rules are to be told that it failed: not once they know that its process has died.
+    /// Whether the rules must be informed of a failure: not once they know that its process died.
     pub(crate) fn is_to_tell(&self) -> bool {
         self.body.as_ref().is_none_or(Body::is_to_tell)
     }
 
-    /// The last call; and what it looked at and wrote is told to `turn`, and what has no room there to `beyond`. Nothing if nobody
-    /// wants to know.
+    /// Returns the last call. Copies what it read and wrote to `turn`, and what does not fit there to
+    /// `beyond`. All are empty unless turns are recorded.
     pub(crate) fn called(&self, turn: &mut Turn, beyond: &mut Beyond) -> turn::Call {
         let told = turn.inputs.resize(self.inputs.len().min(INPUTS));
         let (first, rest) = self.inputs.split_at(told.len());
@@ -218,12 +219,12 @@ impl Instance {
         self.called
     }
 
-    /// Lets go of the values it looked at: after its turn, so that its panel shows what its iteration saw.
+    /// Releases the values read. Called after the turn, so that the panel shows what the iteration saw.
     pub(crate) fn rest(&mut self) {
         self.release();
     }
 
-    /// A turn begins: of calls before, nothing is told in it.
+    /// Starts a turn: the record of earlier calls is cleared.
     fn begin(&mut self) {
         self.release();
         self.inputs.fill(Turn::UNSEEN);
@@ -236,7 +237,7 @@ impl Instance {
         self.desk.release();
     }
 
-    /// Ends it, which is a call like any other: it may hang and be given up.
+    /// Ends it. This is a call like any other: it may hang and be given up.
     fn end(&mut self) {
         self.release();
         match self.body.take() {
@@ -249,7 +250,7 @@ impl Instance {
 
     fn end_here(&self, here: Here) {
         if self.desk.is_closed() {
-            // A call before was given up, and this is what is left of it.
+            // An earlier call was given up, and this is the rest of its instance.
             return drop(here);
         }
         let start = self.engine.clock.now();
@@ -264,7 +265,7 @@ impl Instance {
         }
     }
 
-    /// The level as the father is shown it: by the roles of his build.
+    /// The level as the father sees it, by the roles of his build.
     fn question(&self, level: &Level) -> Question {
         let roles = &self.engine.application.instances[self.number].children;
         let role = |id: jde_core::SchemaId| {
@@ -301,13 +302,14 @@ impl Instance {
         outcome(what, status, failure)
     }
 
-    /// One call, with a context that lives just as long; also gives the reason that the plugin left, if it did.
+    /// Calls with a context that lives as long as the call. Also returns the reason that the plugin set, if
+    /// any.
     fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut Call<'_>) -> R) -> (R, Option<String>) {
         let (result, failure, _) = self.call_as(Leave::All, call);
         (result, failure)
     }
 
-    /// The same with less leave; and what it tried against that.
+    /// Like [`Self::call`], with fewer permissions. Also returns what the call tried against them.
     fn call_as<R>(
         &mut self,
         leave: Leave,
@@ -316,8 +318,8 @@ impl Instance {
         self.enter(leave, |body, context| call(body_of(body), context))
     }
 
-    /// The same for a call that may make the instance. Does not return if the call was given up: then nothing that would follow
-    /// from it may, and the thread goes back to where [`Left`] is looked after.
+    /// Like [`Self::call_as`], for a call that may create the instance. Does not return if the call was given
+    /// up, so that nothing that depends on it happens: the thread unwinds to where [`Left`] is handled.
     fn enter<R>(
         &mut self,
         leave: Leave,

@@ -14,26 +14,26 @@ use crate::turn::{Journal, Told, Turn};
 #[derive(Default)]
 pub(crate) struct Ports {
     pub(super) ports: Vec<Port>,
-    /// Kept only for those who want to know of turns.
+    /// What was read, kept only if turns are recorded.
     looks: Option<Looks>,
-    /// What was written since it was asked for, kept only when turns are taken again.
+    /// What was written since the last query, kept only in a replay.
     wrote: Option<Vec<Wrote>>,
-    /// Counts the releases: what was read in one is not looked at in the next.
+    /// Counts the releases. A value read before a release is not shown after it.
     releases: u64,
-    /// Something was looked at since the last release.
+    /// Whether a value was read since the last release.
     holds: bool,
-    /// How many loans nobody has published yet; those that were parted with count until loans are forgotten.
+    /// The number of unpublished loans. Separated loans count until loans are discarded.
     lent: usize,
-    /// Rooms that a call which is about to be given up may still write to.
+    /// Loans separated from their writers, which a call that is about to be given up may still write to.
     pub(super) loaned: Vec<Parted>,
 }
 
-/// What was looked at since the last release.
+/// What was read since the last release.
 pub(crate) struct Looks {
     journal: Arc<Journal>,
-    /// As [`Turn::inputs`] has it.
+    /// Encoded as [`Turn::inputs`].
     pub(crate) inputs: Vec<u32>,
-    /// The last transaction before the last look, and when that was.
+    /// The last transaction before the last read, and the time of the read.
     pub(crate) last: Option<(u64, Nanos)>,
 }
 
@@ -43,15 +43,16 @@ pub(crate) enum Port {
     Unbound,
     /// An import or a modulation.
     Input(Reader),
-    /// A modulation that shows what it was when the schema awoke (R8).
+    /// A modulation that shows its value at the schema's awakening (R8).
     Fixed(Reader),
-    /// An import or a modulation that shows what it showed before.
+    /// An import or a modulation that shows recorded values, in a replay.
     Again(Again),
-    /// A driver's command, with the value that is in force when nobody's is.
+    /// A driver's command, with the neutral value that it shows while no command is in force.
     Command {
         reader: Reader,
         neutral: Aligned,
-        /// Whether the latched command was in force when it was first looked at: it counts that long (R8).
+        /// Whether the latched command was in force when it was first read: this holds until the release
+        /// (R8).
         in_force: Option<bool>,
     },
     /// An export.
@@ -59,17 +60,17 @@ pub(crate) enum Port {
     /// A driver's command or a child's modulation.
     Wish {
         writer: Writer,
-        /// Refused the last time: so that a row of refusals is told once.
+        /// Whether the last write was refused. Only the first of consecutive refusals is reported.
         refused: bool,
     },
 }
 
-/// An input that shows what it showed before.
+/// An input that shows recorded values.
 pub(crate) struct Again {
     pub(super) history: Arc<History>,
-    /// The number of the value, as turns tell it.
+    /// The number of the value, as turns encode it.
     pub(super) wanted: u32,
-    /// Its answer since the last release.
+    /// Its result since the last release.
     pub(super) held: Option<Option<Arc<Old>>>,
 }
 
@@ -78,18 +79,18 @@ pub(crate) struct Wrote {
     pub(crate) port: usize,
     /// The number of the value.
     pub(crate) number: u64,
-    /// None if the value before was taken back.
+    /// `None` if the previous value was retracted.
     pub(crate) bytes: Option<Vec<u8>>,
 }
 
 /// What an input has shown since the last release.
 #[derive(Clone)]
 pub(crate) enum Shown {
-    /// It was not looked at.
+    /// It was not read.
     Unseen,
     /// There was no value.
     Nothing,
-    /// This one.
+    /// This value.
     Value(Arc<Old>),
 }
 
@@ -103,7 +104,7 @@ pub(crate) struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// A value that somebody wrote.
+    /// A published value.
     fn of(bytes: &'a [u8], stamp: &Stamp) -> Self {
         Self {
             bytes,
@@ -114,7 +115,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// As plugins are shown it.
+    /// The value in the form that plugins receive.
     pub(crate) fn sample(&self) -> raw::Sample {
         let fresh = if self.sequence == 0 {
             raw::SAMPLE_DEFAULT
@@ -154,7 +155,7 @@ impl Ports {
         }
     }
 
-    /// Has every look be known from now on.
+    /// Records every read from now on.
     pub(crate) fn follow(&mut self, journal: &Arc<Journal>) {
         self.looks = Some(Looks {
             journal: Arc::clone(journal),
@@ -163,19 +164,19 @@ impl Ports {
         });
     }
 
-    /// A call begins: its last look is yet to come. For those who want to know, the last transaction.
+    /// Starts a call, in which nothing was read yet. Returns the last transaction, if turns are recorded.
     pub(crate) fn enter(&mut self) -> Option<u64> {
         let looks = self.looks.as_mut()?;
         looks.last = None;
         Some(looks.journal.last())
     }
 
-    /// What was looked at since the last release, for those who want to know.
+    /// What was read since the last release, if turns are recorded.
     pub(crate) fn looks(&self) -> Option<&Looks> {
         self.looks.as_ref()
     }
 
-    /// The variable that a port is bound to; and whether it writes that.
+    /// The variable that a port is bound to, and whether the port writes it.
     pub(crate) fn variable(&self, port: usize) -> Option<(&Arc<Variable>, bool)> {
         match self.ports.get(port)? {
             Port::Unbound | Port::Again(_) => None,
@@ -186,17 +187,17 @@ impl Ports {
         }
     }
 
-    /// Counts the releases.
+    /// The number of releases.
     pub(crate) fn releases(&self) -> u64 {
         self.releases
     }
 
-    /// What was written since this was asked last, when turns are taken again.
+    /// What was written since the last call of this function, in a replay.
     pub(crate) fn take_wrote(&mut self) -> Vec<Wrote> {
         self.wrote.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Lets its inputs show values of the past instead of the newest, and keeps what it writes.
+    /// Makes the inputs show values of the past instead of the newest, and keeps what the ports write.
     pub(crate) fn look_back(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
         self.wrote = Some(Vec::new());
         for port in &mut self.ports {
@@ -210,7 +211,7 @@ impl Ports {
         }
     }
 
-    /// Has its inputs show the values that they showed in that turn; the newest again if there is none.
+    /// Makes the inputs show what they showed in that turn; the newest values without a turn.
     pub(crate) fn recall(&mut self, turn: Option<&Told>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
             if let Port::Again(again) = port {
@@ -219,7 +220,7 @@ impl Ports {
         }
     }
 
-    /// What its inputs show now, by their numbers.
+    /// What the inputs show now, by their numbers.
     pub(crate) fn shown(&self) -> Vec<Shown> {
         let shown = self.ports.iter().map(|port| match port {
             Port::Again(again) => again.held.clone().map_or(Shown::Unseen, Shown::from),
@@ -233,7 +234,7 @@ impl Ports {
         shown.collect()
     }
 
-    /// The value of an input, the same until [`Self::release`]. Asks for the time only if that matters.
+    /// The value of an input, the same until [`Self::release`]. Calls `now` only if the time matters.
     pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
         self.holds = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
@@ -282,7 +283,7 @@ impl Ports {
         }
     }
 
-    /// Room for the next value of an output.
+    /// The memory for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
@@ -296,8 +297,8 @@ impl Ports {
         }
     }
 
-    /// Publishes what was loaned. A command is in force for two of the schema's periods at least: who is slow by design is
-    /// not taken for one that has gone silent.
+    /// Publishes the loan. A command is in force for at least two of the schema's periods, so that a schema
+    /// that is slow by design does not count as silent.
     pub(crate) fn publish(
         &mut self,
         port: usize,
@@ -315,7 +316,7 @@ impl Ports {
         if let Port::Output(writer) | Port::Wish { writer, .. } = port
             && writer.is_lent()
         {
-            // Whatever comes of it, nothing is loaned afterwards.
+            // Nothing is loaned afterwards, whether the publication succeeds or not.
             self.lent -= 1;
             bytes = self.wrote.as_ref().map(|_| writer.loan().to_vec());
         }
@@ -348,13 +349,14 @@ impl Ports {
         published.map(drop)
     }
 
-    /// A port has written a value of that number, for those who want to know; or tried to, and was not let or took it back.
+    /// Records that a port has written a value of that number; without a number, that the write was refused
+    /// or the value retracted.
     fn note(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
         if let Some(looks) = &mut self.looks
             && let Some(told) = looks.inputs.get_mut(port)
         {
             *told = number.map_or(Turn::NOTHING, |number| number as u32);
-            // It is told of one turn, and forgotten with the next release.
+            // It is part of one turn, and forgotten at the next release.
             self.holds = true;
         }
         if let (Some(wrote), Some(number)) = (&mut self.wrote, number) {
@@ -362,12 +364,12 @@ impl Ports {
         }
     }
 
-    /// Whether it writes what others have: a command or a child's modulation.
+    /// Whether the port writes another schema's variable: a command or a child's modulation.
     pub(crate) fn is_wish(&self, port: usize) -> bool {
         matches!(self.ports.get(port), Some(Port::Wish { .. }))
     }
 
-    /// Takes back the newest value of an export.
+    /// Retracts the newest value of an export.
     pub(crate) fn retract(&mut self, port: usize) -> Result<(), PortError> {
         match self.ports.get_mut(port) {
             Some(Port::Output(writer)) => {
@@ -384,7 +386,7 @@ impl Ports {
         }
     }
 
-    /// Lets go of every value read; the next read sees the newest.
+    /// Releases every value read. The next read shows the newest.
     pub(crate) fn release(&mut self) {
         self.releases += 1;
         self.holds = false;
@@ -405,7 +407,7 @@ impl Ports {
         }
     }
 
-    /// The schema awakes: takes what stays while it is awake.
+    /// Releases all values when the schema awakes, and latches those that stay while it is awake.
     pub(crate) fn renew(&mut self) {
         for port in &mut self.ports {
             if let Port::Fixed(reader) = port {
@@ -416,17 +418,17 @@ impl Ports {
         self.release();
     }
 
-    /// Whether something was looked at since the last release.
+    /// Whether a value was read since the last release.
     pub(crate) fn holds(&self) -> bool {
         self.holds
     }
 
-    /// Whether there are loans that nobody has published.
+    /// Whether there are unpublished loans.
     pub(crate) fn lends(&self) -> bool {
         self.lent > 0
     }
 
-    /// Forgets loans that were not published.
+    /// Discards unpublished loans.
     pub(crate) fn discard_loans(&mut self) {
         if std::mem::take(&mut self.lent) == 0 {
             return;
@@ -440,7 +442,7 @@ impl Ports {
         }
     }
 
-    /// Time of the newest value read since the last release.
+    /// Time of the newest value read since the last release; 0 without one.
     pub(crate) fn newest(&self) -> Nanos {
         let times = self.ports.iter().filter_map(|port| match port {
             Port::Input(reader) | Port::Command { reader, .. } => {

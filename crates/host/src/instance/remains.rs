@@ -1,5 +1,5 @@
-//! What stays with a call that was given up: it may still look at what it was shown and write to what it was lent. The successor
-//! of its instance gets the same ports without that.
+//! What stays with a call that was given up: it may still read the values it was shown and write to its
+//! loans. The successor of its instance gets the same ports without these.
 
 use std::sync::Arc;
 
@@ -8,18 +8,19 @@ use jde_board::{Error, Parted};
 use super::ports::{Again, Port, Ports};
 use crate::history::Aligned;
 
-/// What a call that was given up may still look at or write to. It must outlive that call.
+/// The values and loans that a call which was given up may still use. It must outlive that call.
 pub(crate) struct Remains {
     looked_at: Vec<Port>,
     loaned: Vec<Parted>,
 }
 
 impl Ports {
-    /// The same ports for a successor, unfollowed, and what these showed or lent since the last release, which stays where it is.
+    /// Returns the same ports for a successor, without a journal, and the values and loans since the last
+    /// release, whose memory does not move.
     ///
     /// # Errors
-    /// A loan cannot be left to whoever got it yet. These stay then; other loans that were parted with come back when the call
-    /// returns, unpublished.
+    /// A loan cannot be separated from its writer yet. The ports then stay as they are. Loans that were
+    /// separated already are discarded when the call returns, unpublished.
     pub(crate) fn hand_on(&mut self) -> Result<(Self, Remains), Error> {
         let mut loaned = Vec::new();
         let mut parted = Ok(());
@@ -46,7 +47,7 @@ impl Ports {
 }
 
 impl Port {
-    /// The port for a successor; and itself, if somebody may still look at what it shows.
+    /// Returns the port for a successor; and this port, if the call may still read what it shows.
     fn hand_on(self) -> (Self, Option<Self>) {
         match self {
             Self::Input(reader) if reader.latched().is_some() => {

@@ -1,10 +1,10 @@
-//! Room for what a build exports and nobody in the application can see: it is written, and goes nowhere.
+//! Memory for exports of a build that the application does not have: they are written and discarded.
 
 use std::collections::BTreeMap;
 
 use crate::history::Aligned;
 
-/// Room by port, as the build numbers them.
+/// Memory by port, as the build numbers them.
 #[derive(Default)]
 pub(super) struct Scratch {
     rooms: BTreeMap<u32, Aligned>,
@@ -21,7 +21,7 @@ impl Scratch {
         room.or_insert_with(|| Aligned::new(&vec![0; bytes])).bytes_mut()
     }
 
-    /// Whether it was loaned in the present call.
+    /// Whether the port was loaned in the present call.
     pub(super) fn has(&self, port: u32) -> bool {
         self.loaned.contains(&port)
     }
