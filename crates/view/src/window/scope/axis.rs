@@ -1,41 +1,41 @@
-//! The time axis: which part of the past is on the screen, and where each moment is.
+//! The time axis: the visible part of the past, and the position of each time on the screen.
 
 use eframe::egui::Rangef;
 
-/// Grid lines of a window, about.
+/// Approximate number of grid lines of a window.
 pub(super) const DIVISIONS: f64 = 10.0;
-/// The shortest window, s: a few wake-ups of a thread.
+/// Shortest window, in s: a few wake-ups of a thread.
 const SHORTEST: f64 = 200e-6;
-/// The longest, s.
+/// Longest window, in s.
 const LONGEST: f64 = 100_000.0;
 
-/// What part of the past is looked at.
+/// The visible part of the past.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Axis {
-    /// s from the left edge to the right.
+    /// Width of the window, in s.
     span: f64,
     edge: Edge,
-    /// Nothing but a person moves the window.
+    /// Whether only the user moves the window.
     paused: bool,
 }
 
-/// Where the right edge is.
+/// The time of the right edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Edge {
-    /// At the present.
+    /// The present.
     Live,
-    /// At a moment, s since the application's start.
+    /// A fixed time, in s since the application's start.
     At(f64),
 }
 
-/// Where moments are on the screen.
+/// The mapping of times to the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
-    /// The time at the left edge, s.
+    /// The time at the left edge, in s.
     pub(super) from: f64,
-    /// The time at the right edge, s.
+    /// The time at the right edge, in s.
     pub(super) to: f64,
-    /// From the left edge to the right, points.
+    /// From the left edge to the right, in points.
     pub(super) x: Rangef,
 }
 
@@ -70,22 +70,22 @@ impl Axis {
         }
     }
 
-    /// Shows the present as it comes.
+    /// Follows the present.
     pub(super) fn follow(&mut self) {
         (self.edge, self.paused) = (Edge::Live, false);
     }
 
-    /// Stays where it is.
+    /// Stops the window at its current time.
     pub(super) fn pause(&mut self, now: f64) {
         (self.edge, self.paused) = (Edge::At(self.right(now)), true);
     }
 
-    /// Shows a moment at a share of the window, and goes on.
+    /// Shows a time at a fraction of the window's width. The axis is not paused by this.
     pub(super) fn show_at(&mut self, moment: f64, share: f64) {
         self.edge = Edge::At(moment + (1.0 - share) * self.span);
     }
 
-    /// Stays at a moment if it is not on the screen already.
+    /// Centers a time and pauses, unless it is already visible.
     pub(super) fn reveal(&mut self, moment: f64, now: f64) {
         let to = self.right(now);
         if !(to - self.span..=to).contains(&moment) {
@@ -94,14 +94,14 @@ impl Axis {
         }
     }
 
-    /// Moves the window by s, and stays there.
+    /// Moves the window by a time in s, and pauses.
     pub(super) fn pan(&mut self, by: f64, now: f64) {
-        // What is ahead is empty: the present stays on the screen.
+        // The future is empty, so at least 5 % of the window shows the past.
         let to = (self.right(now) + by).clamp(0.05 * self.span, now + 0.95 * self.span);
         (self.edge, self.paused) = (Edge::At(to), true);
     }
 
-    /// Shows more or less, with a moment left where it is; a window that follows the present goes on doing so.
+    /// Zooms by `factor`. The time `at` stays in place. A window that follows the present continues to do so.
     pub(super) fn zoom(&mut self, factor: f64, at: f64) {
         let span = (self.span * factor).clamp(SHORTEST, LONGEST);
         if let Edge::At(to) = self.edge {
@@ -110,13 +110,13 @@ impl Axis {
         self.span = span;
     }
 
-    /// Sets the time between grid lines, s.
+    /// Sets the time between grid lines, in s. The middle of the window stays in place.
     pub(super) fn set_division(&mut self, division: f64, now: f64) {
         let middle = self.right(now) - self.span / 2.0;
         self.zoom(division * DIVISIONS / self.span, middle);
     }
 
-    /// The time between grid lines, s: 1, 2 or 5 with zeros.
+    /// The time between grid lines, in s: 1, 2 or 5 times a power of ten.
     pub(super) fn division(&self) -> f64 {
         nice(self.span / DIVISIONS)
     }
@@ -130,28 +130,28 @@ impl Axis {
 }
 
 impl Scale {
-    /// Where a moment is.
+    /// The position of a time.
     pub(super) fn x(&self, time: f64) -> f32 {
         self.x.min + ((time - self.from) / (self.to - self.from) * f64::from(self.x.span())) as f32
     }
 
-    /// Which moment is there.
+    /// The time at a position, in s.
     pub(super) fn time(&self, x: f32) -> f64 {
         self.from + f64::from((x - self.x.min) / self.x.span()) * (self.to - self.from)
     }
 
-    /// s in a point.
+    /// Seconds per point.
     pub(super) fn per_point(&self) -> f64 {
         (self.to - self.from) / f64::from(self.x.span().max(1.0))
     }
 
-    /// Whether a moment is on the screen.
+    /// Whether a time is visible.
     pub(super) fn holds(&self, time: f64) -> bool {
         (self.from..=self.to).contains(&time)
     }
 }
 
-/// The next 1, 2 or 5 with zeros that is not less.
+/// The smallest 1, 2 or 5 times a power of ten that is not less than `number`.
 pub(super) fn nice(number: f64) -> f64 {
     let size = 10_f64.powf((number * 0.999_999).log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|step| step * size);
@@ -160,7 +160,7 @@ pub(super) fn nice(number: f64) -> f64 {
         .unwrap_or(step[3])
 }
 
-/// The next step of 1, 2, 5 after or before one.
+/// The next or previous step in the sequence 1, 2, 5.
 pub(super) fn step(division: f64, up: bool) -> f64 {
     nice(division * if up { 1.5 } else { 0.35 })
 }

@@ -1,5 +1,5 @@
-//! States over time as columns of the screen: what lasts is a bar as high as the state is active; what changes within a column
-//! reaches from the least to the most active of them, so that no change is lost however much time a column stands for.
+//! States over time as columns of the screen. A lasting state is a bar whose height is its activity. A column
+//! with changes extends from the least to the most active state in it, so that no change is lost at any zoom.
 
 use std::collections::VecDeque;
 
@@ -10,27 +10,28 @@ use super::axis::Scale;
 use crate::session::StateInterval;
 use crate::style::{self, Style};
 
-/// Bands of one column that are looked at: at its beginning and at its end.
+/// Number of intervals examined at the beginning and at the end of a column.
 const LOOKED_AT: usize = 12;
 
-/// Columns that look alike.
+/// Consecutive columns of the same appearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ColumnRun {
     /// The first column.
     pub(super) from: usize,
     /// The column after the last.
     pub(super) to: usize,
-    /// The least active state in it.
+    /// The least active state in each column.
     pub(super) low: State,
-    /// The most active.
+    /// The most active state in each column.
     pub(super) high: State,
-    /// More than one change in each column.
+    /// Whether each column has more than one change.
     pub(super) many: bool,
 }
 
-/// The bands of a schema as runs of columns; what is before the first and after `now` is left out.
+/// The intervals of a schema as runs of columns. Times before the first interval and after `now` are omitted.
 ///
-/// Its cost is the number of columns times the logarithm of what happened in each, not what happened.
+/// The cost is the number of columns times the logarithm of the intervals in each, not the number of
+/// intervals.
 pub(super) fn runs(
     bands: &VecDeque<StateInterval>,
     scale: &Scale,
@@ -50,7 +51,7 @@ pub(super) fn runs(
     let mut band = bands.partition_point(|band| band.from <= scale.from + column as f64 * width);
     band = band.saturating_sub(1);
     while column < end {
-        // The next begins with this column.
+        // The next interval begins with this column.
         if bands
             .get(band + 1)
             .is_some_and(|next| next.from <= scale.from + column as f64 * width)
@@ -90,7 +91,7 @@ pub(super) fn runs(
             if level(state) > level(high) {
                 high = state;
             }
-            // It cannot get wider.
+            // The range is already complete.
             if (low, high) == (State::Slept, State::Winner) {
                 break;
             }
@@ -109,7 +110,7 @@ pub(super) fn runs(
     }
 }
 
-/// The last band that begins before a moment, from one that does: in steps that double, then halve.
+/// The last interval that begins before a time, starting at one that does: by doubling, then halving steps.
 fn last_before(bands: &VecDeque<StateInterval>, from: usize, moment: f64) -> usize {
     let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < moment);
     let (mut low, mut step) = (from, 1);
@@ -139,7 +140,7 @@ fn push(runs: &mut Vec<ColumnRun>, run: ColumnRun) {
     }
 }
 
-/// How active a state is.
+/// The activity of a state.
 pub(super) fn level(state: State) -> u8 {
     match state {
         State::Slept => 0,
@@ -149,7 +150,7 @@ pub(super) fn level(state: State) -> u8 {
     }
 }
 
-/// A state in the paper's word.
+/// The name of a state, as in the paper.
 pub(super) fn word(state: State) -> &'static str {
     match state {
         State::Slept => "SLEPT",
@@ -159,7 +160,7 @@ pub(super) fn word(state: State) -> &'static str {
     }
 }
 
-/// How high its bar is, of the row.
+/// Height of a state's bar, as a fraction of the row.
 fn height(state: State) -> f32 {
     match state {
         State::Slept => 0.1,
@@ -183,7 +184,7 @@ pub(super) fn draw(mesh: &mut Mesh, runs: &[ColumnRun], row: Rect, step: f32, st
         );
         let high = style::state(run.high, style);
         if run.many {
-            // Denser than the eye can follow: the most active state shines through.
+            // The changes are denser than visible: the most active state is drawn translucent.
             bar(mesh, x, run.high, high.gamma_multiply(0.7));
         } else {
             bar(mesh, x, run.high, high);

@@ -1,4 +1,5 @@
-//! The controls along the upper edge: run and pause, time per division, the trigger, cursors, traces, and the filter.
+//! The controls at the upper edge: run and pause, time per division, the trigger, cursors, traces, and the
+//! filter.
 
 use eframe::egui::{ComboBox, Key, Popup, PopupCloseBehavior, RichText, Slider, TextEdit, Ui};
 use jde_link::message::VariableInfo;
@@ -10,7 +11,7 @@ use super::trigger::{Mode, Phase};
 use super::{Scope, trigger::Trigger};
 use crate::style::{self, Style, time};
 
-/// Conditions to begin with, and what each means.
+/// Example conditions, each with its meaning.
 const CONDITIONS: [(&str, &str); 7] = [
     ("collision", "two or more of a group are ready"),
     ("absence", "somebody is awake and nobody wins"),
@@ -187,7 +188,7 @@ impl Scope {
     }
 }
 
-/// Where the trigger stands.
+/// Shows the phase of the trigger.
 fn status(ui: &mut Ui, trigger: &Trigger, style: &Style) {
     let (word, color) = match trigger.phase() {
         Phase::Off => ("off".to_owned(), Ink::Faint),

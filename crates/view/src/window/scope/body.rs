@@ -1,4 +1,5 @@
-//! The middle of the window: rows with facts at the left and traces at the right, lanes beneath them, one time axis for all.
+//! The middle of the window: rows with facts at the left and traces at the right, and signals below, with one
+//! time axis.
 
 use eframe::egui::{
     CursorIcon, Rangef, Rect, Response, Role, ScrollArea, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
@@ -17,17 +18,17 @@ use super::traces::Traces;
 use super::{Scope, Trigger};
 use crate::style::{self, Style};
 
-/// Height of the titles and the times.
+/// Height of the titles and times, in points.
 const HEAD: f32 = 18.0;
-/// Room for the scroll bar.
+/// Width of the scroll bar, in points.
 const BAR: f32 = 10.0;
 
-/// Where the parts are.
+/// The regions of the window.
 struct Regions {
     head: Rect,
     rows: Rect,
     signals: Rect,
-    /// Where the traces begin and end.
+    /// The horizontal range of the traces.
     x: Rangef,
 }
 
@@ -93,7 +94,7 @@ impl Scope {
         }
     }
 
-    /// Shares the room, and lets the border between facts and traces be moved.
+    /// Divides the space, and handles drags of the border between facts and traces.
     fn parts(&mut self, ui: &Ui, whole: Rect) -> Regions {
         let border = whole.left() + whole.width() * self.share;
         let lease = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
@@ -150,7 +151,7 @@ impl Scope {
             let (top, height) = (place as f32 * ROW, parts.rows.height());
             area = area.vertical_scroll_offset(self.scrolled.clamp((top + ROW - height).max(0.0), top));
         }
-        // Where each schema's row is; those in folded parts have none.
+        // The row of each schema; schemas in folded parts have none.
         let mut places = vec![None; seen.snapshot.schemas.len()];
         for (place, row) in list.iter().enumerate() {
             if let Row::Schema { schema, .. } = row {
@@ -258,7 +259,7 @@ fn selected_row(selected: &Option<String>, seen: &Input<'_>, row: &Row) -> bool 
     }
 }
 
-/// The moment at which the trigger fired.
+/// Draws the time at which the trigger last fired.
 fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &Trigger, style: &Style) {
     let Some((at, text)) = trigger.last().filter(|(at, _)| scale.holds(*at)) else {
         return;

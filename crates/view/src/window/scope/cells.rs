@@ -1,4 +1,4 @@
-//! Cells of a row that are more than a text: the state in its color, the load as a bar, the buttons of an operator.
+//! Cells of a row that are more than a text: the colored state, the load bar, and an operator's buttons.
 
 use eframe::egui::{Align2, Color32, Rect, Shape, Stroke, Ui, pos2, vec2};
 use jde_abi::describe::Kind;
@@ -11,10 +11,10 @@ use super::input::{Input, Request};
 use super::paint::{self, Icon};
 use crate::style::{self, Style};
 
-/// Width of a button, points.
+/// Width of a button, in points.
 pub(super) const BUTTON: f32 = 21.0;
 
-/// The state as a word on its color, and a diamond if what it commands counts.
+/// Draws the name of the state on its color, and a diamond if the schema has authority.
 pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     let chip = Rect::from_min_size(
         pos2(cell.left(), cell.top() + 3.0),
@@ -45,13 +45,13 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     }
 }
 
-/// Whether black is read better on it than white.
+/// Whether black is more readable than white on a color.
 fn bright(color: Color32) -> bool {
     let [red, green, blue, _] = color.to_array().map(f32::from);
     0.299 * red + 0.587 * green + 0.114 * blue > 128.0
 }
 
-/// A share of one processor core.
+/// Draws the load as a fraction of one processor core.
 pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
     let bar = Rect::from_min_max(
         pos2(cell.left(), cell.bottom() - 5.0),
@@ -81,7 +81,7 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
     paint::write_right(ui.painter(), above, &text, color);
 }
 
-/// What an operator can do (R14).
+/// Draws the buttons of an operator's actions (R14).
 pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, asks: &mut Vec<Request>) {
     let hold = view.operator.as_ref().map(|hold| hold.kind);
     let schema = || view.name.clone();

@@ -1,4 +1,4 @@
-//! The columns of the table right of the names: what each tells, and which of them fit.
+//! The columns of the table right of the names: their titles, and which of them fit.
 
 use super::cells;
 
@@ -14,7 +14,7 @@ pub(super) enum Column {
     Buttons,
 }
 
-/// The columns by their importance: a narrow table has the first.
+/// The columns by importance: a narrow table has only the first ones.
 const IMPORTANCE: [Column; 7] = [
     Column::Buttons,
     Column::State,
@@ -60,7 +60,8 @@ impl Column {
     }
 }
 
-/// The most important ones that fit into so much room, from left to right: each with where it begins, the last ends at `end`.
+/// The most important columns that fit into `room`, from left to right, each with its left edge. The last
+/// ends at `end`.
 pub(super) fn fitting(mut room: f32, mut end: f32) -> Vec<(Column, f32)> {
     let mut fitting: Vec<_> = IMPORTANCE
         .into_iter()

@@ -1,4 +1,5 @@
-//! Two lines across all traces, to be dragged: when, how long between, how often that would be.
+//! Two lines across all traces, which can be dragged. They show two times, the time between them, and its
+//! frequency.
 
 use eframe::egui::{Align2, Painter, Rect, Stroke, StrokeKind, pos2, vec2};
 use jde_panel::Ink;
@@ -8,21 +9,21 @@ use super::axis::Scale;
 use super::paint;
 use crate::style::{self, Style, time};
 
-/// How near to a line a drag takes it, points.
+/// Distance at which a drag takes a line, in points.
 const NEAR: f32 = 6.0;
 
-/// Two moments.
+/// Two times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Cursors {
-    /// Where they are, s, while they are shown.
+    /// The times in s, while the cursors are shown.
     pub(super) at: Option<[f64; 2]>,
-    /// Which one is being dragged.
+    /// The index of the cursor that is being dragged.
     #[serde(skip)]
     held: Option<usize>,
 }
 
 impl Cursors {
-    /// Shows them in the window, or hides them.
+    /// Hides the cursors, or shows them at thirds of the window.
     pub(super) fn toggle(&mut self, scale: &Scale) {
         let third = (scale.to - scale.from) / 3.0;
         self.at = match self.at {
@@ -31,7 +32,7 @@ impl Cursors {
         };
     }
 
-    /// Takes the one that is near a place of the screen; answers whether one is.
+    /// Takes the cursor near a position of the screen. Returns whether there is one.
     pub(super) fn take(&mut self, scale: &Scale, x: f32) -> bool {
         let at = self
             .at
@@ -43,7 +44,7 @@ impl Cursors {
         self.held.is_some()
     }
 
-    /// Moves the one that was taken; answers whether one was.
+    /// Moves the taken cursor. Returns whether there is one.
     pub(super) fn drag(&mut self, time: f64) -> bool {
         match (self.held, &mut self.at) {
             (Some(held), Some(at)) => {
@@ -58,7 +59,7 @@ impl Cursors {
         self.held = None;
     }
 
-    /// Both moments, their difference, and how often it fits into a second.
+    /// Both times, their difference and its frequency, as text.
     pub(super) fn words(&self) -> Option<String> {
         let [first, second] = self.at?;
         let apart = second - first;

@@ -1,4 +1,4 @@
-//! The signs of what happened to a schema.
+//! The signs of a schema's events.
 
 use eframe::egui::{Painter, Rangef, Rect, Shape, Stroke, pos2};
 
@@ -6,7 +6,7 @@ use super::index::Sign;
 use super::paint;
 use crate::style::Style;
 
-/// One at a place of its row.
+/// Draws a sign at a position of a row.
 pub(super) fn draw(painter: &Painter, x: f32, row: Rect, sign: Sign, style: &Style) {
     let color = paint::sign(sign, style);
     let top = row.top() + 1.0;

@@ -1,25 +1,26 @@
-//! A number within a value: by the path of its fields, as in `pose.pose.position.x` or `ranges[90]`. Reads it from the bytes.
+//! Numbers within a value, found by the path of their fields, as in `pose.pose.position.x` or `ranges[90]`,
+//! and read from the bytes.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-/// Names of one type that are offered: enough for the largest standard message.
+/// Maximum number of names offered for one type: enough for the largest standard message.
 const OFFERED: usize = 400;
 
-/// Where a number is in the bytes of a value.
+/// The location of a number in the bytes of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FieldPath {
     offset: usize,
     scalar: Scalar,
-    /// Lists that must be long enough: where their length is, and the element that is wanted.
+    /// The sequences on the path: the offset of the length, and the element. Each must be long enough.
     lists: Vec<(usize, usize)>,
-    /// Its unit; empty for none.
+    /// The unit; empty for none.
     pub(super) unit: String,
 }
 
-/// Finds a number by its path; the empty path is for types that are one number.
+/// Finds a number by its path. The empty path is for types with a single number.
 ///
 /// # Errors
-/// What is wrong with it, with the nearest name there is.
+/// What is wrong with the path, with the nearest existing name.
 pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
     let mut value_type = of;
     let mut place = FieldPath {
@@ -77,7 +78,7 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
             FieldKind::Scalar(_) => return Err(format!("`{name}` is a number and has no fields")),
             FieldKind::Struct(inner) => value_type = inner,
         }
-        // A structure of nothing but a number is that number.
+        // A structure with a single number is treated as that number.
         if let (None, Some(scalar), [only]) =
             (parts.peek(), value_type.as_number(), value_type.fields.as_slice())
         {
@@ -92,7 +93,7 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
     ))
 }
 
-/// The paths of the numbers of a type; of a list, the first element's.
+/// The paths of the numbers of a type. Lists are represented by their first element.
 pub(super) fn list(of: &Type) -> Vec<String> {
     let mut found = Vec::new();
     if of.as_number().is_some() {
@@ -122,7 +123,7 @@ fn below(of: &Type, before: &str, found: &mut Vec<String>) {
 }
 
 impl FieldPath {
-    /// Reads it from a value; none if a list is too short for it.
+    /// Reads the number from a value. `None` if a list is too short.
     pub(super) fn read(&self, bytes: &[u8]) -> Option<f64> {
         for &(length, element) in &self.lists {
             if u32::from_ne_bytes(at(bytes, length)?) as usize <= element {
@@ -149,7 +150,7 @@ fn at<const N: usize>(bytes: &[u8], from: usize) -> Option<[u8; N]> {
     bytes.get(from..from + N)?.try_into().ok()
 }
 
-/// A name, and the element of it that is wanted: `ranges[90]`.
+/// Splits an element's name: `ranges[90]` into `ranges` and 90.
 fn split(part: &str) -> Result<(&str, Option<usize>), String> {
     let Some((name, rest)) = part.split_once('[') else {
         return Ok((part, None));

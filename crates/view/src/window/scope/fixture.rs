@@ -1,4 +1,4 @@
-//! Hierarchies with a past, made up: the same every time, and without an application.
+//! Artificial hierarchies with a past: always the same, and without an application.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
@@ -12,7 +12,7 @@ use crate::session::History;
 use crate::style::Style;
 
 impl Scope {
-    /// Draws it as if this were an application that runs.
+    /// Draws the window as for a running application.
     pub(crate) fn show_fixed(
         &mut self,
         ui: &mut eframe::egui::Ui,
@@ -24,7 +24,7 @@ impl Scope {
     }
 }
 
-/// A hierarchy at one instant, and what happened before.
+/// A hierarchy at one instant, and its past.
 pub(crate) struct Fixed {
     pub(crate) snapshot: Snapshot,
     pub(crate) schemas: Schemas,
@@ -41,7 +41,7 @@ impl Fixed {
         }
     }
 
-    /// Of a snapshot, with a past that begins with it.
+    /// Creates a hierarchy from a snapshot, with an empty past.
     pub(crate) fn of(snapshot: Snapshot) -> Self {
         let name = |place: usize| snapshot.schemas[place].name.clone();
         let groups = snapshot.groups.iter().map(|group| GroupInfo {
@@ -68,7 +68,7 @@ impl Fixed {
         }
     }
 
-    /// A schema changes its state.
+    /// Adds a change of a schema's state.
     pub(crate) fn change(&mut self, time_s: f64, schema: &str, from: &str, to: &str) {
         let change = Change {
             time_s,
@@ -123,7 +123,7 @@ pub(crate) fn group(name: &str, father: Option<usize>, members: &[usize]) -> Gro
     }
 }
 
-/// Safe navigation after ten seconds: goon, vff and stop took turns, and an operator holds one.
+/// Safe navigation after 10 s: goon, vff and stop have won in turn, and an operator holds one.
 pub(crate) fn navigation() -> Fixed {
     let mut schemas = vec![
         schema("pioneer", Kind::Driver, None, None),

@@ -1,4 +1,5 @@
-//! The left half of a group's row: its policy, winner, switches, and its worst takeover against what its contract allows.
+//! The left half of a group's row: its policy, winner, switches, and its worst takeover with the limit of its
+//! contract.
 
 use eframe::egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2};
 use jde_host::snapshot::GroupView;
@@ -10,7 +11,7 @@ use super::table::{INDENT, Table};
 use crate::style::{self, Style, time};
 
 impl Table {
-    /// A group: its policy, winner, switches, and its worst takeover against what its contract allows.
+    /// Draws a group: its policy, winner, switches, and its worst takeover with the limit of its contract.
     pub(super) fn group(
         &self,
         ui: &Ui,
@@ -64,7 +65,7 @@ impl Table {
     }
 }
 
-/// A group in a line. Of one in a recording neither policy nor contract may be known.
+/// Describes a group in one line. In a recording, the policy and the contract may be unknown.
 fn facts(group: &GroupView, winner: &str, takeover: Option<&str>) -> String {
     let switches = match group.switches {
         1 => "1 switch".to_owned(),
@@ -80,7 +81,7 @@ fn facts(group: &GroupView, winner: &str, takeover: Option<&str>) -> String {
     parts.join(" · ")
 }
 
-/// Its longest takeover of what its contract allows.
+/// The worst takeover and the contract's limit, as text. `None` without a contract.
 fn takeover(group: &GroupView) -> Option<String> {
     let span = |nanos: u64| time::span(nanos as f64 / 1e9);
     (group.allowed > 0).then(|| format!("{} of {}", span(group.worst), span(group.allowed)))

@@ -1,5 +1,5 @@
-//! Where to look things up without going through the whole past: switches by group, events by schema, both in the order of time.
-//! It takes up what is new in a frame and nothing else.
+//! Indices into the past: switches by group, and events by schema, both sorted by time. An update costs only
+//! the new entries of a frame.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -8,43 +8,43 @@ use jde_link::message::Schemas;
 
 use crate::session::{History, Progress};
 
-/// Found by time.
+/// Switches and events, to be found by time.
 #[derive(Debug, Default)]
 pub(super) struct Index {
     heard: Progress,
-    /// Places of schemas by name.
+    /// Indices of the schemas, by name.
     places: HashMap<String, usize>,
     groups: HashMap<String, VecDeque<Switch>>,
     marks: HashMap<String, VecDeque<Mark>>,
-    /// The numbers of all switches.
+    /// The selection numbers of all switches.
     switches: VecDeque<u64>,
 }
 
 /// A change of winner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Switch {
-    /// s since the application's start.
+    /// In s since the application's start.
     pub(super) time: f64,
     /// The number of its selection.
     pub(super) number: u64,
-    /// Who was the winner: the place of the schema.
+    /// The index of the previous winner's schema.
     pub(super) from: Option<usize>,
-    /// Who is.
+    /// The index of the new winner's schema.
     pub(super) to: Option<usize>,
 }
 
-/// Something that happened to a schema.
+/// An event of a schema.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mark {
-    /// s since the application's start.
+    /// In s since the application's start.
     pub(super) time: f64,
-    /// What kind of thing.
+    /// The kind of event.
     pub(super) sign: Sign,
-    /// In words.
+    /// The description.
     pub(super) text: String,
 }
 
-/// What kinds of things are marked, the least important first.
+/// The kinds of events, the least important first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Sign {
     Well,
@@ -55,7 +55,8 @@ pub(super) enum Sign {
 }
 
 impl Index {
-    /// Takes up what is new.
+    /// Adds the new entries of the past. Rebuilds the index if a recording jumped back or the number of
+    /// schemas changed.
     pub(super) fn take(&mut self, past: &History, schemas: &Schemas) {
         let heard = past.progress();
         if heard.turns != self.heard.turns || self.places.len() != schemas.schemas.len() {
@@ -87,12 +88,12 @@ impl Index {
         self.groups.get(name)
     }
 
-    /// What happened to a schema, oldest first.
+    /// The events of a schema, oldest first.
     pub(super) fn marks(&self, schema: &str) -> Option<&VecDeque<Mark>> {
         self.marks.get(schema)
     }
 
-    /// The numbers of all switches, oldest first.
+    /// The selection numbers of all switches, oldest first.
     pub(super) fn switches(&self) -> &VecDeque<u64> {
         &self.switches
     }
@@ -136,7 +137,7 @@ impl Index {
         }
         if let Some(marks) = self.marks.get_mut(schema) {
             while marks.pop_front_if(|mark| mark.time < first).is_some() {}
-            // Binary searches rely on the order; lines of one kind come in it.
+            // Binary search needs the order by time. Lines of one kind arrive in that order.
             let time = marks
                 .back()
                 .map_or(happening.time_s, |last| last.time.max(happening.time_s));
@@ -156,7 +157,7 @@ pub(super) fn decision(past: &History, number: u64) -> Option<&Decision> {
     decisions.get(place).filter(|decision| decision.number == number)
 }
 
-/// The last so many that are still kept.
+/// The last `count` entries, or as many as are still kept.
 pub(super) fn newest<T>(list: &VecDeque<T>, count: u64) -> impl Iterator<Item = &T> {
     let count = usize::try_from(count).unwrap_or(usize::MAX).min(list.len());
     list.range(list.len() - count..)

@@ -1,33 +1,33 @@
-//! What the oscilloscope looks at in a frame, and what it asks for. Nothing here knows where either comes from or goes to.
+//! The data that the oscilloscope shows in a frame, and its requests. The types do not depend on a session.
 
 use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Schemas};
 
 use crate::session::History;
 
-/// What is looked at.
+/// The data to show.
 pub(super) struct Input<'a> {
-    /// What every schema and group is doing.
+    /// The states of all schemas and groups.
     pub(super) snapshot: &'a Snapshot,
-    /// What they were declared to be.
+    /// The declarations of the schemas and groups.
     pub(super) schemas: &'a Schemas,
-    /// What happened before.
+    /// The past.
     pub(super) past: &'a History,
-    /// Somebody is there to be asked for something.
+    /// Whether the application accepts requests.
     pub(super) answers: bool,
 }
 
-/// What a person wants.
+/// A request of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Request {
-    /// Something of the application, as its operator.
+    /// An operator's action.
     Act(Action),
     /// The panel of a schema.
     Panel(String),
 }
 
 impl Input<'_> {
-    /// s since the application's start.
+    /// The time of the snapshot, in s since the application's start.
     pub(super) fn now(&self) -> f64 {
         self.snapshot.time as f64 / 1e9
     }

@@ -1,5 +1,6 @@
-//! The keys of the oscilloscope: those of the one in the terminal, and the arrows between switches. They count while the traces
-//! have the focus, so that nothing that is typed or driven elsewhere is taken for them; space does while nothing has it.
+//! The keys of the oscilloscope: those of the one in the terminal, and the arrows between switches. They act
+//! only while the traces have the focus, so that typing and driving elsewhere is not affected. Space also
+//! acts while nothing has the focus.
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 use jde_core::State;
@@ -10,7 +11,7 @@ use super::index;
 use super::input::{Input, Request};
 use super::rows::Row;
 
-/// What the traces take for themselves while they have the focus.
+/// The keys that the traces keep for themselves while they have the focus.
 const FILTER: EventFilter = EventFilter {
     tab: false,
     horizontal_arrows: true,
@@ -77,7 +78,7 @@ impl Scope {
         }
     }
 
-    /// Moves the selection by so many schemas, and no further than the ends.
+    /// Moves the selection by a number of schemas, limited to the ends of the list.
     fn select(&mut self, seen: &Input<'_>, rows: &[Row], by: isize) {
         let order: Vec<_> = rows
             .iter()

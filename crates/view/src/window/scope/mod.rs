@@ -1,6 +1,7 @@
-//! The hierarchy over time: who was in which state, who won, and why. An operator's hands are on the same rows.
+//! The hierarchy oscilloscope: the states of all schemas over time, the winners, and the reasons of switches.
+//! An operator acts on the same rows.
 //!
-//! It refuses to decide anything: what is pressed here is asked of the application, which says what came of it.
+//! It refuses to decide: each input becomes a request to the application, whose reply is shown.
 
 mod axis;
 mod bands;
@@ -53,7 +54,7 @@ use signals::Signals;
 use trigger::{SavedTrigger as KeptTrigger, Trigger};
 use why::SwitchDetails;
 
-/// How often the values of traces and conditions are wanted.
+/// Rate of the values for traces and conditions.
 const RATE: Rate = Rate::Hz(50);
 
 /// The window.
@@ -69,19 +70,19 @@ pub(crate) struct Scope {
     editing: Period,
     /// The selected schema.
     selected: Option<String>,
-    /// Share of the width that the table has.
+    /// Fraction of the width that the table takes.
     share: f32,
-    /// How far the rows are scrolled, points.
+    /// Scroll offset of the rows, in points.
     scrolled: f32,
-    /// The row of this schema has to come into sight.
+    /// Scroll to the row of the selected schema.
     reveal: bool,
-    /// Schemas that the filter left out.
+    /// Number of schemas that the filter hides.
     left_out: usize,
-    /// What one kept before and could not be taken up yet.
+    /// Saved state that is restored with the first frame, once the variables are known.
     waiting: Option<SavedState>,
 }
 
-/// What stays from one start to the next.
+/// The state saved for the next start.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(default)]
 struct SavedState {
@@ -109,9 +110,9 @@ impl Default for SavedState {
 }
 
 impl Scope {
-    /// With what one kept before.
+    /// Opens the window with its saved state.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
-        // What an older or newer one kept is no reason not to open.
+        // State saved by another version may be unreadable; the defaults are used then.
         let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
         Self {
             axis: Axis::new(kept.span),
@@ -132,7 +133,7 @@ impl Scope {
         }
     }
 
-    /// Draws all of it; answers with what the person wants.
+    /// Draws the window. Returns the user's requests.
     fn draw(
         &mut self,
         ui: &mut egui::Ui,
@@ -172,7 +173,7 @@ impl Scope {
         }
     }
 
-    /// Takes up the values of traces and of the trigger.
+    /// Reads the new values of the traces and of the trigger.
     fn listen(&mut self, session: &Session) {
         for signal in &mut self.signals.list {
             for sample in session.values(&signal.variable, RATE, &signal.name) {

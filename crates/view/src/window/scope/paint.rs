@@ -1,4 +1,4 @@
-//! Small pieces that the oscilloscope is painted with: words cut to their room, buttons with a drawn sign, colors of lanes.
+//! Small parts of the oscilloscope's painting: truncated text, buttons with a drawn sign, colors of signals.
 
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use super::index::Sign;
 use crate::style::{self, Style};
 use jde_panel::Ink;
 
-/// Height of a row, points: a line of text and room for a finger's worth of a button.
+/// Height of a row, in points: a line of text, and enough for a button.
 pub(super) const ROW: f32 = 22.0;
-/// Size of its text.
+/// Font size of a row's text.
 const TEXT: f32 = 12.5;
 
 pub(super) fn font() -> FontId {
@@ -29,14 +29,14 @@ pub(super) fn digits() -> FontId {
     FontId::monospace(TEXT - 1.0)
 }
 
-/// A line cut to a width; what is lost is marked.
+/// Lays out one line of text, truncated to a width and marked where cut.
 pub(super) fn cut(painter: &Painter, text: &str, font: FontId, color: Color32, width: f32) -> Arc<Galley> {
     let mut job = LayoutJob::simple_singleline(text.to_owned(), font, color);
     job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
     painter.layout_job(job)
 }
 
-/// Writes a line into a rectangle, in the middle of its height; answers with where it ends.
+/// Writes one line into a rectangle, vertically centered. Returns its right end.
 pub(super) fn write(painter: &Painter, rect: Rect, text: &str, font: FontId, color: Color32) -> f32 {
     if rect.width() < 4.0 {
         return rect.left();
@@ -48,12 +48,12 @@ pub(super) fn write(painter: &Painter, rect: Rect, text: &str, font: FontId, col
     end
 }
 
-/// Writes a number so that it ends at the right edge.
+/// Writes a number aligned to the right edge.
 pub(super) fn write_right(painter: &Painter, rect: Rect, text: &str, color: Color32) {
     painter.text(rect.right_center(), Align2::RIGHT_CENTER, text, digits(), color);
 }
 
-/// What is drawn on a button.
+/// The sign on a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Icon {
     Play,
@@ -66,7 +66,7 @@ pub(super) enum Icon {
     Remove,
 }
 
-/// A button with a drawn sign; its name is what a test and a screen reader find.
+/// Shows a button with a drawn sign. Tests and screen readers find it by its name.
 pub(super) fn button(
     ui: &Ui,
     rect: Rect,
@@ -122,14 +122,14 @@ fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
             painter.rect_filled(Rect::from_center_size(at, Vec2::splat(8.0)), 1.0, color);
         }
         Icon::Force => {
-            // A crown: the winner by decree.
+            // A crown: the winner is forced.
             painter.add(triangle([(-5.5, -3.0), (-1.0, 3.5), (-4.5, 3.5)]));
             painter.add(triangle([(0.0, -5.0), (3.0, 3.5), (-3.0, 3.5)]));
             painter.add(triangle([(5.5, -3.0), (4.5, 3.5), (1.0, 3.5)]));
             painter.line_segment([at + vec2(-4.5, 4.5), at + vec2(4.5, 4.5)], line);
         }
         Icon::Release => {
-            // A ring that is open, and the way out of it.
+            // An open ring with an arrow out of it.
             let ring = (0..=10).map(|step| {
                 let angle = 0.6 + step as f32 * 0.5;
                 at + 4.5 * vec2(angle.cos(), angle.sin())
@@ -161,7 +161,7 @@ fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
     }
 }
 
-/// The color of what happened to a schema.
+/// The color of an event.
 pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
     let color = match sign {
         Sign::Well => Ink::Good,
@@ -173,7 +173,7 @@ pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
     style::color_of(color, style)
 }
 
-/// The color of a lane: told apart by place and name as well.
+/// The color of a signal. Signals also differ in position and name.
 pub(super) fn lane(place: usize, style: &Style) -> Color32 {
     let inks = [Ink::Accent, Ink::Warn, Ink::Good, Ink::Goal, Ink::Seen, Ink::Bad];
     style::color_of(inks[place % inks.len()], style)

@@ -1,4 +1,5 @@
-//! The configured period in its cell: a click makes it a field, Enter sets it, Escape does not; what cannot be read says why.
+//! The configured period in its cell. A click opens a text field, Enter sets the period, Escape cancels. An
+//! unreadable text shows an error.
 
 use eframe::egui::{Color32, Id, Key, Popup, Rect, Role, Sense, TextEdit, Ui, WidgetInfo};
 use jde_panel::Ink;
@@ -6,7 +7,7 @@ use jde_panel::Ink;
 use super::paint;
 use crate::style::{self, Style, time};
 
-/// The period that is being typed, if one is.
+/// The period that is being typed, if any.
 #[derive(Debug, Default)]
 pub(super) struct Period {
     typed: Option<Typed>,
@@ -21,7 +22,7 @@ struct Typed {
 }
 
 impl Period {
-    /// Begins to type the period of a schema, s.
+    /// Starts to edit the period of a schema, in s.
     pub(super) fn begin(&mut self, schema: &str, period: f64) {
         self.typed = Some(Typed {
             schema: schema.to_owned(),
@@ -31,7 +32,7 @@ impl Period {
         });
     }
 
-    /// Draws the cell of a schema; answers with a new period once one is given, s.
+    /// Draws the cell of a schema. Returns the new period in s when one is entered.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,

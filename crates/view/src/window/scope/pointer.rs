@@ -1,4 +1,5 @@
-//! What a pointer does on the traces: it moves the window of time and the cursors, opens switches, and asks what was when.
+//! Pointer input on the traces: it moves the time window and the cursors, opens switches, and shows the data
+//! at a time.
 
 use eframe::egui::{CursorIcon, Rect, Response, Ui};
 
@@ -9,7 +10,8 @@ use super::rows::Row;
 use super::traces::Traces;
 
 impl Scope {
-    /// The wheel zooms at the pointer, a drag moves the window or a cursor, a double click follows the present.
+    /// Handles the pointer: the wheel zooms at it, a drag moves the window or a cursor, a double click
+    /// follows the present.
     pub(super) fn steer(&mut self, ui: &Ui, traces: &Response, scale: &Scale, now: f64) {
         if let Some(at) = traces.hover_pos() {
             let (wheel, zoom) = ui.input_mut(|input| {
@@ -49,7 +51,8 @@ impl Scope {
         }
     }
 
-    /// A click opens the switch at the pointer and selects its row; without one it says what was then.
+    /// Handles clicks and hovering: a click opens the switch at the pointer and selects its row. Hovering
+    /// shows the state and events at that time.
     pub(super) fn point(
         &mut self,
         ui: &Ui,

@@ -1,5 +1,5 @@
-//! The hierarchy as rows: fathers before children, groups between them, what is folded or filtered left out. Refuses to lose a
-//! schema: what no group and no father leads to is listed at the end.
+//! The hierarchy as rows: fathers before children, with groups between them, without folded and filtered
+//! parts. No schema is lost: one that no group and no father leads to is listed at the end.
 
 use std::collections::BTreeSet;
 
@@ -13,19 +13,19 @@ use super::bands;
 /// A row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Row {
-    /// A group, by its place.
+    /// A group, by its index.
     Group { group: usize, depth: usize },
-    /// A schema, by its place.
+    /// A schema, by its index.
     Schema {
         schema: usize,
         depth: usize,
         below: Children,
     },
-    /// A title for those that compete with nobody.
+    /// The heading of the schemas that do not compete.
     Apart,
 }
 
-/// What is below a schema.
+/// Whether a schema has rows below it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Children {
     Nothing,
@@ -33,20 +33,20 @@ pub(super) enum Children {
     Folded,
 }
 
-/// Which schemas are shown.
+/// Selects the schemas to show.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Filter {
-    /// Words that all are part of its name, type, kind, state or health.
+    /// Words that must all occur in the name, type, kind, state or health.
     pub(super) text: String,
-    /// Only those that do not sleep.
+    /// Only schemas that are not SLEPT.
     pub(super) awake: bool,
-    /// Only those that are not well, or held by an operator, or were late or refused.
+    /// Only schemas that need attention, as in [`is_troubled`].
     pub(super) troubled: bool,
 }
 
 impl Filter {
-    /// Whether it leaves nothing out.
+    /// Whether it hides nothing.
     pub(super) fn is_empty(&self) -> bool {
         self.text.trim().is_empty() && !self.awake && !self.troubled
     }
@@ -77,12 +77,13 @@ impl Filter {
     }
 }
 
-/// Whether a person should look at it.
+/// Whether a schema needs attention: its health is not Ok, it had overruns, faults or refusals, or an
+/// operator holds it.
 pub(super) fn is_troubled(view: &SchemaView) -> bool {
     view.health != Health::Ok || view.overruns + view.faults + view.refused > 0 || view.operator.is_some()
 }
 
-/// Its health in a word, and why, if there is more to say.
+/// The health in one word, and the details, if any.
 pub(super) fn health(health: &Health) -> (&'static str, Option<&str>) {
     match health {
         Health::Ok => ("ok", None),
@@ -92,7 +93,7 @@ pub(super) fn health(health: &Health) -> (&'static str, Option<&str>) {
     }
 }
 
-/// Lists the hierarchy; how many schemas the filter leaves out is the second answer.
+/// Lists the hierarchy. Returns the rows, and the number of schemas that the filter hides.
 pub(super) fn rows(snapshot: &Snapshot, filter: &Filter, folded: &BTreeSet<String>) -> (Vec<Row>, usize) {
     let count = snapshot.schemas.len();
     let mut list = List {
@@ -139,10 +140,10 @@ struct List<'a> {
     snapshot: &'a Snapshot,
     /// The groups of each schema.
     groups: Vec<Vec<usize>>,
-    /// The children of each that compete with nobody.
+    /// The children of each schema that are in no group.
     alone: Vec<Vec<usize>>,
     listed: Vec<bool>,
-    /// Let through, or father of one that is.
+    /// Whether a schema passes the filter, or is an ancestor of one that does.
     shown: Vec<bool>,
     folded: &'a BTreeSet<String>,
     filtered: bool,
@@ -150,7 +151,8 @@ struct List<'a> {
 }
 
 impl List<'_> {
-    /// Marks those that are let through, and their fathers; answers how many are not let through.
+    /// Marks the schemas that pass the filter, and their ancestors. Returns the number of schemas that do not
+    /// pass.
     fn filter(&mut self, filter: &Filter) -> usize {
         let words: Vec<_> = filter.text.split_whitespace().map(str::to_lowercase).collect();
         let schemas = &self.snapshot.schemas;
@@ -204,7 +206,7 @@ impl List<'_> {
         let below = |below| Row::Schema { schema, depth, below };
         self.rows.push(below(Children::Nothing));
         let has_children = !self.groups[schema].is_empty() || !self.alone[schema].is_empty();
-        // Whoever looks for something finds it in a folded part too.
+        // A search also finds schemas in folded parts.
         if has_children && !self.filtered && self.folded.contains(&self.snapshot.schemas[schema].name) {
             self.rows[place] = below(Children::Folded);
             self.skip_below(schema);

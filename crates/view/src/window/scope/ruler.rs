@@ -1,4 +1,4 @@
-//! The axis of time, as it is drawn.
+//! Drawing of the time axis.
 
 use eframe::egui::{Align2, Color32, Painter, Rangef, Rect, Stroke, pos2};
 
@@ -6,7 +6,7 @@ use super::axis::Scale;
 use super::paint;
 use crate::style::Style;
 
-/// The times along the upper edge, and a grid below them.
+/// Draws the times along the upper edge, and the grid below them.
 pub(super) fn draw(painter: &Painter, head: Rect, body: Rect, scale: &Scale, division: f64, style: &Style) {
     let (line, text) = if style.dark {
         (Color32::from_gray(52), Color32::from_gray(150))

@@ -1,4 +1,4 @@
-//! One number over time: what came of it, and its curve.
+//! A number over time: its values and its curve.
 
 use std::collections::VecDeque;
 
@@ -9,19 +9,19 @@ use super::field::FieldPath;
 use super::paint;
 use crate::style::Style;
 
-/// Values that are kept: of a variable that is written 50 times a second those of 27 minutes.
+/// Maximum number of values kept: 27 minutes at 50 Hz.
 const KEPT: usize = 80_000;
 
 /// A number over time.
 #[derive(Debug)]
 pub(super) struct Signal {
-    /// The variable and the path in it, as it was asked for.
+    /// The variable and the path in it, as requested.
     pub(super) name: String,
     /// The variable.
     pub(super) variable: String,
-    /// Where the number is in it, or why it is nowhere.
+    /// The location of the number in the variable, or why there is none.
     pub(super) place: Result<FieldPath, String>,
-    /// Which color.
+    /// Index of the color.
     pub(super) color: usize,
     values: VecDeque<(f64, f64)>,
 }
@@ -42,11 +42,12 @@ impl Signal {
         }
     }
 
-    /// Takes a value up; one from before the last begins the time after it anew.
+    /// Adds a value at a time in s. Values at that time or later are removed first, as when a recording
+    /// jumped back.
     pub(super) fn take(&mut self, time: f64, bytes: Option<&[u8]>) {
         let Ok(place) = &self.place else { return };
         while self.values.pop_back_if(|last| last.0 >= time).is_some() {}
-        // A gap shows where there was none.
+        // Without a value, NaN makes a gap in the curve.
         let value = bytes.and_then(|bytes| place.read(bytes)).unwrap_or(f64::NAN);
         if self.values.len() == KEPT {
             self.values.pop_front();
@@ -54,14 +55,14 @@ impl Signal {
         self.values.push_back((time, value));
     }
 
-    /// Its value at a moment: the last before it.
+    /// The value at a time: the last one written before it.
     pub(super) fn at(&self, time: f64) -> Option<f64> {
         let after = self.values.partition_point(|value| value.0 <= time);
         let (_, value) = self.values.get(after.checked_sub(1)?)?;
         value.is_finite().then_some(*value)
     }
 
-    /// Its newest value.
+    /// The newest value.
     pub(super) fn last(&self) -> Option<f64> {
         self.values
             .back()
@@ -69,13 +70,13 @@ impl Signal {
             .filter(|value| value.is_finite())
     }
 
-    /// A number of it in the units that people like.
+    /// Formats a value in the user's units.
     pub(super) fn show(&self, value: f64, style: &Style) -> String {
         let unit = self.place.as_ref().map_or("", |place| &place.unit);
         style.units.show(value, unit)
     }
 
-    /// Draws the curve: each value lasts until the next.
+    /// Draws the curve. Each value lasts until the next.
     pub(super) fn draw(&self, painter: &Painter, rect: Rect, scale: &Scale, now: f64, style: &Style) {
         let first = self
             .values
@@ -121,11 +122,11 @@ impl Signal {
     }
 }
 
-/// A line of steps with at most four points in a column of the screen.
+/// A stepped line with at most four points per column of the screen.
 #[derive(Default)]
 struct Curve {
     points: Vec<Pos2>,
-    /// The column that is being drawn, and how far up and down it reaches.
+    /// The current column: its x, and the top and bottom y in it.
     column: Option<(f32, f32, f32)>,
     last: Option<f32>,
 }
@@ -146,7 +147,7 @@ impl Curve {
             }
         }
         self.last = Some(y);
-        // A line of any length, in pieces that are not.
+        // A long line is drawn in pieces of bounded length.
         if self.points.len() > 4000 {
             let from = self.points.last().copied();
             painter.line(std::mem::take(&mut self.points), stroke);

@@ -1,5 +1,5 @@
-//! Traces of shared variables beneath the hierarchy: found by name, drawn on the same time axis, with their values at the
-//! cursors.
+//! Traces of shared variables below the hierarchy: found by name, drawn on the same time axis, with their
+//! values at the cursors.
 
 use std::collections::BTreeMap;
 
@@ -18,27 +18,27 @@ use super::paint::{self, Icon};
 use super::signal::Signal;
 use crate::style::{self, Style};
 
-/// Height of a lane, points.
+/// Height of a signal's lane, in points.
 pub(super) const LANE: f32 = 58.0;
-/// Names that are offered at once.
+/// Maximum number of names offered at once.
 const OFFERED: usize = 100;
 
-/// All of them.
+/// The traces.
 #[derive(Debug, Default)]
 pub(super) struct Signals {
     pub(super) list: Vec<Signal>,
     typed: String,
     trouble: Option<String>,
-    /// Every number of every variable, once somebody asked.
+    /// The names of all numbers of all variables, computed when the menu is first opened.
     names: Vec<String>,
     colors: usize,
 }
 
 impl Signals {
-    /// Adds a trace by its name, as in `pioneer.odometry.pose.pose.position.x`.
+    /// Adds a trace by its name, as in `pioneer.odometry.pose.pose.position.x`. Does nothing if it exists.
     ///
     /// # Errors
-    /// Why there is no such number, with the nearest name there is.
+    /// Why there is no such number, with the nearest existing name.
     pub(super) fn add(&mut self, name: &str, variables: &[VariableInfo]) -> Result<(), String> {
         let name = name.trim();
         if self.list.iter().any(|signal| signal.name == name) {
@@ -48,7 +48,7 @@ impl Signals {
             name.strip_prefix(&variable.name)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        // The longest, if one name begins another.
+        // The longest match, as one variable's name may be the prefix of another's.
         let variable = variables
             .iter()
             .filter(fits)
@@ -74,12 +74,12 @@ impl Signals {
         Ok(())
     }
 
-    /// Adds a trace that another window asked for.
+    /// Adds a trace that another window requested.
     pub(super) fn ask(&mut self, name: &str, variables: &[VariableInfo]) {
         self.trouble = self.add(name, variables).err();
     }
 
-    /// The button that adds one, with the names there are.
+    /// Shows the button that adds a trace, with a menu of names.
     pub(super) fn pick(&mut self, ui: &mut Ui, variables: &[VariableInfo], style: &Style) {
         let button = ui
             .button("+ trace")
@@ -138,7 +138,7 @@ impl Signals {
         });
     }
 
-    /// Draws them below each other, names left of the time axis.
+    /// Draws the traces one below the other, with their names left of the time axis.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
@@ -171,7 +171,7 @@ impl Signals {
     }
 }
 
-/// Draws one; answers whether it shall go.
+/// Draws a trace. Returns whether it is to be removed.
 fn lane(
     ui: &Ui,
     row: Rect,
@@ -257,7 +257,7 @@ fn lane(
     .clicked()
 }
 
-/// The end of a long name says more than its beginning.
+/// The end of a long name, which is more specific than its beginning.
 fn tail(name: &str, width: f32) -> String {
     let letters = (width / 6.5) as usize;
     let count = name.chars().count();
@@ -268,7 +268,7 @@ fn tail(name: &str, width: f32) -> String {
     format!("…{end}")
 }
 
-/// Every number of every variable.
+/// The names of all numbers of all variables.
 fn names(variables: &[VariableInfo]) -> Vec<String> {
     let mut known = BTreeMap::new();
     let mut names = Vec::new();

@@ -1,13 +1,13 @@
-//! What happened, by columns of the screen: the first and the last of each are looked at, not all.
+//! Searches events by columns of the screen: only the first and the last event of each column are examined.
 
 use std::collections::VecDeque;
 
 use super::axis::Scale;
 
-/// How near to something a click or a pointer is, points.
+/// Maximum distance of the pointer from an event, in points.
 const NEAR: f32 = 7.0;
 
-/// Goes through what is in sight, column by column of `width` points: the first and the last of each column that has any.
+/// Calls `each` with the first and last index in each column of `width` points that has visible entries.
 pub(super) fn by_column<T>(
     list: &VecDeque<T>,
     time: impl Fn(&T) -> f64,
@@ -36,7 +36,7 @@ pub(super) fn by_column<T>(
     }
 }
 
-/// Which is nearest to a place of the screen, if one is near.
+/// The index of the entry nearest to a position of the screen, if it is near.
 pub(super) fn nearest<T>(
     list: &VecDeque<T>,
     time: impl Fn(&T) -> f64,

@@ -1,4 +1,4 @@
-//! Who won in each group over time, and the switches between them.
+//! The winners of each group over time, and the switches between them.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use super::traces::Traces;
 use crate::style;
 
 impl Traces<'_> {
-    /// Who won in a group: names as long as there is room for them.
+    /// Draws the winners of a group, with their names where they fit.
     pub(super) fn group(&self, painter: &Painter, rect: Rect, group: &GroupView) {
         let row = rect.shrink2(vec2(0.0, 5.0));
         let none = VecDeque::new();
@@ -43,7 +43,7 @@ impl Traces<'_> {
                 segment(from, x, winner);
                 (from, winner) = (x, switches[last].to);
                 if last > one {
-                    // More switches than there is room for.
+                    // More switches than can be shown separately.
                     let busy = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
                     painter.rect_filled(busy, 0.0, style::color_of(Ink::Accent, self.style));
                     from = x + 2.0;
@@ -54,7 +54,8 @@ impl Traces<'_> {
         segment(from, end, winner);
     }
 
-    /// Since when somebody is known to win in a group of which no switch is known any more, s: a winner's state is one as well.
+    /// For a group without kept switches: since when its winner is known, in s. A winner's state shows this
+    /// as well.
     fn won_since(&self, group: &GroupView) -> f64 {
         let since = self.seen.past.since().unwrap_or(0.0);
         let winner = group
@@ -88,9 +89,9 @@ impl Traces<'_> {
         }
     }
 
-    /// The switches of a group: a tick at the new winner, and a line to it from the old one.
+    /// Draws the switches of a group: a tick at the new winner, and a line to it from the old one.
     ///
-    /// `middle` tells the height of a schema's row, if it has one.
+    /// `middle` returns the vertical center of a schema's row, if it has one.
     pub(super) fn switches(
         &self,
         painter: &Painter,
@@ -156,7 +157,7 @@ impl Traces<'_> {
         }
     }
 
-    /// The switch of a group that is nearest to a place of the screen, if one is near.
+    /// The number of the group's switch nearest to a position of the screen, if it is near.
     pub(super) fn switch_at(&self, group: &str, x: f32) -> Option<u64> {
         let switches = self.index.group(group)?;
         let place = nearest(switches, |switch| switch.time, &self.scale, x)?;

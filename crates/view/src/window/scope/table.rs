@@ -1,4 +1,4 @@
-//! The left half of a row: a schema's facts in columns, and what an operator can do with it.
+//! The left half of a schema's row: its facts in columns, and an operator's actions.
 
 use eframe::egui::{Align2, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use jde_abi::describe::Kind;
@@ -16,21 +16,21 @@ use super::period::Period;
 use super::rows::{self, Children};
 use crate::style::{self, Style, time};
 
-/// Room that a name keeps, points.
+/// Minimum width of the names, in points.
 const NAME: f32 = 110.0;
-/// A level of the tree.
+/// Indentation per level of the tree, in points.
 pub(super) const INDENT: f32 = 10.0;
 
-/// Where the columns are.
+/// The positions of the columns.
 pub(super) struct Table {
     pub(super) left: f32,
     pub(super) right: f32,
     columns: Vec<(Column, f32)>,
-    /// Where names end.
+    /// The right end of the names.
     names: f32,
 }
 
-/// What was done with a row.
+/// The user's input on a row.
 #[derive(Default)]
 pub(super) struct RowActions {
     pub(super) selected: bool,
@@ -80,7 +80,7 @@ impl Table {
         Rect::from_min_size(pos2(x + 4.0, row.top()), vec2(column.width() - 8.0, row.height()))
     }
 
-    /// A schema.
+    /// Draws the row of a schema. Returns the input on it.
     #[expect(clippy::too_many_arguments, reason = "each is another half of a row's facts")]
     pub(super) fn schema(
         &self,
@@ -201,7 +201,7 @@ impl Table {
     }
 }
 
-/// All of a row in words.
+/// The row as text, for screen readers.
 fn spoken(view: &SchemaView) -> String {
     let (health, why) = rows::health(&view.health);
     let mut text = format!("{}, {}, {health}", view.name, bands::word(view.state),);
@@ -248,7 +248,7 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     lines.into_iter().for_each(|line| drop(ui.label(line)));
 }
 
-/// Marks a row that is selected or pointed at.
+/// Draws the background of a row that is selected or under the pointer.
 pub(super) fn ground(ui: &Ui, rect: Rect, selected: bool, striped: bool) {
     let visuals = ui.visuals();
     if selected {

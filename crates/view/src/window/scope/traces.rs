@@ -1,5 +1,5 @@
-//! The right half of a schema's row: its states over time, and what happened to it. It draws by columns of the screen and looks at
-//! what is in sight only.
+//! The right half of a schema's row: its states over time, and its events. It draws by columns of the screen,
+//! and examines only the visible part.
 
 use eframe::egui::{Mesh, Painter, Rect, vec2};
 use jde_host::snapshot::SchemaView;
@@ -12,16 +12,16 @@ use super::input::Input;
 use super::strips::{by_column, nearest};
 use crate::style::{self, Style};
 
-/// What happened in one column that is looked at.
+/// Maximum number of events examined in one column.
 const LOOKED_AT: usize = 16;
 
-/// What is drawn into all rows of a frame.
+/// Draws the traces of all rows of a frame.
 pub(super) struct Traces<'a> {
     pub(super) seen: &'a Input<'a>,
     pub(super) index: &'a Index,
     pub(super) scale: Scale,
     pub(super) style: &'a Style,
-    /// Width of a column: one pixel.
+    /// Width of a column: one pixel, in points.
     pub(super) pixel: f32,
     runs: Vec<ColumnRun>,
     mesh: Mesh,
@@ -46,7 +46,7 @@ impl<'a> Traces<'a> {
         }
     }
 
-    /// A schema's states and what happened to it.
+    /// Draws a schema's states and events.
     pub(super) fn schema(&mut self, painter: &Painter, rect: Rect, view: &SchemaView) {
         let row = rect.shrink2(vec2(0.0, 3.0));
         if let Some(list) = self.seen.past.states(&view.name) {
@@ -76,7 +76,7 @@ impl<'a> Traces<'a> {
         );
     }
 
-    /// What there is to say of a schema at a place of the screen.
+    /// Describes a schema at a position of the screen: its state then, and the nearest event.
     pub(super) fn words_at(&self, view: &SchemaView, x: f32) -> Vec<String> {
         let time = self.scale.time(x);
         let mut words = Vec::new();

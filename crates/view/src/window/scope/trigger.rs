@@ -1,5 +1,5 @@
-//! The trigger: a condition in the recorder's words that moves the window to the moment at which it comes true, with what led to
-//! it. Whether it is true is decided by the recorder's own code.
+//! The trigger: a condition in the recorder's syntax. When it becomes true, the window moves to that moment
+//! and shows what led to it. The recorder's own code evaluates the condition.
 
 use jde_link::message::{Schemas, VariableInfo};
 use jde_log::trigger::{Condition, Names, Triggers};
@@ -11,41 +11,41 @@ use crate::session::{History, Progress};
 use jde_host::story::Line;
 use std::sync::Arc;
 
-/// What happens after it fired.
+/// What the window does after the trigger fired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Mode {
-    /// The window follows the present until it fires again.
+    /// Follows the present again unless the trigger fires again soon.
     #[default]
     Auto,
-    /// The window stays until it fires again.
+    /// Stays until the trigger fires again.
     Normal,
-    /// The window stays.
+    /// Pauses.
     Single,
 }
 
-/// Where it stands.
+/// The state of the trigger.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) enum Phase {
     /// There is no condition.
     #[default]
     Off,
-    /// It waits.
+    /// Waits for the condition.
     Armed,
-    /// It fired, and the window fills with what comes after.
+    /// Fired; the window fills with what follows.
     Fired { at: f64 },
-    /// It fired once and waits no longer.
+    /// Fired in mode [`Mode::Single`] and does not fire again.
     Done { at: f64 },
 }
 
-/// What is kept of it from one start to the next.
+/// The part of the trigger that is saved for the next start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct SavedTrigger {
     /// The condition.
     pub(super) text: String,
     pub(super) mode: Mode,
-    /// Where in the window the moment is put, 0 to 1.
+    /// The position of the moment in the window, from 0 to 1.
     pub(super) share: f64,
 }
 
@@ -53,10 +53,10 @@ pub(super) struct SavedTrigger {
 #[derive(Default)]
 pub(super) struct Trigger {
     pub(super) kept: SavedTrigger,
-    /// Why the condition is none.
+    /// Why the text is not a condition.
     pub(super) trouble: Option<String>,
     phase: Phase,
-    /// The last time that it fired, and why in words.
+    /// The last time in s at which it fired, and why.
     last: Option<(f64, String)>,
     watched: Option<Triggers>,
     heard: Progress,
@@ -97,12 +97,12 @@ impl Trigger {
         &self.phase
     }
 
-    /// When it fired last, and why.
+    /// The last time in s at which it fired, and why.
     pub(super) fn last(&self) -> Option<&(f64, String)> {
         self.last.as_ref()
     }
 
-    /// Takes the text up as its condition; none for an empty one.
+    /// Parses the text as the condition and arms the trigger. An empty text switches it off.
     pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &History) {
         (self.trouble, self.watched, self.phase) = (None, None, Phase::Off);
         let text = self.kept.text.trim();
@@ -119,21 +119,21 @@ impl Trigger {
         }
     }
 
-    /// Waits for what comes from now on.
+    /// Arms the trigger for lines from now on.
     pub(super) fn again(&mut self, past: &History) {
         if self.watched.is_some() {
             (self.phase, self.heard) = (Phase::Armed, past.progress());
         }
     }
 
-    /// The variables whose values it must be given.
+    /// The variables whose values [`Self::step`] needs.
     pub(super) fn variables(&self) -> Vec<String> {
         let watched = self.watched.iter().flat_map(Triggers::variables);
         watched.map(str::to_owned).collect()
     }
 
-    /// Hears what is new, and moves the window when it fires; answers with the moment. A value is its time in ns, its variable and
-    /// its bytes.
+    /// Evaluates the new lines and values, and moves the window if the trigger fires. Returns that time in s.
+    /// Each value is its time in ns, its variable and its bytes; `now` is in ns.
     pub(super) fn step(
         &mut self,
         past: &History,
@@ -170,7 +170,7 @@ impl Trigger {
                 Mode::Auto | Mode::Normal => self.phase = Phase::Armed,
             }
         }
-        // While a person looks at something, it stays.
+        // While paused, the window stays as the user left it.
         if axis.is_paused() {
             return None;
         }
@@ -197,7 +197,7 @@ impl Trigger {
     }
 }
 
-/// What was heard between, in the order of time.
+/// The lines received between two counts, ordered by time.
 fn fresh(past: &History, before: Progress, now: Progress) -> Vec<Line> {
     let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
     let happenings = newest(
@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(trigger.phase(), &Phase::Fired { at: 11.0 });
         let scale = axis.scale(11.05, eframe::egui::Rangef::new(0.0, 100.0));
         assert!((scale.x(11.0) - 20.0).abs() < 1e-3);
-        // A second one while the window fills is not another beginning.
+        // While the window fills, the condition does not fire again.
         collide(&mut fixed, 12, 12.0);
         trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
         assert_eq!(trigger.last().expect("it fired").0, 11.0);

@@ -1,4 +1,5 @@
-//! Why a group switched: the list of switches, and the record of the one that is opened (R15), in words that need no manual.
+//! The reasons of switches: the list of switches, and the record of the opened one (R15), described in plain
+//! words.
 
 use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
 use jde_host::snapshot::GroupView;
@@ -11,26 +12,26 @@ use super::paint;
 use crate::session::History;
 use crate::style::{self, Style, time};
 
-/// Which record is looked at.
+/// The list of switches and the opened record.
 #[derive(Debug, Default)]
 pub(super) struct SwitchDetails {
-    /// Its number; none for the newest.
+    /// The number of the opened selection. `None` shows the newest.
     opened: Option<u64>,
-    /// Selections that changed nothing are listed too.
+    /// Whether selections without a switch are listed too.
     all: bool,
-    /// The list has to show the opened one.
+    /// Scroll the list to the opened record.
     scroll: bool,
 }
 
 impl SwitchDetails {
-    /// Opens a record.
+    /// Opens the record of a selection, by its number.
     pub(super) fn open(&mut self, number: u64) {
         (self.opened, self.scroll) = (Some(number), true);
     }
 
-    /// Opens the record of a moment, if there is one.
+    /// Opens the record of a time in s, if there is one.
     pub(super) fn open_at(&mut self, past: &History, at: f64) {
-        // Times go through whole ns.
+        // The times may differ by the conversion from ns.
         let place = past
             .decisions()
             .partition_point(|decision| decision.time_s < at - 1e-6);
@@ -41,12 +42,12 @@ impl SwitchDetails {
         }
     }
 
-    /// The record that a person opened.
+    /// The number of the selection that the user opened.
     pub(super) fn opened(&self) -> Option<u64> {
         self.opened
     }
 
-    /// Opens the switch after or before the one that is looked at; answers with its number.
+    /// Opens the next or previous switch. Returns its number.
     pub(super) fn turn(&mut self, index: &Index, forward: bool) -> Option<u64> {
         let switches = index.switches();
         let newest = *switches.back()?;
@@ -62,7 +63,7 @@ impl SwitchDetails {
         Some(number)
     }
 
-    /// Draws the list and the record; answers with a moment that the window shall show.
+    /// Draws the list and the record. Returns a time in s that the axis must show.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
@@ -173,7 +174,7 @@ impl SwitchDetails {
     }
 }
 
-/// A selection in a line: `4.000 s example/base: goon › vff`.
+/// A selection in one line: `4.000 s  example/base: goon › vff`.
 fn in_a_line(decision: &Decision) -> String {
     let who = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
     let choice = if decision.changed {
@@ -217,7 +218,7 @@ fn case_color(case: &str, style: &Style) -> eframe::egui::Color32 {
     style::color_of(color, style)
 }
 
-/// A record in words.
+/// Describes a record.
 fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
@@ -236,7 +237,7 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
         ui.label(format!("Cause: {}", decision.cause));
         takeover(ui, decision, seen, style);
     };
-    // Side by side where there is room, so that nothing has to be scrolled for.
+    // Side by side if there is space, which avoids scrolling.
     if ui.available_width() > 620.0 {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| candidates(ui, decision, style));
@@ -286,7 +287,7 @@ fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
     });
 }
 
-/// Who decided, as a beginning of a sentence.
+/// The decider, as the beginning of a sentence.
 fn decider(decider: &str) -> String {
     match decider {
         "nobody" => "No decision was needed".to_owned(),
@@ -298,7 +299,7 @@ fn decider(decider: &str) -> String {
     }
 }
 
-/// How long the winner took to act, against what the group's contract allows (R17).
+/// Shows how long the takeover took, with the limit of the group's contract (R17).
 fn takeover(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     let allowed = seen
         .snapshot
@@ -306,7 +307,7 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
         .iter()
         .find(|group| group.name == decision.group)
         .map(|GroupView { allowed, .. }| *allowed as f64 / 1e9)
-        // Of one in a recording it is not known.
+        // In a recording, the limit is not known.
         .filter(|allowed| *allowed > 0.0);
     let took = decision.takeover_us.map(|took| took / 1e6);
     let of = allowed.map_or_else(String::new, |allowed| {
