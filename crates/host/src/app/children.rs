@@ -1,4 +1,4 @@
-//! The children of a father: who plays which role, and what the father writes to whom.
+//! The children of a father: their roles, and what the father writes to them. Groups are not formed here.
 
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
@@ -13,14 +13,14 @@ const PERIOD: (&str, &str) = ("period", "std_msgs/msg/Float64");
 
 /// One child as a father names it.
 pub(super) struct Kin<'a> {
-    /// The father's role for it; none if it cannot play one, which has been reported.
+    /// The father's role for it; `None` if it cannot have one, which has been reported.
     pub(super) role: Option<usize>,
     pub(super) child: usize,
-    /// Its name, as it stands in the file.
+    /// Its name in the file.
     pub(super) name: Text<'a>,
 }
 
-/// Reads `children` of an instance, in the file's order; gives those that are schemas of the application.
+/// Reads `children` of an instance, in the file's order. Returns those that are schemas of the application.
 pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -> Vec<Kin<'a>> {
     let section = &drafts.get(index).section;
     let what = section.key("children");
@@ -42,7 +42,7 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
     }
     let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
     if roles.iter().any(|role| role.many) {
-        // The groups' members say the order of those whom no type names.
+        // The members of the groups give the order of children that the type does not name.
         all.sort_by_key(|kin| kin.role);
     }
     for role in roles.iter().filter(|role| !role.optional) {
@@ -57,7 +57,7 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
     all
 }
 
-/// The role of that name, if the father's type has it and the child can play it.
+/// Returns the role of that name, if the father's type has it and the child fits it.
 fn play(
     report: &mut Report,
     drafts: &Drafts,
@@ -93,7 +93,7 @@ fn play(
     None
 }
 
-/// Binds what a father writes to its children.
+/// Binds a father's writes to its children.
 pub(super) fn modulate(report: &mut Report, here: &Here, kin: &[Kin], bindings: &mut [Binding]) {
     for (port, binding) in here.schema.ports.iter().zip(bindings) {
         if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
@@ -105,7 +105,7 @@ pub(super) fn modulate(report: &mut Report, here: &Here, kin: &[Kin], bindings: 
     }
 }
 
-/// What a father's port writes to at the child in that role.
+/// Returns the target of a father's port at the child in that role.
 fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) -> Option<ChildTarget> {
     let schema = here.drafts.schema(kin.child)?;
     let what = format!(
@@ -153,7 +153,7 @@ fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) ->
     None
 }
 
-/// What a person calls a schema of that kind.
+/// Returns the name of a kind of schema for messages.
 pub(super) fn noun(kind: Kind) -> &'static str {
     match kind {
         Kind::Perceptive => "a perceptive schema",

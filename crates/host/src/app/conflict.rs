@@ -1,5 +1,5 @@
-//! Two motor schemas that could hold authority at one instant must not command one actuator: never two of them. Relies on
-//! fathers without ways round.
+//! Refuses applications in which two motor schemas could command one actuator and hold authority at the same
+//! instant. Requires a hierarchy without cycles.
 
 use std::collections::HashMap;
 
@@ -8,18 +8,18 @@ use super::drafts::Drafts;
 use super::report::{Report, quote};
 use super::{Group, Instance};
 
-/// By father; none is above all roots.
+/// By father; `None` stands above all roots.
 type Claims = HashMap<Option<usize>, Claim>;
 
-/// Who commands the actuator in question at a father, or below it.
+/// The user of the actuator in question at a father, or below it.
 #[derive(Clone, Copy)]
 enum Claim {
     Itself,
     Below { group: usize, user: usize },
 }
 
-/// Reports every pair of schemas that could command one actuator at the same time. Exclusive are different members of one
-/// group, and whatever is below them.
+/// Reports every pair of schemas that could command one actuator at the same time. Different members of one
+/// group, and everything below them, exclude each other.
 pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>], groups: &[Group]) {
     let mut claims: HashMap<(usize, usize), Claims> = HashMap::new();
     for (user, instance) in instances.iter().enumerate() {
@@ -56,7 +56,8 @@ pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<I
     }
 }
 
-/// Enters a user of the actuator, at itself and at all its fathers; gives a rival that is not exclusive of it.
+/// Enters a user of the actuator, at itself and at all its fathers. Returns a rival that it does not exclude,
+/// and the reason.
 fn claim(
     claims: &mut Claims,
     drafts: &Drafts,

@@ -1,14 +1,15 @@
-//! Finds ways round in a graph, without recursion: a file can be as long as it likes.
+//! Finds cycles in a graph. Without recursion, because a file can be arbitrarily long.
 
 use std::ops::Range;
 
-/// An edge: where it leads, and where the file says so.
+/// An edge: its target, and its position in the file.
 pub(super) type Edge = (usize, Range<usize>);
 
-/// Most ways that are told: each may be as long as the file, and who breaks some may have broken all.
+/// The most cycles that are returned. Each may be as long as the file, and breaking some may break all.
 const MOST: usize = 20;
 
-/// For edges that close a way round, [`MOST`] of them: the nodes on the way, the first again at the end, and where that edge is written.
+/// Returns the cycles closed by edges, at most [`MOST`]: the nodes of the cycle, with the first again at the
+/// end, and the position of the closing edge.
 pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
     let mut found = Vec::new();
     let mut done = vec![false; edges.len()];
@@ -17,7 +18,7 @@ pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
         if done[start] || found.len() == MOST {
             continue;
         }
-        // Each step of the path: a node and which of its edges is next.
+        // The path: nodes, each with the number of its next edge.
         let mut path = vec![(start, 0)];
         on_path[start] = true;
         while let Some((node, next)) = path.last_mut() {

@@ -1,5 +1,5 @@
-//! Reads tables, texts and lists out of a TOML document, and reports what is of another shape than was expected. Knows
-//! nothing of schemas.
+//! Reads tables, texts and lists from a TOML document, and reports values of an unexpected shape. It has no
+//! knowledge of schemas.
 
 use std::ops::Range;
 
@@ -8,17 +8,17 @@ use toml::de::{DeTable, DeValue};
 
 use super::report::{Report, quote};
 
-/// A value and where it is.
+/// A value and its position.
 pub(super) type Node<'a> = Spanned<DeValue<'a>>;
 
-/// A text and where it is.
+/// A text and its position.
 #[derive(Clone, Debug)]
 pub(super) struct Text<'a> {
     pub(super) text: &'a str,
     pub(super) span: Range<usize>,
 }
 
-/// A table and what messages call it: "schema `goon`".
+/// A table and its name in messages: "schema `goon`".
 #[derive(Clone)]
 pub(super) struct Section<'a> {
     pub(super) what: String,
@@ -35,7 +35,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// All entries, in the file's order.
+    /// Returns all entries, in the file's order.
     pub(super) fn entries(&self) -> impl Iterator<Item = (Text<'a>, &'a Node<'a>)> + use<'a> {
         self.entries.iter().map(|(key, value)| {
             let key = Text {
@@ -50,14 +50,14 @@ impl<'a> Section<'a> {
         self.entries.get(key)
     }
 
-    /// Where a key is written; the section itself if it is not.
+    /// Returns the position of a key, or of the section if the key is missing.
     pub(super) fn key_span(&self, key: &str) -> Range<usize> {
         self.entries
             .get_key_value(key)
             .map_or_else(|| self.span.clone(), |(key, _)| key.span())
     }
 
-    /// What messages call one of its keys: "`period` of schema `goon`".
+    /// Returns the name of a key in messages: "`period` of schema `goon`".
     pub(super) fn key(&self, key: &str) -> String {
         format!("{} of {}", quote(key), self.what)
     }
@@ -79,7 +79,7 @@ impl<'a> Section<'a> {
         )
     }
 
-    /// A table in this one.
+    /// Returns a table in this one.
     pub(super) fn section(
         &self,
         report: &mut Report,
@@ -94,7 +94,7 @@ impl<'a> Section<'a> {
         Some(Section::new(what, self.key_span(key), entries))
     }
 
-    /// A table of names, each with a text: `{ laser = "pioneer.laser" }`.
+    /// Returns a table of names, each with a text: `{ laser = "pioneer.laser" }`.
     pub(super) fn pairs(&self, report: &mut Report, key: &str) -> Vec<(Text<'a>, Text<'a>)> {
         let Some(section) = self.section(report, key, self.key(key)) else {
             return Vec::new();
@@ -105,8 +105,8 @@ impl<'a> Section<'a> {
             .collect()
     }
 
-    /// Whether a table in this one has the name, right or wrong. One of another shape may have any: what is wrong with it
-    /// is reported.
+    /// Whether the table at `key` contains `name`, with any value. True for a value of another shape, which
+    /// is reported elsewhere.
     pub(super) fn is_given(&self, key: &str, name: &str) -> bool {
         self.get(key).is_some_and(|node| {
             node.get_ref()
@@ -115,13 +115,13 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// How many entries the file means a table in this one to have; of another shape it is one.
+    /// Returns the number of entries intended for the table at `key`; 1 for a value of another shape.
     pub(super) fn entry_count(&self, key: &str) -> usize {
         self.get(key)
             .map_or(0, |node| node.get_ref().as_table().map_or(1, DeTable::len))
     }
 
-    /// Reports every key that is not among the known ones.
+    /// Reports every unknown key.
     pub(super) fn refuse_unknown(&self, report: &mut Report, known: &[&str]) {
         for (key, _) in self.entries().filter(|(key, _)| !known.contains(&key.text)) {
             report
@@ -153,7 +153,7 @@ fn text<'a>(report: &mut Report, what: &str, node: &'a Node<'a>) -> Option<Text<
     })
 }
 
-/// What a person calls a value of that kind.
+/// Returns the name of a value's shape for messages.
 pub(super) fn shape(value: &DeValue) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
@@ -166,7 +166,7 @@ pub(super) fn shape(value: &DeValue) -> &'static str {
     }
 }
 
-/// The number that a value is, if it is one.
+/// Returns the number, if the value is one.
 pub(super) fn number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
@@ -179,7 +179,7 @@ pub(super) fn number(value: &DeValue) -> Option<f64> {
     }
 }
 
-/// The whole number that a value is, if it is one; TOML's are at most 64 bits, with a sign or without.
+/// Returns the whole number, if the value is one. TOML's have at most 64 bits, signed or unsigned.
 pub(super) fn whole(value: &DeValue) -> Option<i128> {
     let integer = value.as_integer()?;
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()

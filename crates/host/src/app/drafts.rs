@@ -1,4 +1,5 @@
-//! The schemas that a file defines, before they are bound: by number, by name, and with their types once found.
+//! The schemas that a file defines, before they are bound: by number and by name, with their types once these
+//! are resolved. Binds nothing.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -10,9 +11,10 @@ use toml::de::DeValue;
 use super::document::{Section, Text, wrong};
 use super::report::{Report, quote};
 
-/// Most schemas of one application. A thousand light ones take a processor of their own; who has more has a fault in what writes the file.
+/// The most schemas of one application. A thousand light ones occupy a processor, so more than this is a
+/// fault of the program that wrote the file.
 const MOST_SCHEMAS: usize = 10_000;
-/// Longest name of a schema, as of everything that a plugin names.
+/// The longest name of a schema, as for every other name in a plugin.
 const LONGEST_NAME: usize = 64;
 
 /// The schemas that a file defines, by number and by name.
@@ -26,7 +28,7 @@ pub(super) struct Drafts<'a> {
 pub(super) struct Draft<'a> {
     pub(super) name: &'a str,
     pub(super) section: Section<'a>,
-    /// None where the type is missing or unknown, which has been reported.
+    /// `None` if the type is missing or unknown, which has been reported.
     pub(super) found: Option<Found>,
 }
 
@@ -38,7 +40,7 @@ pub(super) struct Found {
     pub(super) schema: Arc<Schema>,
 }
 
-/// One instance among the others.
+/// One instance, with access to the others.
 pub(super) struct Here<'d, 'a> {
     pub(super) drafts: &'d Drafts<'a>,
     pub(super) index: usize,
@@ -103,12 +105,12 @@ impl<'a> Drafts<'a> {
         &self.list[index]
     }
 
-    /// The type of an instance, where it is known.
+    /// Returns the type of an instance; `None` if it is unknown.
     pub(super) fn schema(&self, index: usize) -> Option<&Arc<Schema>> {
         self.list[index].found.as_ref().map(|found| &found.schema)
     }
 
-    /// The name of an instance, quoted.
+    /// Returns the name of an instance, quoted.
     pub(super) fn quoted(&self, index: usize) -> String {
         quote(self.list[index].name)
     }
@@ -117,7 +119,8 @@ impl<'a> Drafts<'a> {
         self.places.get(name).copied()
     }
 
-    /// The instance of that name; reports it if there is none. `what` names it: "`roots` of the application".
+    /// Returns the instance of that name; reports it if there is none. `what` names the place in messages:
+    /// "`roots` of the application".
     pub(super) fn find(
         &self,
         report: &mut Report,
@@ -138,7 +141,7 @@ impl<'a> Drafts<'a> {
     }
 }
 
-/// Whether schemas and their variables can be called so.
+/// Whether the text can be the name of a schema or a variable.
 pub(super) fn is_legal_name(name: &str) -> bool {
     let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(legal)

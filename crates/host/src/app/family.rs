@@ -1,4 +1,4 @@
-//! Who is whose father, and whether every motor schema has one place to compete in.
+//! The father of each schema. Checks that every motor schema has exactly one place to compete in.
 
 use jde_abi::describe::Kind;
 
@@ -9,14 +9,14 @@ use super::drafts::Drafts;
 use super::outline::Roots;
 use super::report::{Report, quote};
 
-/// What the file says of fathers and children.
+/// Fathers and children, as the file states them.
 pub(super) struct Family<'a> {
     /// The children of each instance, in the file's order.
     pub(super) kin: Vec<Vec<Kin<'a>>>,
-    /// The motor schemas of each level at the top, each with where it is named.
+    /// The motor schemas of each top level, each with its position in the file.
     pub(super) roots: Vec<Vec<Edge>>,
-    /// Every name in `roots` and `children` is that of a schema. If not, whoever seems to have no father may just be
-    /// misspelt there.
+    /// Every name in `roots` and `children` is that of a schema. Otherwise a schema without a father may only
+    /// be misspelt there.
     complete: bool,
 }
 
@@ -36,15 +36,15 @@ impl<'a> Family<'a> {
         Self { kin, roots, complete }
     }
 
-    /// The father of every motor schema that has one; reports second fathers, roots with a father, ways round and schemas
-    /// that nobody wakes.
+    /// Returns the father of every motor schema that has one. Reports second fathers, roots with a father,
+    /// cycles, and schemas that are never woken.
     pub(super) fn fathers(&self, report: &mut Report, drafts: &Drafts) -> Vec<Option<usize>> {
         let mut fathers = vec![None; drafts.len()];
         for (father, kin) in self.kin.iter().enumerate() {
             for kin in kin.iter().filter(|kin| is_motor(drafts, kin.child)) {
                 match fathers[kin.child] {
                     None => fathers[kin.child] = Some(father),
-                    // Twice by one father is a matter of roles, and has been reported as such.
+                    // The same father twice is a fault of its roles, and has been reported.
                     Some(earlier) if earlier == father => {}
                     Some(earlier) => refuse_second(report, drafts, kin, earlier, father),
                 }
@@ -109,7 +109,7 @@ fn roots(report: &mut Report, drafts: &Drafts, written: &Roots) -> Vec<Vec<Edge>
         .collect()
 }
 
-/// The roots of one level; `known` are those that were named before, there or in another.
+/// Returns the roots of one level; `known` are those already named, in this level or another.
 fn roots_of(report: &mut Report, drafts: &Drafts, names: &[Text], known: &mut Vec<usize>) -> Vec<Edge> {
     let mut roots: Vec<Edge> = Vec::new();
     for root in names {

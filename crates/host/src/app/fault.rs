@@ -1,31 +1,31 @@
-//! What is wrong with an application, where, and what to do about it. Renders text; prints nothing.
+//! Faults of an application: what is wrong, where, and how to correct it. Formats text; prints nothing.
 
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Most faults in one text; whoever has more mends these first.
+/// The most faults in one text; the others are counted.
 const MOST_SHOWN: usize = 40;
 
-/// One thing that is wrong.
+/// One fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Where.
+    /// Its place.
     pub place: Place,
     /// What is wrong, and what was expected.
     pub message: String,
-    /// What to do.
+    /// How to correct it.
     pub help: Option<String>,
-    /// It is only counted, and nobody will read it.
+    /// It is only counted and never shown.
     pub(super) counted: bool,
 }
 
-/// Where a fault is.
+/// The place of a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Something is wrong with the file as a whole.
+    /// The file as a whole.
     File(PathBuf),
-    /// A piece of the file.
+    /// A position in the file.
     Text {
         /// The file.
         file: PathBuf,
@@ -40,16 +40,16 @@ pub enum Place {
     Option(String),
 }
 
-/// What is wrong with an application: the file in its order, then the options. Never empty.
+/// The faults of an application: those of the file in its order, then those of the options. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Faults {
     list: Vec<Fault>,
-    /// Those that were found and are not in the list.
+    /// Faults that were found and are not in the list.
     more: usize,
 }
 
 impl Faults {
-    /// Puts them in order.
+    /// Sorts the faults.
     pub(super) fn new(mut list: Vec<Fault>, more: usize) -> Self {
         list.sort_by_key(|fault| match &fault.place {
             Place::File(_) => (0, 0),
@@ -59,13 +59,13 @@ impl Faults {
         Self { list, more }
     }
 
-    /// The faults, in order; of very many the first that were found.
+    /// Returns the faults, in order; if there are very many, the first ones found.
     #[must_use]
     pub fn list(&self) -> &[Fault] {
         &self.list
     }
 
-    /// How many there are in all.
+    /// Returns the number of all faults.
     #[must_use]
     pub fn count(&self) -> usize {
         self.list.len() + self.more
@@ -82,7 +82,7 @@ impl Fault {
         }
     }
 
-    /// The line it is in, from 1; none for a whole file or an option.
+    /// Returns the line, from 1; `None` for a whole file or an option.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
         match &self.place {

@@ -1,4 +1,4 @@
-//! Reads the text of an application file, or says why it cannot be one.
+//! Reads the text of an application file, or reports why that is impossible. Does not parse it.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -8,9 +8,9 @@ use super::Faults;
 use super::report::{Report, quote};
 use super::suggest::nearest;
 
-/// Largest application file: room for twenty thousand schemas, and what is larger is something else.
+/// The largest application file: enough for twenty thousand schemas.
 const MOST_BYTES: u64 = 2 << 20;
-/// The text of a file.
+/// Returns the text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Faults> {
     String::from_utf8(bytes(path)?).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
@@ -58,7 +58,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
     Err(report.into_faults())
 }
 
-/// The application file in the same folder whose name is nearest.
+/// Returns the application file in the same folder with the most similar name.
 fn neighbour(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -1,4 +1,4 @@
-//! Values that people give outside a file, as options and to tools: TOML, or a text without its quotes.
+//! Values given outside a file, as options and to tools: TOML, or a text without its quotes. Checks no range.
 
 use std::path::Path;
 
@@ -12,11 +12,12 @@ use super::document::Node;
 use super::report::Report;
 use super::values::Target;
 
-/// Reads a value as people write it for the variable `name` of a schema: TOML, or a text without its quotes. Units become the
-/// variable's own, a relative path begins in `folder`. Ranges are checked by who owns the variable.
+/// Parses a value for the variable `name` of a schema: TOML, or a text without its quotes. Units are
+/// converted to the variable's own; a relative path starts in `folder`. The owner of the variable checks the
+/// range.
 ///
 /// # Errors
-/// What does not fit; each fault's place is `option`, as the user gave it.
+/// The faults of the value; the place of each is `option`, as the user gave it.
 pub fn value(
     text: &str,
     (schema, name): (&str, &str),
@@ -38,11 +39,11 @@ pub fn value(
         target.value(report, value_type, &node)
     });
     report.finish()?;
-    // Whoever reports nothing has a value.
+    // Without a fault there is a value.
     Ok(read.unwrap_or(Value::Map(Vec::new())))
 }
 
-/// What a text says for a type: TOML if it is, else the text itself.
+/// Parses a text for a type: as TOML if possible, otherwise as the text itself.
 pub(super) fn node<'t>(text: &'t str, value_type: &Type) -> Node<'t> {
     let as_text = || Spanned::new(0..text.len(), DeValue::String(text.into()));
     let node = DeValue::parse(text).unwrap_or_else(|_| as_text());

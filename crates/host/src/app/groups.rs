@@ -1,4 +1,4 @@
-//! Groups: who competes with whom. How they compete is the business of `rules`.
+//! Groups: which schemas compete with each other. How they compete is read in `rules`.
 
 use jde_abi::describe::Child;
 
@@ -10,7 +10,7 @@ use super::outline::Level;
 use super::report::{Report, quote};
 use super::rules::{Among, Rules};
 
-/// A level of roots, with what the file says of it.
+/// Returns the group of a level of roots.
 pub(super) fn of_roots(report: &mut Report, drafts: &Drafts, level: &Level, roots: &[Edge]) -> Group {
     let members: Vec<_> = roots.iter().map(|(root, _)| *root).collect();
     let names = members.iter().map(|root| (drafts.get(*root).name, *root));
@@ -25,7 +25,7 @@ pub(super) fn of_roots(report: &mut Report, drafts: &Drafts, level: &Level, root
     rules.group(level.name.clone(), None, members)
 }
 
-/// The groups of one father, in the order in which it names their first members.
+/// Returns the groups of one father, in the order in which it names their first members.
 pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin: &[Kin]) -> Vec<Group> {
     let Some(schema) = drafts.schema(father) else {
         return Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
     if let Some(settings) = &settings {
         for (name, node) in settings.entries().filter(|(name, _)| !known.contains(&name.text)) {
             if many && node.get_ref().get("members").is_some() {
-                // None of them is a child of it, which has been reported.
+                // None of its members is a child, which has been reported.
                 continue;
             }
             let fault = report.fault(

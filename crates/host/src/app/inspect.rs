@@ -1,4 +1,5 @@
-//! Asks schemas what is wrong with what their modulations name (`jde.inspect`), and reports it where those values are written.
+//! Has schemas inspect what their modulations name (`jde.inspect`), and reports the problems at the values.
+//! Calls no plugin itself.
 
 use std::sync::Arc;
 
@@ -8,18 +9,18 @@ use super::drafts::Here;
 use super::report::{Report, quote};
 use super::{Binding, Catalogue, Override};
 
-/// A question to a type of schema: what is wrong with these values of its modulations?
+/// A request to a schema type to inspect these values of its modulations.
 #[derive(Clone, Debug)]
 pub struct Inspection<'q> {
     /// The place of the type in its plugin.
     pub number: usize,
     /// The name of the instance.
     pub name: &'q str,
-    /// What each port is bound to.
+    /// The binding of each port.
     pub bindings: &'q [Binding],
 }
 
-/// Reports what the type of an instance finds wrong.
+/// Reports the problems that the type of an instance finds.
 pub(super) fn ask(
     report: &mut Report,
     catalogue: &dyn Catalogue,
@@ -70,7 +71,7 @@ pub(super) fn ask(
 }
 
 impl<'q> Inspection<'q> {
-    /// The value of a modulation, and whether the application gives it.
+    /// Returns the value of a modulation, and whether the application sets it.
     #[must_use]
     pub fn value(&self, port: u32) -> Option<(&'q [u8], bool)> {
         match self.bindings.get(port as usize)? {

@@ -1,4 +1,5 @@
-//! From a file to an application: reads, then runs every check whatever the others found, so that all faults come at once.
+//! Turns a file into an application. Runs every check independently of the results of the others, so that all
+//! faults are reported at once. Starts nothing.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,19 +20,20 @@ use super::{
     modulations, needs, syntax, types, wiring,
 };
 
-/// Reads and checks an application file; paths in it are relative to its folder, paths in `overrides` to the working
-/// directory.
+/// Reads and checks an application file. Paths in it are relative to its folder, paths in `overrides` to the
+/// working directory.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// All faults of the file and of `overrides`.
 pub fn load(path: &Path, overrides: &[Override], catalogue: &dyn Catalogue) -> Result<Application, Faults> {
     read(&file::read(path)?, path, overrides, catalogue, true)
 }
 
-/// Checks the text of an application file; `path` is where it stands, or would. The files that it names need not be there.
+/// Checks the text of an application file; `path` is its real or supposed path. The files that it names need
+/// not exist.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// All faults of the text and of `overrides`.
 pub fn parse(
     text: &str,
     path: &Path,
@@ -41,7 +43,7 @@ pub fn parse(
     read(text, path, overrides, catalogue, false)
 }
 
-/// With `look`, the files that have to be there are looked for.
+/// Reads and checks a text. With `look`, the files that it names must exist.
 fn read(
     text: &str,
     path: &Path,
@@ -52,7 +54,7 @@ fn read(
     let mut report = Report::new(path, text);
     let (document, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        // What was recovered is not what was meant; faults found in it would lead astray.
+        // The recovered document is not the intended one; faults in it would be misleading.
         syntax::report(&mut report, text, &errors);
         return Err(report.into_faults());
     }
@@ -80,16 +82,16 @@ fn read(
     Ok(application)
 }
 
-/// What an application is checked with.
+/// The inputs of a check.
 #[derive(Clone, Copy)]
 struct Given<'g> {
     overrides: &'g [Override],
-    /// Where its file stands, absolute.
+    /// The absolute path of the file.
     file: &'g Path,
     catalogue: &'g dyn Catalogue,
 }
 
-/// Everything after the types; none only if there are faults.
+/// Runs all checks that follow the resolution of types. Returns `None` only if there are faults.
 fn check(
     report: &mut Report,
     outline: Outline,
@@ -161,8 +163,8 @@ fn check(
     })
 }
 
-/// One instance, but for its place among the groups; none if its type is unknown, and then only what does not depend on
-/// the type is checked.
+/// Checks one instance and returns it without its place among the groups. If its type is unknown, returns
+/// `None` and checks only what does not depend on the type.
 fn instance(
     report: &mut Report,
     outline: &Outline,
@@ -197,7 +199,7 @@ fn instance(
             modulations::from_option(report, given, &here, paths, &mut settings, &mut bindings);
         });
     }
-    // Of values that are refused already there is no more to say.
+    // A refused value needs no inspection.
     if look && schema.inspects && report.count() == faults {
         let asked = Inspection {
             number: found.number,

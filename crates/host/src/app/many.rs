@@ -1,5 +1,6 @@
-//! Roles that any number of children have: the file names them, and says in the father's groups who competes with whom. It only
-//! makes of a type what it is in this application; whether the children fit is judged as ever.
+//! Roles with any number of children: the file names the children, and the father's groups state which
+//! compete with each other. Only completes the type for this application; the usual checks decide whether the
+//! children fit.
 
 use std::sync::Arc;
 
@@ -53,7 +54,7 @@ pub(super) fn name_children(report: &mut Report, drafts: &mut Drafts) {
     }
 }
 
-/// Who is named in `children`, if that is a table; else it is reported where it is read.
+/// Returns the names in `children`, if that is a table. Another shape is reported where it is read.
 fn named<'a>(section: &Section<'a>) -> Vec<Text<'a>> {
     let table = section.get("children").and_then(|node| node.get_ref().as_table());
     let section = table.map(|table| Section::new("", 0..0, table));
@@ -62,7 +63,7 @@ fn named<'a>(section: &Section<'a>) -> Vec<Text<'a>> {
     })
 }
 
-/// The children that groups name as their members, each with its group, in the file's order.
+/// Returns the children that groups name as members, each with its group, in the file's order.
 fn in_groups<'a>(report: &mut Report, section: &Section<'a>, names: &[Text<'a>]) -> Vec<(&'a str, &'a str)> {
     let mut children: Vec<(&str, &str)> = Vec::new();
     let Some(groups) = section.get("groups").and_then(|node| node.get_ref().as_table()) else {

@@ -1,8 +1,8 @@
-//! Applications: which schemas there are, how they are bound, who is whose father, all checked before anything starts.
+//! Applications: their schemas, the bindings and the hierarchy, all checked before anything starts.
 //!
-//! [`load`] turns an application file into an [`Application`], in which every name is a number and every value has been
-//! encoded, or into the list of all its [`Faults`]. Nothing here opens a library (that is the [`Catalogue`]'s business),
-//! starts a schema or prints.
+//! [`load`] turns an application file into an [`Application`], in which every name is a number and every
+//! value is encoded, or into the list of all its [`Faults`]. Nothing here opens a library (the [`Catalogue`]
+//! does), starts a schema or prints.
 //!
 //! ```toml
 //! name     = "patrol"                 # the file's name if left out
@@ -86,22 +86,24 @@ pub use option::Override;
 pub use remote::Remote;
 pub use values::is_path;
 
-/// An application, complete and free of faults; instances and groups are named by their places in the lists.
+/// An application, complete and free of faults. Instances and groups are numbered by their places in the
+/// lists.
 #[derive(Clone, Debug)]
 pub struct Application {
     /// Its name.
     pub name: String,
-    /// What it does; may be empty.
+    /// A description; may be empty.
     pub doc: String,
     /// The file it was read from, absolute.
     pub path: PathBuf,
-    /// What all of its randomness starts from.
+    /// The seed of all its randomness.
     pub seed: u64,
-    /// How it runs in real time.
+    /// The executor in real time.
     pub executor: Executor,
-    /// The export of type `jde_msgs/msg/Mission` that says when it is done: instance and port.
+    /// The export of type `jde_msgs/msg/Mission` that states when it is done: instance and port.
     pub mission: Option<(usize, usize)>,
-    /// How long its mission may not come nearer to its target before that is an event, ns; never if nobody says.
+    /// How long the distance to the mission's target may fail to decrease before this is an event, ns; never
+    /// if `None`.
     pub mission_stalls_ns: Option<u64>,
     /// The plugins that its instances come from.
     pub plugins: Vec<Arc<Plugin>>,
@@ -109,16 +111,16 @@ pub struct Application {
     pub instances: Vec<Instance>,
     /// Its groups: the roots first, then by father, in the file's order.
     pub groups: Vec<Group>,
-    /// Whom it lets in from other processes and machines.
+    /// Access from other processes and machines.
     pub link: Link,
     /// The variables of other applications that it imports.
     pub remotes: Vec<Remote>,
-    /// What its schemas find missing at present in what their modulations name, or why one could not be asked: no reason not to
-    /// start.
+    /// What its schemas find missing at present among the files and names in their modulations, or why one
+    /// could not be inspected. Not a reason to refuse the start.
     pub concerns: Option<Faults>,
 }
 
-/// How an application runs in real time.
+/// The executor of an application in real time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Executor {
     /// A thread for each schema that is awake.
@@ -133,7 +135,7 @@ pub enum Executor {
 pub struct Instance {
     /// Its name, unique in the application.
     pub name: String,
-    /// What it is for, in the application's words; may be empty.
+    /// Its purpose in this application; may be empty.
     pub doc: String,
     /// Its plugin's place in [`Application::plugins`].
     pub plugin: usize,
@@ -145,13 +147,14 @@ pub struct Instance {
     pub period_ns: u64,
     /// Longest iteration, ns.
     pub budget_ns: u64,
-    /// How long a call may take before it counts as hung, ns; ten budgets and at least a second if left out. Real time only.
+    /// How long a call may take before it counts as hung, ns; ten budgets and at least a second if `None`.
+    /// Real time only.
     pub hang_ns: Option<u64>,
-    /// What follows a fault.
+    /// The response to a fault.
     pub restart: Restart,
-    /// The process of its own in which it runs, if it does.
+    /// The process of its own in which it runs; `None` if it runs in the host.
     pub isolate: Option<Isolation>,
-    /// The father in whose group it competes; none for roots, perceptive schemas and drivers.
+    /// The father in whose group it competes; `None` for roots, perceptive schemas and drivers.
     pub father: Option<usize>,
     /// The instance in each role of [`Schema::children`].
     pub children: Vec<Option<usize>>,
@@ -159,11 +162,11 @@ pub struct Instance {
     pub child_order: Vec<usize>,
     /// What each port of [`Schema::ports`] is bound to.
     pub bindings: Vec<Binding>,
-    /// The group in which each role's child competes; none for perceptive children and roles left unbound.
+    /// The group in which each role's child competes; `None` for perceptive children and unbound roles.
     pub child_groups: Vec<Option<usize>>,
-    /// The group in which it competes itself; none for perceptive schemas and drivers.
+    /// The group in which it competes itself; `None` for perceptive schemas and drivers.
     pub group: Option<usize>,
-    /// Where the file defines it, from 1.
+    /// The line of its definition in the file, from 1.
     pub line: usize,
 }
 
@@ -172,100 +175,101 @@ pub struct Instance {
 pub enum Binding {
     /// Reads a variable.
     Import {
-        /// Where it comes from; none if left unbound.
+        /// The source; `None` if unbound.
         source: Option<Source>,
         /// A new value re-evaluates the precondition at once (R12).
         trigger: bool,
     },
     /// Writes its own variable.
     Export,
-    /// Is written by fathers and operators.
+    /// Is written by its father and operators.
     Modulation {
         /// Value at the start, as large as the port's type.
         initial: Vec<u8>,
-        /// The file or an option gives it, be it the default.
+        /// Whether the file or an option sets it, even to the default.
         set: bool,
     },
     /// Is written by the motor schemas that have authority.
     Command,
     /// Writes a command.
     Actuator {
-        /// A driver's command; none if left unbound.
+        /// A driver's command; `None` if unbound.
         target: Option<(usize, usize)>,
     },
     /// Writes a modulation of a child.
     ChildModulation {
-        /// None if the child, or the child's modulation, may be missing and is.
+        /// `None` if the child or the child's modulation is optional and missing.
         target: Option<ChildTarget>,
     },
 }
 
-/// Where an import comes from.
+/// The source of an import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// An export or a modulation of this application: instance and port.
     Here(usize, usize),
-    /// An export of another: its place in [`Application::remotes`].
+    /// An export of another application: its place in [`Application::remotes`].
     Elsewhere(usize),
 }
 
-/// What a father's write to a child changes.
+/// The target of a father's write to a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildTarget {
     /// A modulation: instance and port.
     Port(usize, usize),
-    /// The period of an instance, `std_msgs/msg/Float64` in seconds; every schema has it.
+    /// The period of an instance, which every schema has: `std_msgs/msg/Float64` in seconds.
     Period(usize),
 }
 
-/// One competition among motor schemas: of the roots, or of some children of one father.
+/// One competition among motor schemas: the roots or a part of them, or children of one father.
 #[derive(Clone, Debug)]
 pub struct Group {
     /// `roots`, or `roots/left`; or father and group: `example/base`.
     pub name: String,
-    /// Its father; none for the roots.
+    /// Its father; `None` for the roots.
     pub father: Option<usize>,
-    /// Who competes, in the father's order, which is the priority order.
+    /// The competing instances, in the father's order, which is the priority order.
     pub members: Vec<usize>,
     /// How collisions are settled.
     pub policy: Policy,
     /// What happens when nobody wins.
     pub absence: Absence,
-    /// How long a loser may hold up the new winner, ns.
+    /// How long a loser may delay the new winner, ns.
     pub patience_ns: u64,
     /// Longest arbitration by the father's own function, ns.
     pub budget_ns: u64,
 }
 
-/// What may be loaded: the plugin loader, or in tests a list.
+/// The available plugins: the plugin loader, or in tests a list.
 pub trait Catalogue {
-    /// The plugin of that name, from the usual folders or these.
+    /// Returns the plugin of that name, from the usual folders or `extra_dirs`.
     ///
     /// # Errors
     /// Why it cannot be used, in words that complete "plugin `x` cannot be used: ".
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String>;
 
-    /// What a type of schema of that plugin finds wrong with what its modulations name. Nothing where nobody can be asked.
+    /// Has a schema type of that plugin inspect what its modulations name, and returns the problems. Empty
+    /// where no inspection is possible.
     ///
     /// # Errors
-    /// Why it could not be asked, or answered nonsense.
+    /// Why the type could not be inspected, or that its answer was invalid.
     fn inspect(&self, plugin: &Arc<Plugin>, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
         let _ = (plugin, asked);
         Ok(Vec::new())
     }
 
-    /// Names that an application may write as a `type`, to suggest one that is near a slip.
+    /// Returns names that an application may write as a `type`, to suggest one for a misspelt name.
     fn known(&self) -> Vec<String>;
 }
 
 impl Application {
-    /// The place of an instance.
+    /// Returns the place of an instance.
     #[must_use]
     pub fn instance(&self, name: &str) -> Option<usize> {
         self.instances.iter().position(|instance| instance.name == name)
     }
 
-    /// The schemas that have a panel of their own, by their places.
+    /// Returns the places of the schemas that have a panel.
     #[must_use]
     pub fn panels(&self) -> Vec<usize> {
         let instances = self.instances.iter().enumerate();
@@ -275,7 +279,7 @@ impl Application {
             .collect()
     }
 
-    /// The full name, on the board, of what an import reads.
+    /// Returns the full name, on the board, of the variable that an import reads.
     #[must_use]
     pub fn source_name(&self, source: Source) -> String {
         match source {

@@ -1,4 +1,4 @@
-//! Values given for one run, outside the file.
+//! Values given outside the file, for one run. Checks no value.
 
 use std::fmt;
 use std::str::FromStr;
@@ -19,7 +19,7 @@ pub struct Override {
 impl FromStr for Override {
     type Err = String;
 
-    /// Reads `schema.variable=value`.
+    /// Parses `schema.variable=value`.
     fn from_str(text: &str) -> Result<Self, String> {
         let parts = text
             .split_once('=')

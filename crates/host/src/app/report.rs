@@ -1,26 +1,27 @@
-//! Collects the faults of one file and of the options given with it, and knows where in the text each is.
+//! Collects the faults of one file and of the options given with it, and finds their positions in the text.
+//! Judges nothing.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::fault::{Fault, Faults, Place};
 
-/// Most faults that are kept, each with what was meant and where it is, which may take long to find out: nobody mends more at once. The
-/// others are counted.
+/// The most faults that are kept with a message and a position, which may take long to compute. Further
+/// faults are only counted.
 const MOST: usize = 200;
-/// Longest piece of a file that is repeated in a message, in characters.
+/// The longest piece of a file that is repeated in a message, in characters.
 const LONGEST_QUOTE: usize = 60;
 
-/// The text under examination and what has been found wrong with it.
+/// The text under examination and its faults.
 pub(super) struct Report<'a> {
     file: &'a Path,
     text: &'a str,
     lines: Vec<usize>,
     option: Option<String>,
     faults: Vec<Fault>,
-    /// What is no reason not to start.
+    /// Findings that do not prevent the start.
     concerns: Vec<Fault>,
-    /// The last that was only counted.
+    /// The last fault that was only counted.
     spare: Option<Fault>,
     more: usize,
 }
@@ -40,7 +41,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Adds a fault at a piece of the text, or at the option under examination.
+    /// Adds a fault at a position in the text, or at the option under examination.
     pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
         let place = match self.faults.len() {
             MOST => Place::File(PathBuf::new()),
@@ -54,7 +55,7 @@ impl<'a> Report<'a> {
         self.push(Place::File(PathBuf::from(self.file)), message.into())
     }
 
-    /// Does something on behalf of an option: spans mean nothing then, and faults point to the option.
+    /// Runs `work` on behalf of an option: spans have no meaning then, and faults refer to the option.
     pub(super) fn in_option<T>(&mut self, option: String, work: impl FnOnce(&mut Self) -> T) -> T {
         self.option = Some(option);
         let done = work(self);
@@ -62,12 +63,13 @@ impl<'a> Report<'a> {
         done
     }
 
-    /// The line of a place, from 1.
+    /// Returns the line of a position, from 1.
     pub(super) fn line(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at)
     }
 
-    /// Adds what is no reason not to start, at a piece of the text or at the option under examination.
+    /// Adds a finding that does not prevent the start, at a position in the text or at the option under
+    /// examination.
     pub(super) fn concern(&mut self, span: &Range<usize>, message: impl Into<String>) {
         if self.concerns.len() < MOST {
             let place = self.here(span);
@@ -75,12 +77,12 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// How many faults were found.
+    /// Returns the number of faults so far.
     pub(super) fn count(&self) -> usize {
         self.faults.len() + self.more
     }
 
-    /// What is no reason not to start, if that is all there is.
+    /// Returns the findings that do not prevent the start; an error if there are faults.
     pub(super) fn finish(self) -> Result<Option<Faults>, Faults> {
         if self.faults.is_empty() {
             let any = !self.concerns.is_empty();
@@ -89,7 +91,7 @@ impl<'a> Report<'a> {
         Err(self.into_faults())
     }
 
-    /// What was found wrong, which is something, with the rest.
+    /// Returns all faults, together with the findings that do not prevent the start. There must be a fault.
     pub(super) fn into_faults(mut self) -> Faults {
         debug_assert!(
             !self.faults.is_empty(),
@@ -99,7 +101,7 @@ impl<'a> Report<'a> {
         Faults::new(self.faults, self.more)
     }
 
-    /// A piece of the text, or the option under examination.
+    /// Returns the position in the text, or the option under examination.
     fn here(&self, span: &Range<usize>) -> Place {
         match &self.option {
             Some(option) => Place::Option(option.clone()),
@@ -135,7 +137,7 @@ impl<'a> Report<'a> {
     }
 }
 
-/// A piece of the file as messages show it: between back-quotes, on one line, not too long.
+/// Quotes a piece of the file for messages: in backquotes, on one line, shortened if necessary.
 pub(super) fn quote(text: &str) -> String {
     let mut shown: String = text
         .chars()
@@ -148,7 +150,7 @@ pub(super) fn quote(text: &str) -> String {
     format!("`{shown}`")
 }
 
-/// Several of them: "`a`, `b` and `c`".
+/// Quotes several: "`a`, `b` and `c`".
 pub(super) fn quote_all<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
     let names: Vec<_> = names.into_iter().map(quote).collect();
     match names.as_slice() {

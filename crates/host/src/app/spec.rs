@@ -1,4 +1,4 @@
-//! What the rules need to know of an application; they know nothing of ports and values.
+//! The part of an application that the rules need; they know nothing of ports and values.
 
 use jde_abi::describe;
 use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
@@ -7,8 +7,8 @@ use super::needs::keeps_awake;
 use super::{Application, Binding, Group, Instance, Source};
 
 impl Application {
-    /// The application as the rules see it: the numbers of schemas and groups are those of [`Application::instances`] and
-    /// [`Application::groups`].
+    /// Returns the application as the rules see it. Schemas and groups are numbered as in
+    /// [`Application::instances`] and [`Application::groups`].
     ///
     /// Perceptive children are no needs: their father wakes them.
     #[must_use]
@@ -38,7 +38,7 @@ impl Application {
         }
     }
 
-    /// Perceptive schemas and drivers whose exports it imports or which it commands, each once.
+    /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, each once.
     fn needs(&self, index: usize) -> Vec<SchemaId> {
         let mut needs = Vec::new();
         for binding in &self.instances[index].bindings {
@@ -63,7 +63,7 @@ impl Application {
 }
 
 impl Instance {
-    /// Whether some import re-evaluates its precondition when published (R12).
+    /// Whether any import re-evaluates its precondition when published (R12).
     #[must_use]
     pub fn triggered(&self) -> bool {
         self.bindings.iter().any(|binding| {

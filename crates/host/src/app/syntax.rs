@@ -1,25 +1,26 @@
-//! Faults of a file that is no TOML, in few words: one slip is often seen by a parser as many.
+//! Reports the syntax errors of a file that is no TOML. One mistake often causes many errors of the parser,
+//! so consequential errors are left out.
 
 use toml::de::Error;
 
 use super::report::{Report, quote};
 
-/// Most that are reported: in noise, every byte is one.
+/// The most errors that are reported: in binary data every byte is one.
 const MOST: usize = 10;
-/// What the parser says of a key that is there already.
+/// The parser's message for a repeated key.
 const DUPLICATE: &str = "duplicate key";
-/// What it speaks of in a list or an inline table.
+/// The parser's words for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
-/// Reports what the parser found.
+/// Reports the parser's errors.
 pub(super) fn report(report: &mut Report, text: &str, errors: &[Error]) {
-    // The keys of a table given twice are all there already: up to here they are one fault.
+    // Every key of a repeated table is a duplicate: up to this position they are one fault.
     let mut twice_until = 0;
     for error in errors.iter().take(MOST) {
         let span = error.span().unwrap_or(0..0);
         if error.message() != DUPLICATE {
             report.fault(&span, format!("this is no TOML: {}", error.message()));
-            // A list or table that is not closed swallows what follows, all of which then looks wrong.
+            // An unclosed list or table swallows what follows, and everything in it looks wrong.
             if NOT_CLOSED.iter().any(|inside| error.message().contains(inside)) {
                 return;
             }

@@ -1,5 +1,6 @@
-//! Private copies of plugins' files: they stay on disk while they are in use, so that backtraces and debuggers find symbols,
-//! and go with the last who uses them. What a killed process left behind goes with the next one's first copy.
+//! Private copies of plugin files. A copy stays on disk while it is in use, so that backtraces and debuggers
+//! find its symbols, and is removed with its last user. The first copy of a process also removes the copies
+//! that killed processes left behind.
 
 use std::fs::{self, File};
 use std::io::{self, BufRead as _, BufReader};
@@ -10,18 +11,19 @@ use tempfile::TempPath;
 
 use super::LoadError;
 
-/// Copies are called `jde-<process>-<plugin>-<something>.so`.
+/// Copies are called `jde-<process>-<plugin>-<random>.so`.
 const PREFIX: &str = "jde-";
 
-/// A file that nobody else writes to, and which goes when this is dropped.
+/// A copy that no other process writes. Dropping this value removes it.
 #[derive(Debug)]
 pub(super) struct PrivateCopy {
     path: TempPath,
-    /// Bytes.
+    /// Size in bytes.
     pub(super) length: u64,
 }
 
-/// Copies the library `original` for this process alone. The system does it: what is in a file need not pass through here.
+/// Copies the library `original` for this process alone. The kernel copies if it can, without passing the
+/// contents through this process.
 pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
     static SWEPT: Once = Once::new();
     SWEPT.call_once(|| sweep(&std::env::temp_dir()));
@@ -48,7 +50,7 @@ pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
     })
 }
 
-/// Opens a file that has an end: no device, and no pipe, which would wait for somebody to write to it.
+/// Opens a regular file only: not a device, nor a pipe, on which opening would wait for a writer.
 pub(super) fn regular(path: &Path) -> io::Result<File> {
     if fs::metadata(path)?.is_file() {
         File::open(path)
@@ -65,13 +67,13 @@ impl PrivateCopy {
         &self.path
     }
 
-    /// Whether both have the same content; not if one cannot be read.
+    /// Whether both have the same content; false if one cannot be read.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         self.length == other.length && alike(&self.path, &other.path).unwrap_or(false)
     }
 }
 
-/// Whether files of the same length have the same content.
+/// Whether two files of the same length have the same content.
 fn alike(one: &Path, other: &Path) -> io::Result<bool> {
     let (mut one, mut other) = (
         BufReader::with_capacity(1 << 16, File::open(one)?),
@@ -91,7 +93,8 @@ fn alike(one: &Path, other: &Path) -> io::Result<bool> {
     }
 }
 
-/// Removes the copies of processes that are no more. Whatever cannot be removed is somebody else's.
+/// Removes the copies of processes that no longer exist. A file that cannot be removed belongs to another
+/// user.
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -106,7 +109,7 @@ fn sweep(folder: &Path) {
     }
 }
 
-/// The process that made a copy of that name.
+/// Returns the process that made a copy of that name.
 fn owner(name: &str) -> Option<u32> {
     let rest = name.strip_prefix(PREFIX)?.strip_suffix(".so")?;
     rest.split_once('-')?.0.parse().ok()
@@ -151,7 +154,7 @@ mod tests {
     #[test]
     fn only_what_the_dead_left_behind_is_swept() {
         let folder = tempfile::tempdir().unwrap();
-        // No process has this number: the kernel's greatest is 2^22.
+        // No process has this number: the kernel's largest is 2^22.
         let dead = folder.path().join("jde-4194305-libx-abc.so");
         let own = folder
             .path()

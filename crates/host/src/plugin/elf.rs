@@ -1,5 +1,5 @@
-//! Looks into a library's file before the loader of the system maps it: a truncated or foreign file would otherwise end the
-//! process with a signal, and a wrong library would run its constructors. Reads only; loads nothing.
+//! Checks a library's file before the system's loader maps it. A truncated or foreign file would otherwise
+//! end the process with a signal, and a wrong library would run its constructors. Reads only; loads nothing.
 
 use std::fs::File;
 
@@ -8,13 +8,13 @@ use object::elf::{ET_DYN, FileHeader64, PT_LOAD, SHT_DYNSYM, SHT_NOBITS};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
 use object::read::{ReadCache, ReadRef};
 
-/// What is looked at of a file: a few of its parts, whatever its size.
+/// The parts of a file that are read: few, whatever its size.
 pub(super) type Parts = ReadCache<File>;
 
 /// Bytes of a symbol that are read: the mark of a plugin and its version.
 const HEAD: usize = 16;
 
-/// Checks that a file is a whole shared library for this machine.
+/// Checks that a file is a complete shared library for this machine.
 pub(super) fn check(parts: &Parts) -> Result<(), String> {
     let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
     let length = parts
@@ -61,15 +61,15 @@ pub(super) fn check(parts: &Parts) -> Result<(), String> {
     Ok(())
 }
 
-/// An exported symbol as the file has it.
+/// An exported symbol, as the file describes it.
 pub(super) struct Symbol {
-    /// Bytes that the file states for it.
+    /// Its size in bytes according to the file.
     pub(super) size: u64,
-    /// What it begins with, before anything is relocated or run; none if the file holds nothing there.
+    /// Its first bytes, before any relocation or code runs; `None` if the file does not contain them.
     pub(super) head: Option<[u8; HEAD]>,
 }
 
-/// The exported symbol of that name, if there is one.
+/// Returns the exported symbol of that name, if there is one.
 pub(super) fn symbol(parts: &Parts, name: &str) -> Option<Symbol> {
     let header = FileHeader64::<Endianness>::parse(parts).ok()?;
     let endian = header.endian().ok()?;
@@ -93,7 +93,7 @@ pub(super) fn symbol(parts: &Parts, name: &str) -> Option<Symbol> {
     })
 }
 
-/// Whether a library uses that of C++, by the names that it asks others for.
+/// Whether a library uses the C++ runtime, judged by its undefined symbols.
 pub(super) fn is_cpp(parts: &Parts) -> bool {
     let asks = || {
         let header = FileHeader64::<Endianness>::parse(parts).ok()?;
@@ -110,7 +110,7 @@ pub(super) fn is_cpp(parts: &Parts) -> bool {
     asks().unwrap_or(false)
 }
 
-/// Whether a file claims to be a plugin, for listings: no more than a look.
+/// Whether a file claims to be a plugin. For listings: a superficial check.
 pub(super) fn is_plugin(parts: &Parts, name: &str, mark: &[u8]) -> bool {
     let claims = |symbol: Symbol| symbol.head.is_some_and(|head| head.starts_with(mark));
     check(parts).is_ok() && symbol(parts, name).is_some_and(claims)

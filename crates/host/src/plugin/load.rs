@@ -1,6 +1,7 @@
 //! Loads a library from a private copy, checks its tables, and keeps it mapped for good.
 //!
-//! The copy is what makes rebuilding a plugin safe while an application runs: writing over a mapped file kills whoever runs it.
+//! The copy makes it safe to rebuild a plugin while an application runs: a write to a mapped file can crash
+//! every process that executes it.
 
 #![allow(unsafe_code)]
 
@@ -19,20 +20,20 @@ use super::copy::PrivateCopy;
 use super::{copy, elf};
 use crate::apart;
 
-/// A plugin whose tables were read and found right.
+/// A plugin whose tables have been read and are valid.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// What it says of itself.
+    /// Its description of itself.
     pub description: Arc<describe::Plugin>,
-    /// The file it came from; `None` if it is linked in.
+    /// The file from which it was loaded; `None` if it is linked in.
     pub path: Option<PathBuf>,
     table: *const raw::Plugin,
     schemas: Arc<[Functions]>,
-    /// The file that is really mapped.
+    /// The file that is mapped.
     copy: Option<Arc<PrivateCopy>>,
 }
 
-/// The table of a type of schema as this ABI has it, and where the plugin's own is.
+/// The table of a schema type in the layout of this ABI version, and the address of the plugin's own table.
 #[derive(Clone, Copy)]
 pub(crate) struct Functions {
     pub(crate) own: *const raw::Schema,
@@ -57,15 +58,15 @@ pub enum LoadError {
     /// It could not be copied.
     #[error("cannot copy it to {}: {error}; make room there, or set TMPDIR to another folder", folder.display())]
     Copy {
-        /// Where to.
+        /// The destination folder.
         folder: PathBuf,
-        /// Why.
+        /// The reason.
         error: std::io::Error,
     },
-    /// The file is no library of ours.
+    /// The file is no shared library for this machine, or its table has the wrong size.
     #[error("{0}")]
     Foreign(String),
-    /// The file is a sound library that does not claim to be a plugin.
+    /// The file is a valid library that does not claim to be a plugin.
     #[error(
         "it is a shared library, but exports no symbol `{}`, so it is no jde plugin",
         raw::ENTRY_SYMBOL
@@ -76,21 +77,21 @@ pub enum LoadError {
         "the system cannot load it: {0}; if a symbol is undefined, link the library that defines it into the plugin"
     )]
     System(String),
-    /// Its tables were refused.
+    /// Its tables are invalid.
     #[error("{0}")]
     Refused(#[from] read::Refusal),
-    /// The process that looked at it died of it, or never came to an end.
+    /// The process that inspected it died, or did not finish in time.
     #[error(
         "it cannot be loaded: {0}; the file is damaged, or its constructors are wrong: build or copy it again"
     )]
     Deadly(String),
-    /// There is no process to look at it.
+    /// No process could be started to inspect it.
     #[error("no process can be started to look at it: {0}")]
     NoInspection(#[source] std::io::Error),
 }
 
 impl Loaded {
-    /// Takes a plugin that is linked into this program, through the same checks as one from a file.
+    /// Reads a plugin that is linked into this program, with the same checks as for one from a file.
     ///
     /// # Errors
     /// [`LoadError::Refused`].
@@ -99,10 +100,11 @@ impl Loaded {
         unsafe { Self::read(table, None) }
     }
 
-    /// Loads the library at `path`. No function of the plugin is called but `ability`; the system runs its constructors, if it has any.
+    /// Loads the library at `path`. The system runs its constructors, if it has any; of the plugin's
+    /// functions only `ability` is called.
     ///
     /// # Errors
-    /// See [`LoadError`]; the process is as before, but for a refused library that stays mapped.
+    /// See [`LoadError`]. The process is then as before, except that a refused library stays mapped.
     pub fn open(path: &Path) -> Result<Self, LoadError> {
         Self::of(path, copy::of(path)?)
     }
@@ -116,7 +118,8 @@ impl Loaded {
         })
     }
 
-    /// Loads a file that nobody writes to, as the copy of another process is, without a copy of its own.
+    /// Loads a file without copying it. No process may write to it: it is the private copy of another
+    /// process.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -124,7 +127,7 @@ impl Loaded {
         Self::map(path, path)
     }
 
-    /// Maps a library, of which people know the file `path`.
+    /// Maps the library `file`; errors name it by `path`, the file that the user knows.
     pub(super) fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
         let held = held(file)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
@@ -136,7 +139,7 @@ impl Loaded {
             .into_raw()
             .cast::<raw::Plugin>()
             .cast_const();
-        // Never unmapped: whatever came of it may have left threads, thread-locals or hooks behind.
+        // Never unmapped: even a refused library may have left threads, thread-locals or hooks behind.
         std::mem::forget(library);
         if held < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
@@ -195,7 +198,7 @@ impl Loaded {
         })
     }
 
-    /// Where another process finds the same code.
+    /// Returns where another process finds the same code.
     pub(crate) fn code(&self) -> apart::Plugin {
         match self.copy.as_deref() {
             Some(copy) => apart::Plugin::File(copy.path().to_path_buf()),
@@ -203,23 +206,23 @@ impl Loaded {
         }
     }
 
-    /// Bytes of its file; 0 if it is linked in.
+    /// Returns the size of its file in bytes; 0 if it is linked in.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.copy.as_ref().map_or(0, |copy| copy.length)
     }
 
-    /// Whether its file had exactly that content.
+    /// Whether its file had exactly the content of `copy`.
     pub(super) fn is(&self, copy: &PrivateCopy) -> bool {
         self.copy.as_deref().is_some_and(|loaded| loaded.is_like(copy))
     }
 
-    /// Whether both are one library in memory.
+    /// Whether both are the same library in memory.
     pub(crate) fn is_one_with(&self, other: &Self) -> bool {
         self.table == other.table
     }
 
-    /// The functions of one of its types, by its place in the description.
+    /// Returns the functions of a type, by its place in the description.
     #[must_use]
     pub(crate) fn schema(&self, index: usize) -> Functions {
         self.schemas[index]
@@ -247,8 +250,8 @@ fn refused(unreadable: table::Unreadable) -> LoadError {
     })
 }
 
-/// Bytes of the symbol that is a plugin's table, of a library for this machine that says it is a plugin of this version. Nothing of it
-/// has run when that is known.
+/// Returns the size in bytes of a plugin's table symbol. Fails unless the file is a library for this machine
+/// that claims to be a plugin of this version. No code of the file has run then.
 pub(super) fn held(file: &Path) -> Result<u64, LoadError> {
     let parts = elf::Parts::new(File::open(file)?);
     elf::check(&parts).map_err(LoadError::Foreign)?;
@@ -265,7 +268,8 @@ pub(super) fn held(file: &Path) -> Result<u64, LoadError> {
     Ok(symbol.size)
 }
 
-/// The system's words, with the name of the private copy replaced by the name the user knows.
+/// Returns the system's error message, with the name of the private copy replaced by the name that the user
+/// knows.
 fn cause(error: &libloading::Error, copy: &Path, path: &Path) -> String {
     let text = match std::error::Error::source(error) {
         Some(source) => source.to_string(),

@@ -1,6 +1,7 @@
-//! Plugins: where they are found, how a file is checked before anything of it runs, and what is loaded.
+//! Plugins: the search for their files, the checks of a file before any of its code runs, and loading.
 //!
-//! A library is never unmapped: threads, thread-locals and panics may still need its code (docs/decisions/07-private-copies.md).
+//! A library is never unmapped: threads, thread-locals and panics may still need its code
+//! (docs/decisions/07-private-copies.md).
 
 mod copy;
 mod elf;

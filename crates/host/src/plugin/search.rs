@@ -1,4 +1,4 @@
-//! Where plugins are looked for, and in what order. Looks; loads nothing.
+//! The folders in which plugins are searched for, and their order. Searches; loads nothing.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,16 +7,16 @@ use jde_abi::raw;
 
 use super::{copy, elf};
 
-/// Folders in which plugins are looked for, the first that has one wins.
+/// Folders in which plugins are searched for; the first that contains a plugin wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SearchPath {
     folders: Vec<(PathBuf, &'static str)>,
 }
 
-/// A file that is a plugin by its looks.
+/// A file that looks like a plugin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// Its name, from the file's.
+    /// The plugin's name, derived from the file name.
     pub name: String,
     /// The file.
     pub path: PathBuf,
@@ -25,12 +25,12 @@ pub struct Found {
 }
 
 impl SearchPath {
-    /// Why the executable's own folder is searched.
+    /// The reason for searching the executable's own folder.
     pub const BESIDE_THE_EXECUTABLE: &str = "beside the executable";
 
-    /// The usual order: beside the application (its folder, and `plugins` in it), `JDE_PLUGIN_PATH`, beside the executable
-    /// (where a build of the workspace leaves them), and the installed place (`lib/jde` next to the executable's folder,
-    /// then `~/.local/lib/jde`).
+    /// Returns the usual folders in order: beside the application (its folder, and `plugins` in it),
+    /// `JDE_PLUGIN_PATH`, beside the executable (where a build of the workspace puts them), and the installed
+    /// places (`lib/jde` next to the executable's folder, then `~/.local/lib/jde`).
     #[must_use]
     pub fn usual(application: Option<&Path>) -> Self {
         let mut path = Self::default();
@@ -63,7 +63,7 @@ impl SearchPath {
         path
     }
 
-    /// Adds a folder at the end; one that is there already keeps its place.
+    /// Appends a folder; a folder that is already listed keeps its place.
     pub fn push(&mut self, folder: impl Into<PathBuf>, because: &'static str) {
         let folder = folder.into();
         if !self.folders.iter().any(|(known, _)| *known == folder) {
@@ -71,14 +71,14 @@ impl SearchPath {
         }
     }
 
-    /// The folders, each with the reason it is searched.
+    /// Returns the folders, each with the reason for searching it.
     pub fn folders(&self) -> impl Iterator<Item = (&Path, &'static str)> {
         self.folders
             .iter()
             .map(|(folder, because)| (folder.as_path(), *because))
     }
 
-    /// The file of a plugin by its name, if a folder has one.
+    /// Returns the file of a plugin by the plugin's name, if a folder contains it.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<Found> {
         let file = file_name(name);
@@ -92,7 +92,8 @@ impl SearchPath {
         })
     }
 
-    /// All files that are plugins by their looks, by name; of two with one name the one that would be loaded.
+    /// Returns all files that look like plugins, by name; of several with one name, the one that would be
+    /// loaded.
     #[must_use]
     pub fn list(&self) -> Vec<Found> {
         let mut found = BTreeMap::new();

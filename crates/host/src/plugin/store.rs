@@ -1,4 +1,5 @@
-//! The plugins of one process, each build of one loaded once: the catalogue against which application files are checked.
+//! The plugins of one process, each build loaded once: the catalogue against which application files are
+//! checked. It never unloads one.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,53 +16,54 @@ use super::inspect::Inspector;
 use super::{Found, LoadError, Loaded, SearchPath, copy};
 use crate::apart::Program;
 
-/// Most builds that one process loads in place of others. Each stays in memory, and so does its private copy on disk: at the
-/// 0.5 to 5 MB of a plugin this is what a day of editing takes, and less than a machine that runs robots can miss.
+/// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
+/// disk. A plugin has 0.5 to 5 MB, so this is enough for a day of editing, and less than a robot's computer
+/// can spare.
 pub const MOST_BUILDS: usize = 256;
 
-/// Plugins by name; loads one when it is first asked for.
+/// Plugins by name; each is loaded on first use.
 #[derive(Debug, Default)]
 pub struct Plugins {
     path: SearchPath,
     /// All builds of each file, the newest last.
     loaded: Mutex<BTreeMap<PathBuf, Vec<Loaded>>>,
     linked_in: BTreeMap<String, Loaded>,
-    /// What was only looked at.
+    /// Plugins that were only inspected.
     described: Mutex<BTreeMap<PathBuf, Described>>,
     inspector: Option<Inspector>,
 }
 
-/// A plugin that was looked at, and need not be loaded.
+/// A plugin that was inspected, and is not necessarily loaded.
 #[derive(Clone, Debug)]
 pub struct Described {
-    /// What it says of itself.
+    /// Its description of itself.
     pub description: Arc<describe::Plugin>,
-    /// Its file; none if it is linked in.
+    /// Its file; `None` if it is linked in.
     pub path: Option<PathBuf>,
 }
 
-/// What a plugin's file holds now.
+/// The present content of a plugin's file.
 #[derive(Clone, Debug)]
 pub struct Renewed {
-    /// It.
+    /// The plugin.
     pub plugin: Loaded,
-    /// It was loaded just now; otherwise the file has the content of a build that was loaded before.
+    /// Whether it was loaded just now; otherwise an identical build was loaded before.
     pub fresh: bool,
 }
 
-/// Builds in memory beside the first of each plugin: they are never unmapped.
+/// Builds in memory in addition to the first one of each plugin. They are never unmapped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Builds {
-    /// How many.
+    /// Their number.
     pub builds: usize,
-    /// Bytes of their files.
+    /// The total size of their files, bytes.
     pub bytes: u64,
 }
 
 /// Why a plugin cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum PluginError {
-    /// No folder has its file.
+    /// No folder contains its file.
     #[error("there is no plugin `{name}` in {}", folders.join(", "))]
     Missing {
         /// The name asked for.
@@ -74,10 +76,10 @@ pub enum PluginError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: LoadError,
     },
-    /// Its file holds a plugin of another name.
+    /// Its file contains a plugin of another name.
     #[error("{} holds the plugin `{found}`, not `{name}`: rename the file or the plugin", path.display())]
     OtherName {
         /// The file.
@@ -87,19 +89,19 @@ pub enum PluginError {
         /// The name of its file.
         name: String,
     },
-    /// Too many builds were loaded since the process began.
+    /// Too many builds have been loaded since the process started.
     #[error(
         "this process has loaded {MOST_BUILDS} builds in place of others, {} MB in all, and none of them can leave its memory: start the application anew",
         bytes.div_ceil(1 << 20)
     )]
     TooMany {
-        /// Bytes of their files.
+        /// The total size of their files.
         bytes: u64,
     },
 }
 
 impl Plugins {
-    /// Plugins found along `path`.
+    /// Returns the plugins found along `path`.
     #[must_use]
     pub fn new(path: SearchPath) -> Self {
         Self {
@@ -108,35 +110,36 @@ impl Plugins {
         }
     }
 
-    /// Has each file looked at in a process of its own before this one maps it, so that a damaged library ends that process and not
-    /// this one. The program is to call [`super::serve_inspections`] and nothing else.
+    /// Has each file inspected in a separate process before this process maps it, so that a damaged library
+    /// ends that process and not this one. The program must call [`super::serve_inspections`] and do nothing
+    /// else.
     #[must_use]
     pub fn inspected_by(mut self, program: Program) -> Self {
         self.inspector = Some(Inspector::new(program));
         self
     }
 
-    /// Ends the process that looks at files, if there is one; it is started again when it is needed.
+    /// Ends the inspecting process, if there is one. It is started again when needed.
     pub fn dismiss_inspector(&self) {
         if let Some(inspector) = &self.inspector {
             inspector.dismiss();
         }
     }
 
-    /// Adds a plugin that is linked into this program; it comes before any file of its name.
+    /// Adds a plugin that is linked into this program. It takes precedence over files of its name.
     ///
     /// # Errors
-    /// When its tables are wrong.
+    /// Its tables are invalid.
     pub fn link(&mut self, table: &'static raw::Plugin) -> Result<(), LoadError> {
         let plugin = Loaded::linked_in(table)?;
         self.linked_in.insert(plugin.description.name.clone(), plugin);
         Ok(())
     }
 
-    /// The plugin of that name, looked for in `extra` folders first.
+    /// Loads the plugin of that name, searching the `extra` folders first.
     ///
     /// # Errors
-    /// When no folder has it, or the first that has it holds a file that cannot be used.
+    /// No folder contains it, or the first file found cannot be used.
     pub fn load(&self, name: &str, extra: &[PathBuf]) -> Result<Loaded, PluginError> {
         if let Some(plugin) = self.linked_in.get(name) {
             return Ok(plugin.clone());
@@ -147,8 +150,8 @@ impl Plugins {
         Ok(plugin)
     }
 
-    /// What the plugin of that name says of itself, looked for as in [`Self::load`]. With a process that looks at files
-    /// ([`Self::inspected_by`]) nothing of it is mapped here; else it is loaded.
+    /// Returns the description of the plugin of that name, searched for as in [`Self::load`]. With an
+    /// inspecting process ([`Self::inspected_by`]) this process maps nothing; otherwise the plugin is loaded.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -162,7 +165,7 @@ impl Plugins {
         Ok(plugin)
     }
 
-    /// What the plugin in that file says of itself, as [`Self::describe`].
+    /// Returns the description of the plugin in that file, as [`Self::describe`].
     ///
     /// # Errors
     /// [`PluginError::Unusable`].
@@ -185,7 +188,7 @@ impl Plugins {
         Ok(plugin)
     }
 
-    /// The file of the plugin of that name.
+    /// Returns the file of the plugin of that name.
     fn file(&self, name: &str, extra: &[PathBuf]) -> Result<PathBuf, PluginError> {
         let path = self.path_with(extra);
         path.find(name)
@@ -199,7 +202,7 @@ impl Plugins {
             })
     }
 
-    /// The plugin in that file, loaded at most once.
+    /// Returns the plugin in that file, loaded at most once.
     ///
     /// # Errors
     /// [`PluginError::Unusable`].
@@ -217,7 +220,7 @@ impl Plugins {
         Ok(plugin)
     }
 
-    /// Has a copy looked at before it is mapped here, if somebody does that.
+    /// Has a copy inspected before this process maps it, if there is an inspector.
     fn looked_at(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
         if let Some(inspector) = &self.inspector {
             inspector.look(copy.path(), file)?;
@@ -225,8 +228,8 @@ impl Plugins {
         Ok(copy)
     }
 
-    /// The plugin in that file as it is now, beside those that were in it before. A build is loaded once: a file with the content of
-    /// one that is there already takes no more memory.
+    /// Loads the present content of that file, in addition to the builds loaded from it before. A build that
+    /// is already loaded is reused and takes no more memory.
     ///
     /// # Errors
     /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
@@ -238,12 +241,12 @@ impl Plugins {
             let plugin = builds.find(|build| build.is(&copy))?.clone();
             Some(Renewed { plugin, fresh: false })
         };
-        // Nobody who asks what is loaded waits for a look at a file.
+        // The lock is not held during the inspection, so that other callers need not wait.
         if let Some(known) = known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(known);
         }
         let inspected = self.looked_at(&key, copy);
-        // It would be idle until the next build.
+        // The inspector would be idle until the next build.
         self.dismiss_inspector();
         let copy = inspected.map_err(unusable(file))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
@@ -256,13 +259,13 @@ impl Plugins {
         Ok(Renewed { plugin, fresh: true })
     }
 
-    /// The builds that were loaded in place of others.
+    /// Returns the number and size of the builds that were loaded in place of others.
     #[must_use]
     pub fn builds(&self) -> Builds {
         replacements(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The loaded plugin that this is the description of.
+    /// Returns the loaded plugin that has this description.
     pub(crate) fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<Loaded> {
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let found = loaded
@@ -273,13 +276,14 @@ impl Plugins {
         found.cloned()
     }
 
-    /// The file that a loaded plugin came from; none if it is linked in or not loaded.
+    /// Returns the file of a loaded plugin; `None` if it is linked in or not loaded.
     #[must_use]
     pub fn file_of(&self, description: &Arc<describe::Plugin>) -> Option<PathBuf> {
         self.loaded(description)?.path
     }
 
-    /// All there is along the search path and linked in, without loading any file.
+    /// Returns the files along the search path that look like plugins, and the names of the linked-in
+    /// plugins. Loads no file.
     #[must_use]
     pub fn list(&self, extra: &[PathBuf]) -> (Vec<Found>, Vec<String>) {
         (
@@ -313,8 +317,8 @@ impl Catalogue for Plugins {
             .map_err(|error| error.to_string())
     }
 
-    /// Asked in the process that looks at files ([`Plugins::inspected_by`]): without one nobody is asked, nor are plugins that are
-    /// linked in.
+    /// Runs in the inspecting process ([`Plugins::inspected_by`]). Without one, and for linked-in plugins, no
+    /// problem is found.
     fn inspect(
         &self,
         plugin: &Arc<describe::Plugin>,
@@ -335,8 +339,8 @@ impl Catalogue for Plugins {
         }
     }
 
-    /// The names of all files that are plugins by their looks, and the types of those that are loaded: a suggestion is no reason
-    /// to run anybody's code.
+    /// Returns the names of all files that look like plugins, and the types of the loaded ones. A suggestion
+    /// is no reason to run foreign code.
     fn known(&self) -> Vec<String> {
         let (found, linked_in) = self.list(&[]);
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
@@ -363,7 +367,7 @@ impl From<Loaded> for Described {
     }
 }
 
-/// Whether a plugin has the name of its file.
+/// Checks that a plugin has the name of its file.
 fn is_called(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
     if about.name.replace('-', "_") == name.replace('-', "_") {
         return Ok(());
@@ -375,7 +379,7 @@ fn is_called(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), Pl
     })
 }
 
-/// All but the first of each file.
+/// Counts all builds except the first one of each file.
 fn replacements(loaded: &BTreeMap<PathBuf, Vec<Loaded>>) -> Builds {
     let replacements = loaded.values().flat_map(|builds| builds.iter().skip(1));
     replacements.fold(Builds::default(), |sum, build| Builds {

@@ -1,9 +1,10 @@
-//! Addresses: a protocol and a place, as the link's library writes them. Resolves no name and opens nothing.
+//! Addresses, each a protocol and a place, in the notation of the link's library. Resolves no name and opens
+//! nothing.
 
 use std::net::IpAddr;
 use std::path::Path;
 
-/// The protocols that the link is built with.
+/// The protocols that the link supports.
 pub(super) const PROTOCOLS: [&str; 3] = ["tcp", "tls", UNIX];
 /// The protocol that never leaves the machine.
 const UNIX: &str = "unixsock-stream";
@@ -24,7 +25,7 @@ enum Place<'a> {
 /// Why a text is no address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoAddress<'a> {
-    /// It does not look like one.
+    /// It does not have the form of one.
     Shape,
     /// There is no such protocol.
     Protocol(&'a str),
@@ -38,7 +39,7 @@ impl<'a> Address<'a> {
         if !PROTOCOLS.contains(&protocol) {
             return Err(NoAddress::Protocol(protocol));
         }
-        // The library reads metadata and options after these.
+        // The library would parse metadata and options after these characters.
         if place.is_empty() || place.contains(['?', '#', ';']) || place.contains(char::is_whitespace) {
             return Err(NoAddress::Shape);
         }
@@ -48,7 +49,7 @@ impl<'a> Address<'a> {
         }
         let (host, port) = place.rsplit_once(':').ok_or(NoAddress::Shape)?;
         let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
-        // An IPv6 address outside of brackets would be cut at the wrong colon.
+        // An IPv6 address without brackets would be split at the wrong colon.
         if host.is_empty() || bare.unwrap_or(host).is_empty() || (bare.is_none() && host.contains(':')) {
             return Err(NoAddress::Shape);
         }
@@ -58,7 +59,7 @@ impl<'a> Address<'a> {
         Ok(Self { protocol, place })
     }
 
-    /// The port of an address of the network, or of this machine's.
+    /// Returns the port of a TCP or TLS address; `None` for a socket file.
     pub(super) fn port(&self) -> Option<u16> {
         match self.place {
             Place::File(_) => None,
@@ -66,7 +67,7 @@ impl<'a> Address<'a> {
         }
     }
 
-    /// Whether other machines can reach it, or are reached by it.
+    /// Whether the address is on the network, beyond this machine.
     pub(super) fn is_network(&self) -> bool {
         let Place::Host { host, .. } = self.place else {
             return false;
@@ -77,7 +78,7 @@ impl<'a> Address<'a> {
         }
     }
 
-    /// The address with a socket's path made absolute.
+    /// Returns the address, with a socket's path made absolute.
     pub(super) fn absolute(&self, text: &str, folder: &Path) -> String {
         match self.place {
             Place::File(path) => format!("{UNIX}/{}", folder.join(path).display()),
@@ -86,7 +87,7 @@ impl<'a> Address<'a> {
     }
 }
 
-/// Whether an address is one of the network; what is none might be.
+/// Whether a text is an address on the network; true for an invalid one.
 pub(super) fn is_network(text: &str) -> bool {
     Address::read(text).map_or(true, |address| address.is_network())
 }

@@ -1,5 +1,5 @@
-//! Who is let in: users, passwords and certificates. Refuses what would open the application by accident; what files hold is
-//! the link's to read.
+//! Admission to the link: users, passwords and certificates. Refuses settings that would open the application
+//! by accident. The contents of files are not read here.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub(super) fn login(report: &mut Report, section: &Section, folder: &Path) -> Op
         refuse_alone(report, section, key, other);
     }
     let user = user?;
-    // The link's library keeps users as `user:password`, a line each.
+    // The link's library stores users as `user:password`, one per line.
     if user.text.is_empty() || user.text.contains([':', '\n', '\r']) {
         report
             .fault(
@@ -48,13 +48,13 @@ pub(super) fn tls(report: &mut Report, section: &Section, folder: &Path) -> Opti
         identity: certificate
             .zip(key)
             .map(|(certificate, key)| Identity { certificate, key }),
-        // An authority that is named and not there is a fault of its own.
+        // An authority that is named but missing is a fault of its own.
         clients: clients.unwrap_or(section.get("authority").is_some()),
         authority,
     })
 }
 
-/// Reports a key that means nothing without another.
+/// Reports a key that has no meaning without another.
 fn refuse_alone(report: &mut Report, section: &Section, key: &str, other: &str) {
     if section.get(key).is_some() && section.get(other).is_none() {
         let message = format!("{} needs `{other}` beside it", section.key(key));
@@ -70,7 +70,7 @@ pub(super) fn refuse_without_certificate(
     section: &Section,
     listen: &[Written],
 ) {
-    // What is wrong with files that are named has been said.
+    // Faults in the named files have been reported already.
     let named = section
         .get("tls")
         .is_some_and(|tls| tls.get_ref().get("certificate").is_some());
@@ -93,8 +93,8 @@ pub(super) fn refuse_without_certificate(
     }
 }
 
-/// Reports every way by which somebody could be met who has proved nothing: the link cannot tell one connection from another, so all
-/// of them prove as much.
+/// Reports every address where an unauthenticated peer could connect or answer. The link cannot distinguish
+/// connections, so all of them must meet the same requirements.
 pub(super) fn refuse_unproven(
     report: &mut Report,
     link: &Link,
@@ -102,7 +102,7 @@ pub(super) fn refuse_unproven(
     listen: &[Written],
     connect: &[Written],
 ) {
-    // What is asked for wrongly, or is not there, is asked for all the same.
+    // A setting with a fault, or with a missing file, still counts as set.
     let user = section.get("user").is_some();
     let authority = section
         .get("tls")
@@ -150,7 +150,7 @@ pub(super) fn refuse_unproven(
     }
 }
 
-/// A file that is there, relative to the application's; reports one that is not.
+/// Returns an existing file, relative to the application's folder; reports a missing one.
 fn file(report: &mut Report, section: &Section, key: &str, folder: &Path) -> Option<PathBuf> {
     let written = section.text(report, key)?;
     let path = folder.join(written.text);

@@ -1,7 +1,7 @@
-//! `[link]`: whom the application lets in from other processes and machines, and whom it looks for. Settings only; nothing here
-//! opens a socket.
+//! `[link]`: which other processes and machines may connect to the application, and to which it connects.
+//! Settings only; nothing here opens a socket.
 //!
-//! Without it the application is found by its own user on its own machine, and by nobody else.
+//! Without this section only the same user on the same machine can connect.
 //!
 //! ```toml
 //! [link]
@@ -29,47 +29,49 @@ use jde_core::Nanos;
 
 pub(super) use read::read;
 
-/// Longest name, as of everything that an application names.
+/// The longest name, as for every other name in an application.
 const LONGEST_NAME: usize = 64;
-/// How old an imported value may get where nobody says.
+/// The default age at which an imported value expires, ns.
 const STALE: Nanos = 1_000_000_000;
 
-/// Whom an application lets in, and whom it looks for. Paths are absolute.
+/// Which peers an application admits, and which it connects to. Paths are absolute.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// How others call it: see [`Link::is_name`].
+    /// The name for other applications: see [`Link::is_name`].
     pub name: String,
-    /// Where it listens beyond its own user's folder: `tcp/0.0.0.0:7447`, `tls/[::]:7447`, `unixsock-stream//run/robot`.
+    /// Addresses on which it listens beyond its own user's folder: `tcp/0.0.0.0:7447`, `tls/[::]:7447`,
+    /// `unixsock-stream//run/robot`.
     pub listen: Vec<String>,
-    /// Whom it looks for, for ever; written likewise.
+    /// Addresses to which it connects, with unlimited retries; in the same notation.
     pub connect: Vec<String>,
-    /// Finds others by multicast.
+    /// Whether it discovers others by multicast.
     pub discover: bool,
     /// What clients from the network may do.
     pub access: Access,
-    /// What is asked of whoever connects, and given to those it connects to; only within TLS with an authority.
+    /// The login required of clients, and presented to those it connects to; only within TLS with an
+    /// authority.
     pub login: Option<Login>,
     /// Certificates.
     pub tls: Option<Tls>,
-    /// How old a value from elsewhere may get before it is taken back, ns.
+    /// The age at which a value from another application is retracted, ns.
     pub stale_ns: Nanos,
-    /// Listens where anybody may connect, and connects to whoever is there.
+    /// Whether it may listen where anybody can connect, and connect to unauthenticated peers.
     pub insecure: bool,
-    /// No link at all.
+    /// Whether there is no link at all.
     pub off: bool,
 }
 
 /// What clients from the network may do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
-    /// Look, and act as operators (R14).
+    /// Read, and act as operators (R14).
     #[default]
     Operate,
-    /// Look.
+    /// Read only.
     Read,
 }
 
-/// A user, and where the password is.
+/// A user name, and the file of the password.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Login {
     /// The user.
@@ -78,14 +80,14 @@ pub struct Login {
     pub password_file: PathBuf,
 }
 
-/// Certificates, as files in PEM.
+/// Certificates, as PEM files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tls {
-    /// What it shows of itself: needed to listen.
+    /// Its own certificate: needed to listen.
     pub identity: Option<Identity>,
-    /// Who signs those it believes.
+    /// The authority whose certificates it trusts.
     pub authority: Option<PathBuf>,
-    /// Whoever connects must show a certificate of the authority; unless the file says, where there is an authority.
+    /// Whether clients must present a certificate of the authority; true by default if there is an authority.
     pub clients: bool,
 }
 
@@ -99,8 +101,8 @@ pub struct Identity {
 }
 
 impl Link {
-    /// The link of an application that says nothing of it: this machine and this user alone. A name that is none of a link has
-    /// its other characters replaced by `-`.
+    /// Returns the link of an application without the section: for this machine and this user alone.
+    /// Characters that a link's name may not contain are replaced by `-`.
     #[must_use]
     pub fn local(application: &str) -> Self {
         let legal = |c: char| if is_legal(c) { c } else { '-' };
@@ -123,13 +125,13 @@ impl Link {
         }
     }
 
-    /// Whether others can call an application so: 1 to 64 letters, digits, `-` and `_`.
+    /// Whether the text can be the name of a link: 1 to 64 letters, digits, `-` and `_`.
     #[must_use]
     pub fn is_name(name: &str) -> bool {
         (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(is_legal)
     }
 
-    /// Files of secrets that others than their owner can read.
+    /// Returns a warning for each secret file that users other than its owner can read.
     pub(in crate::app) fn warnings(&self) -> Vec<String> {
         let identity = self.tls.as_ref().and_then(|tls| tls.identity.as_ref());
         let password = self
@@ -151,7 +153,7 @@ impl Link {
             .collect()
     }
 
-    /// Whether it can be reached from other machines.
+    /// Whether other machines can connect.
     #[must_use]
     pub fn is_open(&self) -> bool {
         !self.off && self.listen.iter().any(|address| address::is_network(address))

@@ -1,4 +1,4 @@
-//! Reads `[link]`: names, addresses and words.
+//! Reads the section `[link]`: names, addresses and words. Opens no connection.
 
 use std::path::Path;
 
@@ -23,13 +23,13 @@ const KEYS: &[&str] = &[
     "off",
 ];
 
-/// An address as it is written.
+/// An address with its text in the file.
 pub(super) struct Written<'a> {
     pub(super) text: Text<'a>,
     pub(super) address: Address<'a>,
 }
 
-/// Reads the section of an application of that name; `folder` is that of its file.
+/// Reads the section of the application `application`; `folder` is the folder of its file.
 pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str, folder: &Path) -> Link {
     let mut link = Link::local(application);
     let Some(section) = top.section(report, "link", "`link`") else {

@@ -1,5 +1,5 @@
-//! What a plugin says of itself, as it crosses from the process that looked at it: the structures of [`describe`], field by field.
-//! Both ends are the same build; nothing of it is stored.
+//! The description of a plugin on its way from the inspecting process: the structures of [`describe`], field
+//! by field. Both ends are the same build; the format is never stored.
 
 use std::sync::Arc;
 
@@ -156,7 +156,7 @@ enum Form {
     Text { capacity: usize, length_offset: usize },
 }
 
-/// A type that several may share.
+/// A type that several ports or fields may share.
 mod shared {
     use std::sync::Arc;
 
@@ -174,7 +174,7 @@ mod shared {
     }
 }
 
-/// Lists of what has a form of its own above.
+/// Lists of the structures above.
 macro_rules! lists {
     ($($name:ident: $form:ident as $with:literal;)*) => {$(
         mod $name {

@@ -1,5 +1,6 @@
-//! Looks at plugins in a process of their own: a damaged library may end whoever maps it, while the system's loader is at it or while
-//! its tables are read, and this process is not the one. One such process looks at many files, and a fresh one follows if it dies.
+//! Inspects plugins in a separate process: a damaged library may end the process that maps it, while the
+//! system's loader works or while its tables are read. One such process inspects many files; if it dies, a
+//! new one is started.
 //!
 //! ```text
 //!   host                           child
@@ -9,9 +10,10 @@
 //!             ◄─ read ───────────
 //!             ◄── problems ──────
 //! ```
-//! To look at a file nothing of a plugin but `ability` is called, and what is found right is not made safe to run by that. The functions
-//! of a schema are called only where an application is checked that names it, of types with the ability `jde.inspect`; from then on the
-//! process can write no files and reach no network.
+//! Of a file that is only described, no function but `ability` is called; a valid description does not make
+//! the plugin safe to run. A schema's functions are called only when an application that names it is checked,
+//! and only for types with the ability `jde.inspect`. From then on the process can write no files and reach
+//! no network.
 
 mod description;
 mod serve;
@@ -36,30 +38,30 @@ use crate::apart::{Frame, Kind, Program, Wire, as_bytes, end_in_words};
 use crate::app::Inspection;
 pub use serve::serve;
 
-/// How long a look at one file may take: a library is mapped in milliseconds, and a constructor that has not returned by then is not
-/// going to.
+/// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that
+/// has not returned by then hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// How long one inspection may take, with all that it asks: files are read in milliseconds, and a recording of gigabytes without an index in
-/// seconds.
+/// The time limit for one inspection, including the values that it reads. Files are read in milliseconds, a
+/// recording of gigabytes without an index in seconds.
 const INSPECTION: Duration = Duration::from_secs(5);
-/// Most of what a dying process said that is repeated, in bytes.
+/// The most bytes of a dying process's last message that are repeated.
 const MOST_SAID: usize = 300;
 
-/// What is asked of the child.
+/// A request to the child.
 #[derive(Serialize, Deserialize)]
 enum Question {
-    /// What does it say of itself?
+    /// Describe a plugin.
     Look {
-        /// The file that is mapped.
+        /// The file to map.
         #[serde(with = "as_bytes")]
         copy: PathBuf,
-        /// The file that people know.
+        /// The file that the user knows.
         #[serde(with = "as_bytes")]
         path: PathBuf,
     },
-    /// What is wrong with what the modulations of a schema name?
+    /// Inspect what the modulations of a schema name.
     Inspect {
-        /// The file that people know.
+        /// The file that the user knows.
         #[serde(with = "as_bytes")]
         path: PathBuf,
         /// The place of the type in its plugin.
@@ -69,14 +71,14 @@ enum Question {
     },
 }
 
-/// What it answers.
+/// The child's answer.
 #[derive(Serialize, Deserialize)]
 enum Answer {
     Plugin(#[serde(with = "description::Plugin")] describe::Plugin),
     Inspected {
-        /// As the ABI numbers it.
+        /// A status code of the ABI.
         status: i32,
-        /// Of each problem whether it is of something unavailable, its port and its words.
+        /// For each problem: whether something is unavailable, the port, and the description in words.
         found: Result<Vec<(bool, u32, String)>, String>,
     },
     Refused(String),
@@ -86,30 +88,30 @@ enum Answer {
 enum Silent {
     /// No process could be started.
     Absent(io::Error),
-    /// It died, or did not come to an end.
+    /// The process died, or did not finish in time.
     Died(String),
 }
 
-/// Looks at files.
+/// Inspects files.
 #[derive(Debug)]
 pub(super) struct Inspector {
     program: Program,
     child: Mutex<Option<Child>>,
 }
 
-/// The process that looks.
+/// The inspecting process.
 #[derive(Debug)]
 struct Child {
     process: std::process::Child,
     wire: Wire,
-    /// What it writes to standard error: the loader's last words.
+    /// Its standard error, which contains the loader's last message.
     said: File,
-    /// It has looked at something before, which may have damaged it.
+    /// It has inspected something before, which may have damaged it.
     used: bool,
 }
 
 impl Inspector {
-    /// One that has that program look.
+    /// Returns an inspector that runs that program.
     pub(super) fn new(program: Program) -> Self {
         Self {
             program,
@@ -117,12 +119,12 @@ impl Inspector {
         }
     }
 
-    /// What the plugin in `copy` says of itself; `path` is the file that people know.
+    /// Returns the description of the plugin in `copy`; `path` is the file that the user knows.
     ///
     /// # Errors
-    /// Why it cannot be loaded, [`LoadError::Deadly`] among others.
+    /// Why it cannot be loaded, for example [`LoadError::Deadly`].
     pub(super) fn look(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
-        // What can be told from the file needs no process.
+        // The checks of the file alone need no process.
         held(copy)?;
         let question = Question::Look {
             copy: copy.to_owned(),
@@ -139,10 +141,10 @@ impl Inspector {
         }
     }
 
-    /// What a type of schema of the plugin in the file `path` finds wrong with what its modulations name.
+    /// Returns the problems that a type of the plugin in the file `path` finds in what its modulations name.
     ///
     /// # Errors
-    /// Why there is no answer, or none that makes sense, in words.
+    /// Why there is no answer, or no valid one, in words.
     pub(super) fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
         let question = Question::Inspect {
             path: path.to_owned(),
@@ -174,7 +176,8 @@ impl Inspector {
         }
     }
 
-    /// Asks a process; another one, if it dies of what it was asked before.
+    /// Sends a request to a process. If a process dies that has inspected something before, a new one gets
+    /// the request.
     fn ask<R>(
         &self,
         patience: Duration,
@@ -196,14 +199,14 @@ impl Inspector {
                     *present = Some(child);
                     return Ok(answer);
                 }
-                // What it looked at before may be to blame, but hardly for taking long.
+                // An earlier inspection may have caused this, but hardly a time-out.
                 Err(error) if child.used && !is_late(&error) => {}
                 Err(error) => return Err(Silent::Died(child.last_words(&error, patience))),
             }
         }
     }
 
-    /// Ends the process that looks, if there is one; the next look has another.
+    /// Ends the inspecting process, if there is one; the next request starts another.
     pub(super) fn dismiss(&self) {
         self.child.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
@@ -215,7 +218,7 @@ impl Child {
         let said = tempfile::tempfile()?;
         let process = Command::new(&program.path)
             .args(&program.arguments)
-            // What the terminal sends is for whoever has it to answer.
+            // A group of its own, so that signals from the terminal reach only the host.
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(theirs)))
             .stdout(Stdio::null())
@@ -241,7 +244,8 @@ impl Child {
         })
     }
 
-    /// Asks, and answers what the schema asks meanwhile. Also gives the reason for a failure that the schema gave.
+    /// Sends a request, and serves the reads of the schema meanwhile. Also returns the reason for a failure
+    /// that the schema gave.
     fn converse(
         &mut self,
         question: &Question,
@@ -255,7 +259,7 @@ impl Child {
             match frame.kind {
                 Kind::Done => return Ok((serde_json::from_slice(&frame.bytes)?, failure)),
                 Kind::Fail => failure = Some(String::from_utf8_lossy(&frame.bytes).into_owned()),
-                // Nobody listens to what it would log.
+                // Log messages of an inspection are not shown.
                 Kind::Log => {}
                 kind => self.wire.send(&match kind {
                     Kind::Read => value_of(asked, frame.number),
@@ -270,12 +274,12 @@ impl Child {
         }
     }
 
-    /// What became of it.
+    /// Describes why the process failed.
     fn last_words(mut self, error: &io::Error, patience: Duration) -> String {
         if is_late(error) {
             return format!("a look at it has not ended in {} s", patience.as_secs());
         }
-        // Whoever is dying already dies of what it dies of.
+        // A process that is already dying keeps its own cause of death.
         let _ = self.process.kill();
         let words = match self.process.wait() {
             Ok(end) => end_in_words(end),
@@ -287,7 +291,7 @@ impl Child {
         }
     }
 
-    /// The last line that it wrote to standard error.
+    /// Returns the last line that it wrote to standard error.
     fn said(&mut self) -> Option<String> {
         self.said.rewind().ok()?;
         let mut bytes = Vec::new();
@@ -307,7 +311,7 @@ fn is_late(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-/// The value of a modulation, as [`Kind::Read`] is answered; nothing else has one.
+/// Returns the value of a modulation, in answer to [`Kind::Read`]; no other port has a value here.
 fn value_of(asked: &Inspection<'_>, port: u32) -> Frame {
     let Some((value, set)) = asked.value(port) else {
         return answer(raw::NO_VALUE);
@@ -329,7 +333,7 @@ fn answer(status: i32) -> Frame {
 
 impl Drop for Child {
     fn drop(&mut self) {
-        // Fails only for one that is gone already.
+        // Fails only if the process has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

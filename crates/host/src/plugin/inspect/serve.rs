@@ -1,5 +1,5 @@
-//! The process that looks: maps what it is told to, says what is in it and has its schemas inspect what their modulations name, until
-//! nobody asks any more.
+//! The inspecting process: maps the requested files, returns their descriptions, and has their schemas
+//! inspect what their modulations name, until the host closes the stream.
 
 use std::io;
 use std::os::fd::AsFd;
@@ -14,8 +14,8 @@ use super::{Answer, Question};
 use crate::apart::{Frame, Kind, ServeError, Wire, inspected, only_look};
 use crate::plugin::{LoadError, Loaded};
 
-/// Looks at plugins in this process for the host at standard input, and returns when that asks for no more. To be called first of all
-/// in a program of its own, which does nothing else.
+/// Inspects plugins in this process for the host at standard input; returns when the host sends no more
+/// requests. Call it first in a program of its own that does nothing else.
 ///
 /// # Errors
 /// [`ServeError::NoHost`].
@@ -36,7 +36,7 @@ pub fn serve() -> Result<(), ServeError> {
                 if !std::mem::replace(&mut limited, true) {
                     only_look();
                 }
-                // One that took the place of a process that died has mapped nothing yet.
+                // A process that replaced a dead one has mapped nothing yet.
                 let known = mapped.iter().find(|(known, _)| *known == path);
                 let loaded = match known {
                     Some((_, loaded)) => Ok(loaded.clone()),
@@ -72,14 +72,15 @@ pub fn serve() -> Result<(), ServeError> {
     Ok(())
 }
 
-/// Maps `file`, of which people know the file `path`, and keeps it.
+/// Maps `file`, which the user knows as `path`, and keeps it.
 fn map(mapped: &mut Vec<(PathBuf, Loaded)>, file: &Path, path: PathBuf) -> Result<Loaded, LoadError> {
     let loaded = Loaded::map(file, &path)?;
     mapped.push((path, loaded.clone()));
     Ok(loaded)
 }
 
-/// The stream to the host. From here on this process ends with it, and leaves nothing behind when it crashes.
+/// Returns the stream to the host. From here on this process ends with the host, and leaves no core dump when
+/// it crashes.
 fn meet() -> io::Result<UnixStream> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
