@@ -1,7 +1,7 @@
-//! What a recording comes to, for people without a screen: pictures of where a robot drove, who acted when and how variables went,
-//! and a page that tells all of it.
+//! Reports on recordings without a screen: pictures of a robot's path, the schemas' states and the values of
+//! variables over time, and a page with all of these.
 //!
-//! It reads recordings and draws; it runs nothing, asks nobody over the network and prints nothing.
+//! The crate reads recordings and draws. It runs no schema, uses no network and prints nothing.
 
 mod analysis;
 mod chart;

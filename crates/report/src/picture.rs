@@ -1,4 +1,4 @@
-//! A drawing as a PNG file. It draws nothing itself.
+//! A drawing as a PNG file. Draws nothing itself.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -9,28 +9,29 @@ use crate::map::{self, Drive};
 /// A picture.
 pub struct Picture {
     drawing: Drawing,
-    /// Pixels of a unit of the drawing.
+    /// Pixels per unit of the drawing.
     scale: f32,
 }
 
-/// Why a picture could not be saved.
+/// Why a picture could not be encoded or saved.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The file or its folder cannot be written.
+    /// The file or its folder is not writable.
     #[error("cannot write the picture `{}`: {error}; name a file in a folder that can be written", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         error: io::Error,
     },
-    /// The picture cannot become a PNG.
+    /// The picture cannot be encoded as PNG.
     #[error("cannot encode the picture as PNG: {0}")]
     Encode(String),
 }
 
 impl Picture {
-    /// A drive from above, 1600 pixels wide or less for a world that is higher than wide. The same drive gives the same picture.
+    /// Draws a drive from above, 1600 pixels wide; narrower for a world that is higher than wide. The same
+    /// drive gives the same picture.
     #[must_use]
     pub fn of_drive(drive: &Drive) -> Self {
         Self::new(map::draw(drive, true), 1.0)
@@ -40,7 +41,7 @@ impl Picture {
         Self { drawing, scale }
     }
 
-    /// It as PNG.
+    /// Encodes the picture as PNG.
     ///
     /// # Errors
     /// [`PictureError::Encode`].
@@ -51,7 +52,7 @@ impl Picture {
             .map_err(|error| PictureError::Encode(error.to_string()))
     }
 
-    /// Writes it to a PNG file, and makes its folder if there is none.
+    /// Writes the picture to a PNG file, and creates its folder if necessary.
     ///
     /// # Errors
     /// [`PictureError`].

@@ -1,5 +1,5 @@
-//! A sheet of paper with all that a recording shows: where the robot went or how numbers were, and below on one axis of time who was
-//! in which state.
+//! A picture of a recording: the robots' paths or numbers over time, and below them the schemas' states on
+//! one time axis.
 
 use crate::analysis::Analysis;
 use crate::chart::{self, Area, Bands, SMALL};
@@ -7,25 +7,25 @@ use crate::drawing::{Align, ColorRole, Drawing};
 use crate::map::{self, Palette};
 use crate::picture::Picture;
 
-/// Units of an area like that of the usual sheet: a larger picture shows the same larger, not more.
+/// Area of the usual picture, units. A larger picture shows the same content at a larger scale, not more.
 const UNITS: f32 = 1600.0 * 1067.0;
-/// White paper at the edges, units.
+/// Margin at the edges, units.
 const MARGIN: f32 = 36.0;
-/// Units above charts, with the title.
+/// Height above charts for the title, units.
 const HEADING: f32 = 104.0;
-/// Units left of charts without names of rows, for numbers.
+/// Width left of charts without row names for numbers, units.
 const AXIS: f32 = 84.0;
-/// Units below the bands, with the times.
+/// Height below the bands for the times, units.
 const TIMES: f32 = 34.0;
-/// Units of a line of remarks.
+/// Height of a line of remarks, units.
 const REMARK: f32 = 20.0;
-/// Bands take so much of the height at most, and a map or charts so much of it at least.
+/// Largest share of the height for the bands when there is a map or a chart.
 const BANDS: f32 = 0.42;
 
-/// Pixels that a side of a picture has at least and at most.
+/// Smallest and largest side of a picture, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 200..=8000;
 
-/// How a picture shows an analysis.
+/// The size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Pixels, within [`SIDES`].
@@ -35,7 +35,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Columns of time that a picture of this size can show.
+    /// The number of time columns that a picture of this size can show.
     #[must_use]
     pub fn columns(self) -> usize {
         self.width as usize
@@ -47,16 +47,16 @@ impl Size {
     }
 }
 
-/// How the paper is shared out.
+/// The layout of a picture.
 struct Layout<'t> {
     scale: f32,
     width: f32,
     height: f32,
     bands: Bands<'t>,
-    /// Where the bands are, over the axis of time.
+    /// The area of the bands, above the time axis.
     times: Area,
     remarks: Vec<String>,
-    /// Where the remarks begin.
+    /// The top of the remarks.
     foot: f32,
     has_lines: bool,
     has_map: bool,
@@ -101,7 +101,8 @@ impl<'t> Layout<'t> {
 }
 
 impl Picture {
-    /// What a recording shows: its numbers if any were asked for, else where the robot went; and below who was in which state.
+    /// Draws a recording: its selected numbers if there are any, otherwise the robots' paths; and below the
+    /// schemas' states.
     #[must_use]
     pub fn of_tale(analysis: &Analysis, size: Size) -> Self {
         let layout = Layout::new(analysis, size);
@@ -134,7 +135,7 @@ impl Picture {
     }
 }
 
-/// Where the bands of a picture are.
+/// The area of the bands of a picture.
 #[cfg(test)]
 pub(crate) fn times(analysis: &Analysis, size: Size) -> Area {
     Layout::new(analysis, size).times
@@ -157,7 +158,7 @@ fn heading(drawing: &mut Drawing, analysis: &Analysis, left: f32) {
     );
 }
 
-/// What a picture lacks, and why.
+/// Notes on what the picture lacks, and why.
 fn remarks(analysis: &Analysis) -> Vec<String> {
     let mut remarks = analysis.remarks();
     if analysis.traces.is_empty() && !analysis.ending.drive.has_way() {

@@ -1,4 +1,4 @@
-//! Recordings made for the purpose, and what is drawn and told of them.
+//! Tests of the analysis and its pictures with generated recordings.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,8 @@ use crate::{Analysis, Picture, Series, Size, Wanted, page};
 
 const SECOND: u64 = 1_000_000_000;
 
-/// Two schemas take turns of ten seconds in a minute, and the robot goes along a line; `names` are those of the two.
+/// Two schemas take turns of ten seconds for a minute while the robot moves along a line. `names` are the
+/// schemas.
 fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
     let recorder = recorder(file, cast.then(|| told(names)));
     let odometry = export::<Odometry>(&recorder, "odometry");
@@ -28,7 +29,7 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
     Recording::open(file).unwrap()
 }
 
-/// What is decided in that minute; `drive` is called ten times a second.
+/// Records the selections of that minute; calls `drive` ten times a second.
 fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
     for turn in 0..6 {
         let (winner, loser) = (names[turn % 2], names[(turn + 1) % 2]);
@@ -77,7 +78,7 @@ pub(crate) fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
     Recorder::create(file, options).unwrap()
 }
 
-/// A topic of a variable that the robot exports.
+/// A topic for a variable that the robot exports.
 fn export<T: Value>(recorder: &Recorder, name: &str) -> Topic {
     let about = BTreeMap::from([
         ("variable".to_owned(), format!("robot.{name}")),
@@ -150,7 +151,7 @@ fn columns(columns: usize) -> Wanted {
     }
 }
 
-/// How many pixels of a column have a colour.
+/// The number of pixels of a column with a colour.
 fn found(pixels: &Pixmap, x: u32, color: ColorU8) -> usize {
     let column = (0..pixels.height()).map(|y| pixels.pixel(x, y).unwrap().demultiply());
     column.filter(|pixel| *pixel == color).count()
@@ -189,7 +190,7 @@ fn bands_have_the_colours_of_who_won(recording: &Recording) {
     assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
     let area = crate::sheet::times(&analysis, size);
     for second in 0..60_u32 {
-        // The last value is a tenth of a second before the minute is over.
+        // The last value is a tenth of a second before the end of the minute.
         let share = (second as f32 + 0.5) / 59.9;
         let x = (area.left + area.width * share) as u32;
         let (winner, loser) = if second / 10 % 2 == 0 { (0, 1) } else { (1, 0) };
@@ -266,7 +267,7 @@ fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
     let record = |first: u64| {
         let recorder = recorder(&file, None);
         let topic = export::<Truth>(&recorder, "truth");
-        // Touched at 10 s and at 30 s; nearest at 10 s, and nearer at 50 s.
+        // Contacts at 10 s and at 30 s; the clearance decreases at 10 s, and again at 50 s.
         for second in first..=60 {
             let truth = Truth {
                 collisions: u64::from(second >= 10) + u64::from(second >= 30),
@@ -296,7 +297,7 @@ fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
     assert_eq!(counted(&recording, Some(0), 20), (1, Some(0.2)));
     assert_eq!(counted(&recording, Some(20), 40), (1, None));
     assert_eq!(counted(&recording, Some(31), 60), (0, Some(0.1)));
-    // Begun when the robot had driven for a while.
+    // Recording started after the robot had driven for a while.
     let recording = record(20);
     assert_eq!(counted(&recording, None, 40), (1, None));
     assert_eq!(counted(&recording, None, 60), (1, Some(0.1)));
@@ -393,11 +394,11 @@ fn a_page_does_not_grow_with_the_length_of_the_recording() {
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
     let [fine, coarse] =
         [20_000, 300].map(|count| page(&read(&recording, columns(count)), "turns.mcap").len());
-    // Three stretches of each: however fine the columns, as many bars.
+    // Three stretches in each: the number of bars does not depend on that of the columns.
     assert!(fine < 2 * coarse, "{fine} and {coarse}");
 }
 
-/// What two robots did who were led apart: `one` commands `left`, `two` commands `right`.
+/// Two robots with different commanders: `one` commands `left`, `two` commands `right`.
 fn two_robots(file: &Path) -> Recording {
     let names = ["one", "two"];
     let mut cast = told(names);

@@ -1,4 +1,4 @@
-//! What state a schema was in over time: of each column the share of every state, and the sums of all of it.
+//! A schema's states over time: the share of every state in each column, and the sums over the whole time.
 
 use jde_core::{Nanos, State};
 
@@ -7,13 +7,13 @@ use super::columns::Columns;
 /// The states of a schema.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
-    /// Of each column, the share in which it was at least this: WINNER, READY, CHECKING.
+    /// For each column, the shares of time as WINNER, READY and CHECKING.
     shares: Vec<[f32; 3]>,
-    /// Its state, and since when.
+    /// The present state and its beginning.
     now: Option<(State, Nanos)>,
-    /// How long it was WINNER, READY, CHECKING.
+    /// Total times as WINNER, READY and CHECKING, ns.
     sums: [Nanos; 3],
-    /// How often it became WINNER.
+    /// How often the schema became WINNER.
     pub(crate) wins: u64,
 }
 
@@ -27,7 +27,7 @@ impl Band {
         }
     }
 
-    /// It is in a state from a time on; before it was in `from`, if nobody said otherwise.
+    /// Records a change of state. `from` is the state before if none was recorded.
     pub(crate) fn change(&mut self, columns: Columns, time: Nanos, from: State, to: State) {
         let (before, since) = self.now.unwrap_or((from, columns.from));
         self.fill(columns, before, since, time);
@@ -37,19 +37,19 @@ impl Band {
         }
     }
 
-    /// Nothing more comes.
+    /// Extends the last state to the end.
     pub(crate) fn finish(&mut self, columns: Columns) {
         if let Some((state, since)) = self.now {
             self.fill(columns, state, since, columns.to);
         }
     }
 
-    /// Its present state, if anybody said.
+    /// The present state, if known.
     pub(crate) fn state(&self) -> Option<State> {
         self.now.map(|(state, _)| state)
     }
 
-    /// Of each column, the share of time in which it was at least in a state.
+    /// For each column, the share of time in at least this state.
     pub(crate) fn shares(&self, least: State) -> impl Iterator<Item = f32> {
         let kinds = kind(least).map_or(0, |kind| kind + 1);
         self.shares
@@ -57,12 +57,12 @@ impl Band {
             .map(move |shares| shares[..kinds].iter().sum::<f32>().min(1.0))
     }
 
-    /// How long it was in a state, ns; asleep does not count.
+    /// The total time in a state, ns; SLEPT does not count.
     pub(crate) fn time(&self, state: State) -> Nanos {
         kind(state).map_or(0, |kind| self.sums[kind])
     }
 
-    /// Whether it was ever awake.
+    /// Whether the schema was ever awake.
     pub(crate) fn was_awake(&self) -> bool {
         self.sums.iter().any(|sum| *sum > 0)
     }
@@ -77,7 +77,7 @@ impl Band {
     }
 }
 
-/// Which of the sums a state goes to.
+/// The index of a state's sums; none for SLEPT.
 fn kind(state: State) -> Option<usize> {
     match state {
         State::Winner => Some(0),
@@ -87,7 +87,7 @@ fn kind(state: State) -> Option<usize> {
     }
 }
 
-/// A state by the word that recordings have for it; what nobody knows is asleep.
+/// Reads a state as recordings write it; unknown words mean SLEPT.
 pub(crate) fn state(word: &str) -> State {
     match word {
         "winner" => State::Winner,

@@ -1,4 +1,5 @@
-//! Where a group chattered: how often, between whom, and what would have kept it from that, with the sums it comes from.
+//! Statistics of a group's chattering: how often, between which schemas, and which settings would have
+//! prevented it.
 
 use std::collections::BTreeMap;
 
@@ -8,49 +9,50 @@ use jde_host::story::Decision;
 
 use super::durations::Durations;
 
-/// Pairs that are told apart.
+/// Most pairs that are counted separately.
 const MOST_PAIRS: usize = 1000;
-/// Urgencies are kept as whole billionths.
+/// Urgencies are stored as whole billionths.
 const FINE: f64 = 1e9;
-/// A dwell of so many times what nine in ten winners stayed: one of those could not have switched there and back.
+/// Advised dwell as a multiple of the time that nine in ten winners stayed; none of those could have switched
+/// there and back in it.
 const TIMES: f64 = 2.0;
 
-/// Who took over from whom, in the order of their names; either may be nobody.
+/// Two schemas that alternate, in the order of their names; `None` for no winner.
 type Pair = (Option<String>, Option<String>);
 
-/// What came of a group while it chattered.
+/// Statistics of a group while it chattered.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChatterStatistics {
     chatter: Chatter<Pair>,
     last: Option<Nanos>,
-    /// How often it began to chatter.
+    /// How often chattering began.
     pub(crate) spells: u64,
-    /// Switches while it did.
+    /// Switches while chattering.
     pub(crate) switches: u64,
-    /// Those in which two or more were ready.
+    /// Switches at which two or more candidates were ready.
     pub(crate) collisions: u64,
     /// How long winners stayed.
     stays: Durations,
-    /// By how much the urgency of the new winner was the greater, billionths.
+    /// By how much the new winner's urgency exceeded the old one's, billionths.
     margins: Durations,
     pairs: BTreeMap<Pair, u64>,
 }
 
-/// A value of a sticky policy, and what it comes from.
+/// An advised setting of a sticky policy, and its basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Advice {
-    /// What to write: s, or an urgency.
+    /// The advised value: s, or an urgency.
     pub(crate) value: f64,
-    /// What nine in ten did not exceed.
+    /// The bound that nine in ten did not exceed.
     pub(crate) most: f64,
-    /// Of how many.
+    /// The number of observations.
     pub(crate) count: u64,
 }
 
 impl ChatterStatistics {
-    /// A switch of the group.
+    /// Records a switch of the group.
     pub(crate) fn add_switch(&mut self, time: Nanos, decision: &Decision) {
-        // Whoever takes turns, or was told to switch, does not chatter.
+        // Round-robin and operators switch intentionally.
         if matches!(decision.decider.as_str(), "round-robin" | "operator") {
             return;
         }
@@ -76,18 +78,18 @@ impl ChatterStatistics {
         }
     }
 
-    /// Between whom most switches were.
+    /// The pair with the most switches.
     pub(crate) fn between(&self) -> Option<(Option<&str>, Option<&str>)> {
         let (pair, _) = self.pairs.iter().max_by_key(|(_, count)| **count)?;
         Some((pair.0.as_deref(), pair.1.as_deref()))
     }
 
-    /// Whether a policy would have helped: it settles collisions, and nothing else (R4).
+    /// Whether a policy would have helped: policies settle only collisions (R4).
     pub(crate) fn is_for_a_policy(&self) -> bool {
         2 * self.collisions >= self.switches
     }
 
-    /// How long a winner ought to stay, s.
+    /// The advised dwell of a winner, s.
     pub(crate) fn dwell(&self) -> Option<Advice> {
         let most = self.stays.quantile(0.9)? / 1e9;
         Some(Advice {
@@ -97,7 +99,7 @@ impl ChatterStatistics {
         })
     }
 
-    /// By how much a rival's urgency ought to be the greater. None if nobody won by that.
+    /// The advised hysteresis of urgency; none if no winner won by urgency.
     pub(crate) fn hysteresis(&self) -> Option<Advice> {
         let most = self.margins.quantile(0.9)? / FINE;
         Some(Advice {
@@ -108,7 +110,7 @@ impl ChatterStatistics {
     }
 }
 
-/// By how much the new winner's urgency was above that of the old one, which was ready too.
+/// By how much the new winner's urgency exceeded the old one's, which was ready as well.
 fn margin(decision: &Decision) -> Option<f64> {
     let urgency = |name: &Option<String>| {
         let of = |name: &String| {
@@ -126,13 +128,13 @@ fn margin(decision: &Decision) -> Option<f64> {
     Some(margin).filter(|margin| *margin > 0.0 && *margin < 1e9)
 }
 
-/// To two digits, so that it can be typed.
+/// Rounds up to two digits, for typing.
 fn rounded_up(value: f64) -> f64 {
     if value <= 0.0 {
         return 0.0;
     }
     let unit = 10_f64.powf(value.log10().floor() - 1.0);
-    // What is whole already but for the last bit of its sum stays.
+    // A value that is whole except for a rounding error stays.
     (value / unit - 1e-9).ceil() * unit
 }
 

@@ -1,20 +1,20 @@
-//! Time in columns: however long a recording is, no more is kept of it than a picture can show.
+//! Time divided into columns, so that the memory for a recording is bounded by what a picture can show.
 
 use jde_core::Nanos;
 
-/// A stretch of time, cut into columns of the same width.
+/// A time range, divided into columns of the same width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Columns {
-    /// Where it begins.
+    /// The beginning.
     pub(crate) from: Nanos,
-    /// Where it ends; later than it begins.
+    /// The end; later than the beginning.
     pub(crate) to: Nanos,
-    /// How many columns; not 0.
+    /// The number of columns; not 0.
     pub(crate) count: usize,
 }
 
 impl Columns {
-    /// A stretch of at least a microsecond, for one instant has no columns.
+    /// A range of at least a microsecond, since a single instant has no columns.
     pub(crate) fn new(from: Nanos, to: Nanos, count: usize) -> Self {
         Self {
             from,
@@ -23,28 +23,28 @@ impl Columns {
         }
     }
 
-    /// How long it is, s.
+    /// The length, s.
     pub(crate) fn seconds(self) -> f64 {
         (self.to - self.from) as f64 / 1e9
     }
 
-    /// Whether a time is in it.
+    /// Whether a time is within the range.
     pub(crate) fn has(self, time: Nanos) -> bool {
         (self.from..=self.to).contains(&time)
     }
 
-    /// Where a time is, in columns; times before and after are at its ends.
+    /// The position of a time in columns, clamped to the range.
     pub(crate) fn place(self, time: Nanos) -> f64 {
         let since = time.clamp(self.from, self.to) - self.from;
         since as f64 / (self.to - self.from) as f64 * self.count as f64
     }
 
-    /// The column that a time is in; times before and after are in the first and the last.
+    /// The column of a time; the first or the last for times outside of the range.
     pub(crate) fn column(self, time: Nanos) -> usize {
         (self.place(time) as usize).min(self.count - 1)
     }
 
-    /// Each column that a stretch of time touches, with the share of the column that it covers.
+    /// Each column that a time range overlaps, with the share of the column that it covers.
     pub(crate) fn covered(self, from: Nanos, to: Nanos) -> impl Iterator<Item = (usize, f64)> {
         let (begin, end) = (self.place(from), self.place(to));
         let last = (end.ceil() as usize).min(self.count);

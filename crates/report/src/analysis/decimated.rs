@@ -1,5 +1,5 @@
-//! A list that never becomes too long: when it is full, every other of its items goes, and from then on only every second, fourth,
-//! eighth that comes is kept.
+//! A list of bounded length. When it is full, every other item is dropped, and from then on only every
+//! second, fourth, eighth item is stored.
 
 /// Items in their order, evenly decimated.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ impl<T> Decimated<T> {
         self.seen += 1;
     }
 
-    /// How many there were for each that is kept.
+    /// The number of added items for each stored one.
     pub(crate) fn step(&self) -> u64 {
         self.step
     }

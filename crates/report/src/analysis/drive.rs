@@ -1,5 +1,5 @@
-//! Where the robots of a recording went: their paths, targets, what their lasers saw, and the world they drove in if that is known.
-//! Of several missions the first is followed, and it is said so.
+//! Collects the robots' paths, targets, laser scans and, if known, their world. Of several missions only the
+//! first is followed, and a remark notes this.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,12 +16,12 @@ use super::decimated::Decimated;
 use super::robot::{Known, Robot};
 use crate::map::{Drive, Obstacle, RobotPath, Takeover, Target};
 
-/// Most takeovers that are kept: more than a picture can show.
+/// Most takeovers stored: more than a picture can show.
 const MOST_TAKEOVERS: usize = 2000;
-/// Most targets.
+/// Most targets stored.
 const MOST_TARGETS: usize = 1000;
 
-/// Collects it.
+/// Collects a drive.
 pub(crate) struct DriveCollector {
     topics: Topics,
     robots: Vec<Robot>,
@@ -29,7 +29,8 @@ pub(crate) struct DriveCollector {
     takeover_count: u64,
     mission: Option<Mission>,
     route: Vec<(f64, f64)>,
-    /// Targets that were known one by one, by how many were reached before: of a recording begun later the first are missing.
+    /// Targets from the mission's progress, by the number of targets reached before. The first are missing if
+    /// the recording began later.
     found: BTreeMap<usize, (f64, f64)>,
     world: Option<(PathBuf, Result<World, String>)>,
     radius: Option<f64>,
@@ -37,29 +38,29 @@ pub(crate) struct DriveCollector {
     seed: u64,
 }
 
-/// Which topic says what.
+/// The topics that are read.
 #[derive(Default)]
 struct Topics {
     mission: Option<String>,
-    /// Missions that are not followed.
+    /// The number of missions that are not followed.
     other_missions: usize,
     route: Option<String>,
     world: Option<Channel>,
     radius: Option<Channel>,
-    /// Robots of which is known where they believe to be, and that are not followed.
+    /// Robots that are not drawn, since their odometry has a frame of its own.
     left_out: Vec<String>,
 }
 
-/// What is known at the end.
+/// The collected drive.
 #[derive(Default)]
 pub(crate) struct DriveSummary {
     pub(crate) drive: Drive,
     pub(crate) mission: Option<Mission>,
-    /// Contacts of all robots in the stretch that is told; none without ground truth.
+    /// Contacts of all robots within the reported time; none without ground truth.
     pub(crate) collisions: Option<u64>,
-    /// The least gap to anything, m; none if that was before.
+    /// The least distance to an obstacle, m; none if it occurred before the reported time.
     pub(crate) min_clearance: Option<f64>,
-    /// What the map shows of its surroundings and why.
+    /// Remarks on what the map shows or lacks.
     pub(crate) remarks: Vec<String>,
 }
 
@@ -82,7 +83,7 @@ impl DriveCollector {
         }
     }
 
-    /// Takes in a message. `acting` says who acts now for a robot.
+    /// Processes a message. `acting` returns the schema that acts for a robot at present.
     pub(crate) fn message(
         &mut self,
         columns: Columns,
@@ -117,7 +118,7 @@ impl DriveCollector {
         }
     }
 
-    /// Somebody who acts takes over, for the robots of which `acts` is true.
+    /// Records that an actor took over, for the robots that satisfy `acts`.
     pub(crate) fn took_over(&mut self, to: usize, acts: impl Fn(&str) -> bool) {
         let robots = self.robots.iter().filter(|robot| acts(&robot.name));
         let poses: Vec<Pose2D> = robots.filter_map(|robot| robot.pose).collect();
@@ -127,19 +128,19 @@ impl DriveCollector {
         self.takeover_count += u64::from(!poses.is_empty());
     }
 
-    /// Whether there is one robot at most, for which everybody acts.
+    /// Whether there is at most one robot, for which all schemas act.
     pub(crate) fn is_alone(&self) -> bool {
         self.robots.len() <= 1
     }
 
-    /// Whose mission is followed.
+    /// The owner of the mission that is followed.
     pub(crate) fn of_mission(&self) -> Option<&str> {
         let topic = self.topics.mission.as_deref()?;
         Some(named(topic.rsplit_once('/')?.0))
     }
 
-    /// Nothing more comes. `winners` are those of the schemas that won for any time, and `led` is the robot that the mission is
-    /// about; the first if nobody knows.
+    /// Completes the drive. `winners` are the schemas that won for any time. `led` is the robot of the
+    /// mission; the first robot if unknown.
     pub(crate) fn finish(
         mut self,
         title: String,
@@ -231,14 +232,14 @@ impl DriveCollector {
         }
     }
 
-    /// Whether the walls are drawn, so that nobody needs what the laser saw.
+    /// Whether the walls are drawn, which makes laser points unnecessary.
     fn shows_walls(&self) -> bool {
         matches!(self.world, Some((_, Ok(_)))) && self.robots.iter().any(|robot| robot.truth_topic.is_some())
     }
 
     fn mission(&mut self, mission: Mission) {
         let place = (mission.target.x, mission.target.y);
-        // A robot is never at a distance of 0 from where it has still to go.
+        // A robot that still has to drive somewhere is never at distance 0.
         let is_place = place != (0.0, 0.0) || mission.distance > 0.0;
         if is_place && mission.reached < mission.total && self.found.len() < MOST_TARGETS {
             self.found.entry(mission.reached as usize).or_insert(place);
@@ -246,7 +247,7 @@ impl DriveCollector {
         self.mission = Some(mission);
     }
 
-    /// The targets, in the frame of the path; the route's where there is one.
+    /// The targets in the frame of the path; those of the route if there is one.
     fn targets(&self, led: Option<&str>) -> Vec<Target> {
         let of = |led: &str| self.robots.iter().find(|robot| robot.name == led);
         let robot = led.and_then(of).or(self.robots.first());
@@ -295,7 +296,7 @@ impl DriveCollector {
     }
 }
 
-/// Of a file that others named, only what is a world is read.
+/// Reads a world from a path that the recording names. Refuses anything but a regular file.
 fn load(path: &Path, seed: u64) -> Result<World, String> {
     match std::fs::metadata(path) {
         Ok(about) if !about.is_file() => Err("it is no file".to_owned()),
@@ -325,7 +326,7 @@ impl Topics {
                 is_command && owner(&channel.topic) == owner(topic)
             })
         };
-        // Odometry is published also by those who correct it: a robot is who is commanded.
+        // Schemas that correct odometry publish it as well. A robot is a schema that takes commands.
         let (own, mut others): (Vec<_>, Vec<_>) = odometries.iter().partition(|topic| commanded(topic));
         let mut named_by: Vec<&String> = if !truths.is_empty() {
             truths.iter().collect()
@@ -337,7 +338,7 @@ impl Topics {
         };
         let mut left_out = Vec::new();
         if !truths.is_empty() {
-            // Where they believe to be is in frames of their own.
+            // The odometry of the others has frames of its own.
             let known = |topic: &&String| truths.iter().any(|truth| owner(truth) == owner(topic));
             left_out = odometries
                 .iter()
@@ -350,7 +351,7 @@ impl Topics {
             named_by = lasers.iter().take(1).collect();
         }
         let alone = named_by.len() == 1;
-        // What a robot has by itself; if it is the only one, else whoever has.
+        // The robot's own topic of a kind; for a single robot, any topic of that kind.
         let of = |robot: &str, topics: &[String]| {
             let own = topics.iter().find(|topic| owner(topic) == owner(robot));
             own.or(topics.first().filter(|_| alone)).cloned()
@@ -390,18 +391,18 @@ impl Topics {
     }
 }
 
-/// The name of who has the topics below that one.
+/// The name of the schema that owns the topics below a prefix.
 fn named(owner: &str) -> &str {
     owner.trim_start_matches('/')
 }
 
-/// A message as the value of a type.
+/// Decodes a message as a value of a type.
 pub(super) fn read<T: jde_types::Value>(message: &Message) -> Option<T> {
     let bytes = cdr::decode(&T::describe(), &message.data).ok()?;
     T::from_bytes(&bytes)
 }
 
-/// A message that is one number.
+/// Decodes a message that is one number.
 pub(super) fn number(message: &Message) -> Option<f64> {
     match single(&message.channel, message)? {
         Value::Float(number) => Some(number),
@@ -411,7 +412,7 @@ pub(super) fn number(message: &Message) -> Option<f64> {
     }
 }
 
-/// A message that is one text or number, of whatever type.
+/// Decodes a message of one text or number, of any type.
 fn single(channel: &Channel, message: &Message) -> Option<Value> {
     let text = std::str::from_utf8(&channel.definition).ok()?;
     let value_type = definition::read(&channel.type_name, text).ok()?;
@@ -440,7 +441,7 @@ mod tests {
             collector.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), nobody);
             collector.took_over(0, |_| true);
         }
-        // Lost for a moment.
+        // The pose is lost for a moment.
         collector.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), nobody);
         collector.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), nobody);
         let ending = collector.finish(String::new(), Vec::new(), Vec::new(), None);

@@ -1,9 +1,9 @@
-//! How long something took, as often as it was: mean and worst exactly, quantiles within two percent, in memory that does not grow
-//! with their number.
+//! Statistics of durations: exact mean and worst, quantiles within two percent, in memory that does not
+//! depend on their number.
 
 use jde_core::Nanos;
 
-/// Bins to a doubling: each is 2.2 % wide.
+/// Bins per doubling: each is 2.2 % wide.
 const BINS: f64 = 32.0;
 
 /// Durations.
@@ -31,22 +31,22 @@ impl Durations {
         self.count
     }
 
-    /// All of them, ns.
+    /// The sum, ns.
     pub(crate) fn sum(&self) -> u128 {
         self.sum
     }
 
-    /// Their mean, ns; none without any.
+    /// The mean, ns; none without durations.
     pub(crate) fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum as f64 / self.count as f64)
     }
 
-    /// The longest, ns; none without any.
+    /// The longest, ns; none without durations.
     pub(crate) fn worst(&self) -> Option<f64> {
         (self.count > 0).then_some(self.worst as f64)
     }
 
-    /// That which so large a part of them is not longer than, ns; none without any.
+    /// The duration that a share `part` of all does not exceed, ns; none without durations.
     pub(crate) fn quantile(&self, part: f64) -> Option<f64> {
         let wanted = (self.count as f64 * part).ceil().max(1.0) as u64;
         let mut seen = 0;
@@ -54,7 +54,7 @@ impl Durations {
             seen += count;
             seen >= wanted
         })?;
-        // The middle of the bin, in proportion.
+        // The geometric middle of the bin.
         Some(((bin as f64 + 0.5) / BINS).exp2().min(self.worst as f64))
     }
 }

@@ -1,13 +1,14 @@
-//! What happened besides selections and changes of state. Of a great many the first and the last are kept, the rest is counted.
+//! Events other than selections and state changes. Of many, the first and the last are stored and the rest
+//! counted.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use jde_host::story::Happening;
 
-/// Events that are kept: the first so many, and the last.
+/// Events stored: so many of the first, and of the last.
 const FIRST: usize = 1000;
 const LAST: usize = 500;
-/// Kinds that are told apart.
+/// Most kinds that are counted separately.
 const MOST_KINDS: usize = 64;
 
 /// Events in their order.
@@ -15,9 +16,9 @@ const MOST_KINDS: usize = 64;
 pub(crate) struct Events {
     first: Vec<Happening>,
     last: VecDeque<Happening>,
-    /// Those between.
+    /// The number of dropped events in between.
     pub(crate) left_out: u64,
-    /// How many of which kind.
+    /// The number of events by kind.
     pub(crate) kinds: BTreeMap<String, u64>,
 }
 
@@ -39,17 +40,17 @@ impl Events {
         }
     }
 
-    /// How many of a kind.
+    /// The number of events of a kind.
     pub(crate) fn count(&self, kind: &str) -> u64 {
         self.kinds.get(kind).copied().unwrap_or(0)
     }
 
-    /// The last of a kind.
+    /// The last stored event of a kind.
     pub(crate) fn last_of(&self, kind: &str) -> Option<&Happening> {
         self.kept().filter(|happening| happening.kind == kind).last()
     }
 
-    /// Those that are kept.
+    /// The stored events.
     pub(crate) fn kept(&self) -> impl Iterator<Item = &Happening> {
         self.first.iter().chain(&self.last)
     }

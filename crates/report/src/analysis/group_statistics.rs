@@ -1,5 +1,5 @@
-//! What was decided in a group: how often its winner changed, how long takeovers took, who alternates with whom. Of the selections
-//! themselves a bounded number is kept whole.
+//! Statistics of a group's selections: changes of winner, takeover times, and which schemas alternate. A
+//! bounded number of selections is stored completely.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -10,32 +10,32 @@ use super::chatter::ChatterStatistics;
 use super::columns::Columns;
 use super::durations::Durations;
 
-/// The stretch in which switches are counted for the busiest one.
+/// The time window for the highest rate of switches, ns.
 const BUSY: Nanos = 1_000_000_000;
-/// Switches that are kept whole: the first so many of a recording, and the last.
+/// Switches of a recording that are stored completely: so many of the first, and of the last.
 const FIRST: usize = 4000;
 const LAST: usize = 1000;
-/// Pairs of schemas that are told apart.
+/// Most pairs of schemas that are counted separately.
 const MOST_PAIRS: usize = 10_000;
 
-/// What was decided in a group.
+/// Statistics of a group.
 #[derive(Clone, Debug)]
 pub(crate) struct GroupStatistics {
-    /// Selections.
+    /// The number of selections.
     pub(crate) decisions: u64,
-    /// Those that chose another one than before.
+    /// Selections that changed the winner.
     pub(crate) switches: u64,
     /// Switches by column.
     pub(crate) marks: Vec<u32>,
-    /// From the cause to the winner's first iteration.
+    /// Times from the cause to the winner's first iteration.
     pub(crate) takeovers: Durations,
-    /// The longest of them: when, and who took over.
+    /// The longest takeover: its time, and the new winner.
     pub(crate) worst: Option<(Nanos, String)>,
-    /// Most switches within a second, and when that ended.
+    /// Most switches within a second, and the time when that second ended.
     pub(crate) busiest: Option<(usize, Nanos)>,
     /// Selections by case.
     pub(crate) cases: BTreeMap<String, u64>,
-    /// What came of it while it chattered.
+    /// Statistics of chattering.
     pub(crate) chatter: ChatterStatistics,
     pairs: BTreeMap<(String, String), u64>,
     recent: VecDeque<Nanos>,
@@ -46,16 +46,16 @@ pub(crate) struct GroupStatistics {
 pub(crate) struct Switches {
     first: Vec<Decision>,
     last: VecDeque<Decision>,
-    /// Those between, which were only counted.
+    /// The number of dropped ones in between, which are only counted.
     pub(crate) left_out: u64,
 }
 
-/// Two that take over from each other.
+/// Two schemas that take over from each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Alternation {
     pub(crate) one: String,
     pub(crate) other: String,
-    /// Takeovers, either way.
+    /// The number of takeovers in either direction.
     pub(crate) switches: u64,
 }
 
@@ -75,7 +75,7 @@ impl GroupStatistics {
         }
     }
 
-    /// A selection of this group.
+    /// Records a selection of this group.
     pub(crate) fn decided(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
         self.decisions += 1;
         if let Some(count) = self.cases.get_mut(&decision.case) {
@@ -121,7 +121,7 @@ impl GroupStatistics {
         }
     }
 
-    /// Who takes over from whom, the most frequent first.
+    /// The pairs of schemas that alternate, the most frequent first.
     pub(crate) fn pairs(&self) -> Vec<Alternation> {
         let pairs = self.pairs.iter().map(|((one, other), switches)| Alternation {
             one: one.clone(),
@@ -147,7 +147,7 @@ impl Switches {
         }
     }
 
-    /// The first of them, and the last, between which some may have been left out.
+    /// The first switches and the last. Some in between may have been dropped.
     pub(crate) fn kept(&self) -> (impl Iterator<Item = &Decision>, impl Iterator<Item = &Decision>) {
         (self.first.iter(), self.last.iter())
     }

@@ -1,12 +1,12 @@
-//! Who is in a recording: schemas, and the groups in which they compete; by what it says of its schemas, else by the names that its
-//! selections and states have.
+//! The schemas and groups of a recording: from its description of schemas, or else from the names in its
+//! selections and states.
 
 use std::collections::{HashMap, HashSet};
 
 use jde_host::story::Decision;
 use jde_log::Cast;
 
-/// Most schemas, and most groups: a file may say anything.
+/// Most schemas, and most groups, since the file is untrusted.
 const MOST: usize = 4096;
 
 /// Schemas and groups.
@@ -16,7 +16,7 @@ pub(crate) struct Hierarchy {
     pub(crate) groups: Vec<Group>,
     schema_places: HashMap<String, usize>,
     group_places: HashMap<String, usize>,
-    /// Robots of which it is known who commands them.
+    /// Robots whose commanders are known.
     commanded: HashSet<String>,
 }
 
@@ -24,39 +24,39 @@ pub(crate) struct Hierarchy {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Schema {
     pub(crate) name: String,
-    /// `stop/stop`; empty if nobody says.
+    /// `stop/stop`; empty if unknown.
     pub(crate) type_name: String,
     /// The group in which it competes.
     pub(crate) group: Option<usize>,
-    /// Period as configured at the start, ns.
+    /// The period configured at the start, ns.
     pub(crate) period: Option<u64>,
-    /// The robots that it commands; none if nobody says.
+    /// The robots that it commands; empty if unknown.
     pub(crate) commands: Vec<String>,
 }
 
-/// A competition.
+/// A group.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Group {
     pub(crate) name: String,
-    /// Who competes, in the order of priority.
+    /// The members, in order of priority.
     pub(crate) members: Vec<usize>,
-    /// Who settles collisions; empty if nobody says.
+    /// The policy for collisions; empty if unknown.
     pub(crate) policy: String,
     /// The longest takeover by contract (R17), ns.
     pub(crate) contract: Option<u64>,
 }
 
-/// A line of a list in which children stand below their fathers.
+/// A row of a list in which children follow their fathers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Row {
-    /// A group, so deep.
+    /// A group and its depth.
     Group(usize, usize),
-    /// A schema, so deep.
+    /// A schema and its depth.
     Schema(usize, usize),
 }
 
 impl Hierarchy {
-    /// What a recording says of its schemas.
+    /// Reads a recording's description of its schemas.
     pub(crate) fn new(cast: Option<&Cast>) -> Self {
         let mut hierarchy = Self::default();
         let Some(cast) = cast else { return hierarchy };
@@ -81,7 +81,7 @@ impl Hierarchy {
         hierarchy
     }
 
-    /// The place of a schema, which it gets if it has none; none if there are too many.
+    /// The index of a schema, which is added if it is new; none if there are too many.
     pub(crate) fn schema(&mut self, name: &str) -> Option<usize> {
         if let Some(place) = self.schema_places.get(name) {
             return Some(*place);
@@ -95,12 +95,12 @@ impl Hierarchy {
         Some(place)
     }
 
-    /// The place of a schema that is known.
+    /// The index of a known schema.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         self.schema_places.get(name).copied()
     }
 
-    /// The place of the group that decided; whoever was awake in it is a member from now on.
+    /// The index of a selection's group. All its candidates become members.
     pub(crate) fn decided(&mut self, decision: &Decision) -> Option<usize> {
         let group = self.group(&decision.group)?;
         if matches!(
@@ -116,7 +116,7 @@ impl Hierarchy {
         Some(group)
     }
 
-    /// The father of a group, after whom it is called: `example/base`; none of the roots.
+    /// The father of a group, from its name: `example/base`; none for the roots.
     pub(crate) fn father(&self, group: usize) -> Option<usize> {
         let (father, _) = self.groups[group].name.split_once('/')?;
         self.find(father)
@@ -127,20 +127,20 @@ impl Hierarchy {
         (0..self.groups.len()).filter(move |group| self.father(*group) == Some(schema))
     }
 
-    /// Motor schemas without motor children: those that can act.
+    /// Whether a schema can act: a motor schema without motor children.
     pub(crate) fn is_actor(&self, schema: usize) -> bool {
         self.schemas[schema].group.is_some() && self.groups_of(schema).next().is_none()
     }
 
-    /// Whether a schema acts for a robot: it commands it, or nobody says who does.
+    /// Whether a schema acts for a robot: it commands the robot, or the commander is unknown.
     pub(crate) fn acts_for(&self, schema: usize, robot: &str) -> bool {
         !self.commanded.contains(robot) || self.schemas[schema].commands.iter().any(|own| own == robot)
     }
 
-    /// The robot that a schema commands, or whoever is below it; none if nobody says.
+    /// The robot that a schema or one of its descendants commands; none if unknown.
     pub(crate) fn led_by(&self, name: &str) -> Option<String> {
         let mut below = vec![self.find(name)?];
-        // Each is looked at once: a file may say anything.
+        // Each schema is examined once, since the file may describe a cycle.
         for place in 0..self.schemas.len() {
             let schema = *below.get(place)?;
             if let Some(robot) = self.schemas[schema].commands.first() {
@@ -153,7 +153,7 @@ impl Hierarchy {
         None
     }
 
-    /// All of it, children below their fathers, and at the end who competes with nobody.
+    /// All groups and schemas: children follow their fathers, and schemas without a group are last.
     pub(crate) fn rows(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         let mut shown = vec![false; self.schemas.len()];
@@ -175,7 +175,7 @@ impl Hierarchy {
     fn rows_of(&self, group: usize, depth: usize, shown: &mut [bool], rows: &mut Vec<Row>) {
         rows.push(Row::Group(group, depth));
         for member in &self.groups[group].members {
-            // Who is shown already is not shown again: a file may make somebody his own father.
+            // A schema is shown once, since the file may make a schema its own father.
             if std::mem::replace(&mut shown[*member], true) {
                 continue;
             }

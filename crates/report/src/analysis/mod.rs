@@ -1,5 +1,6 @@
-//! The analysis of a recording: all that pictures and pages show of it, found by reading it once. Memory does not grow with its
-//! length: times become columns, durations histograms, and of lists a bounded number is kept and the rest counted.
+//! The analysis of a recording: the data of all pictures and pages, collected in one pass. Memory does not
+//! depend on the length of the recording: times become columns, durations become histograms, and lists store
+//! a bounded number of items and count the rest.
 
 mod band;
 mod chatter;
@@ -36,84 +37,84 @@ pub(crate) use trace::{Cell, Trace};
 
 use drive::DriveCollector;
 
-/// Where the turns of schemas are.
+/// The topic of the schemas' turns.
 const TURNS: &str = "/jde/turns";
-/// Progress is told once in so many messages.
+/// Messages between two reports of progress.
 const TOLD: u64 = 2000;
-/// Columns of small charts.
+/// Most columns of small charts.
 const COARSE: usize = 300;
 
-/// What of a recording is wanted.
+/// What to analyse of a recording.
 #[derive(Default)]
 pub struct Wanted {
-    /// From this time of the application on, ns; without it from the beginning.
+    /// Beginning, application time, ns; that of the recording if absent.
     pub from: Option<Nanos>,
-    /// Up to this time, ns; without it to the end.
+    /// End, application time, ns; that of the recording if absent.
     pub to: Option<Nanos>,
-    /// Columns that its time is cut into.
+    /// The number of columns into which the time is divided.
     pub columns: usize,
-    /// Numbers to follow.
+    /// Numbers to trace.
     pub series: Vec<Series>,
 }
 
-/// A number of a recording, over time.
+/// A number in a recording over time.
 pub struct Series {
-    /// The topic whose messages have it.
+    /// The topic whose messages contain it.
     pub topic: String,
-    /// The variable that it belongs to.
+    /// The variable that contains it.
     pub variable: String,
-    /// How people call it.
+    /// Its displayed name.
     pub name: String,
-    /// Its unit; empty for none.
+    /// Its unit; empty if there is none.
     pub unit: String,
-    /// It out of a message; none where there is none.
+    /// Extracts it from a message; returns `None` if it is absent.
     pub number: Number,
 }
 
-/// A number out of a message.
+/// Extracts a number from a message.
 pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
-/// What a recording comes to.
+/// The analysis of a recording.
 pub struct Analysis {
-    /// What all of it is, whatever stretch of it is told.
+    /// The survey of the whole recording, independent of the analysed time.
     pub(crate) survey: Survey,
-    /// Name of the application, or of the file.
+    /// The name of the application, or of the file.
     pub(crate) title: String,
-    /// The stretch of time that is told, in the application's time.
+    /// The analysed time, in the application's clock.
     pub(crate) columns: Columns,
-    /// The same stretch in the columns of small charts, of which there are many.
+    /// The same time in the columns of small charts.
     pub(crate) coarse: Columns,
-    /// Who is in it.
+    /// The schemas and groups.
     pub(crate) hierarchy: Hierarchy,
-    /// States, by schema.
+    /// States by schema.
     pub(crate) bands: Vec<Band>,
-    /// Work, by schema.
+    /// Timing by schema.
     pub(crate) timings: Vec<SchemaTiming>,
-    /// Periods as configured, by schema, s: over time, and last.
+    /// The last configured period by schema, s.
     pub(crate) periods: Vec<Option<f64>>,
-    /// Selections, by group.
+    /// Selections by group.
     pub(crate) groups: Vec<GroupStatistics>,
-    /// Those that changed a winner.
+    /// Selections that changed a winner.
     pub(crate) switches: Switches,
-    /// What else happened.
+    /// Other events.
     pub(crate) events: Events,
-    /// Schemas that had trouble.
+    /// Schemas with faults or overruns.
     pub(crate) troubled: Vec<Troubled>,
-    /// Where the robot went.
+    /// The robots' paths.
     pub(crate) ending: DriveSummary,
-    /// Numbers that were asked for, and who they are.
+    /// The traced numbers.
     pub(crate) traces: Vec<(Series, Trace)>,
-    /// Whether turns were recorded, by which work is known.
+    /// Whether turns were recorded, from which working times are known.
     pub(crate) has_turns: bool,
-    /// Whether it ran in virtual time; none if nobody says.
+    /// Whether the application ran in virtual time; none if unknown.
     pub(crate) lockstep: Option<bool>,
 }
 
 impl Analysis {
-    /// Reads a recording up to its end or to the damage. `progress` is told how much of it has been read, 0 to 1.
+    /// Reads a recording to its end or to damage. `progress` receives the share read so far, 0 to 1.
     ///
     /// # Errors
-    /// The file cannot be read; damage is no error.
+    /// The file cannot be read. Damage is no error.
     pub fn read(
         recording: &Recording,
         wanted: Wanted,
@@ -135,7 +136,7 @@ impl Analysis {
         Ok(reader.finish())
     }
 
-    /// Whether there is anything to draw: a path, states or numbers.
+    /// Whether there is nothing to draw: no path, no states and no numbers.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.ending.drive.has_way()
@@ -143,14 +144,14 @@ impl Analysis {
             && self.traces.iter().all(|(_, trace)| trace.range().is_none())
     }
 
-    /// When it was, on everybody's clock: "2026-11-21 18:03:13 UTC"; none without messages.
+    /// The wall-clock time of the beginning: "2026-11-21 18:03:13 UTC"; none without messages.
     pub(crate) fn begun(&self) -> Option<String> {
         let time = UNIX_EPOCH + Duration::from_nanos(self.survey.first_ns?);
         let text = humantime::format_rfc3339_seconds(time).to_string();
         Some(text.replace('T', " ").replace('Z', " UTC"))
     }
 
-    /// What is to be known of how much of it is shown.
+    /// Remarks on what of the recording is missing.
     pub(crate) fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some(damage) = &self.survey.damage {
@@ -169,7 +170,7 @@ impl Analysis {
         remarks
     }
 
-    /// How far the mission came; none if there is none.
+    /// The mission's progress; none if there is no mission.
     pub(crate) fn mission(&self) -> Option<&Mission> {
         self.ending.mission.as_ref()
     }
@@ -178,19 +179,19 @@ impl Analysis {
 struct Reader {
     analysis: Analysis,
     drive: DriveCollector,
-    /// ns since 1970 when the application's clock was 0.
+    /// The application's clock zero, ns since 1970.
     start: u64,
     first: u64,
     last: u64,
-    /// Of each group, who wins now.
+    /// The present winner of each group.
     winners: Vec<Option<usize>>,
-    /// Who acts now.
+    /// The schemas that act at present.
     acting: Vec<usize>,
-    /// By topic: which numbers are in its messages.
+    /// The indices of traced numbers by topic.
     series: HashMap<String, Vec<usize>>,
-    /// By topic: of which schema it is the configured period.
+    /// The schemas by the topic of their configured period.
     periods: HashMap<String, String>,
-    /// By topic: what is published by whom.
+    /// The owner and publication times of exports, by topic.
     exports: BTreeMap<String, (String, SchemaTiming)>,
 }
 
@@ -198,7 +199,7 @@ impl Reader {
     fn new(recording: &Recording, wanted: Wanted) -> Result<Self, ReadError> {
         let survey = Survey::begin(recording)?;
         let (first, last) = recording.times().unwrap_or_default();
-        // A recording of others begins with its first message.
+        // A recording of another program begins with its first message.
         let start = survey.application_start_ns.unwrap_or(first);
         let since = |time: u64| time.saturating_sub(start);
         let from = wanted.from.unwrap_or_else(|| since(first));
@@ -268,7 +269,7 @@ impl Reader {
         Ok(reader)
     }
 
-    /// How much has been read when a message comes.
+    /// The share of the recording read when a message arrives.
     fn share(&self, log_time: u64) -> f64 {
         let whole = self.last.saturating_sub(self.first).max(1);
         (log_time.saturating_sub(self.first) as f64 / whole as f64).min(1.0)
@@ -279,11 +280,11 @@ impl Reader {
         if time > self.analysis.columns.to {
             return;
         }
-        // What was in force at the beginning happened before it.
+        // Values in force at the beginning were written before it.
         let happens = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
         if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
-            // A line of a newer version that cannot be read is passed over.
+            // A line of a newer version that cannot be read is skipped.
             if let Ok(line) = Line::read(kind, &message.data) {
                 self.line(time, line, happens);
             }
@@ -360,7 +361,7 @@ impl Reader {
         }
     }
 
-    /// Who is known only by a selection is in the state that it tells.
+    /// Takes the state of a schema from a selection if it is not known otherwise.
     fn learn(&mut self, decision: &jde_host::story::Decision) {
         let columns = self.analysis.columns;
         for candidate in &decision.candidates {
@@ -374,7 +375,7 @@ impl Reader {
         }
     }
 
-    /// A schema is in another state: who acts now?
+    /// Updates the acting schemas after a change of state.
     fn won(&mut self, schema: usize, state: State) {
         let hierarchy = &self.analysis.hierarchy;
         let Some(group) = hierarchy.schemas[schema].group else {
@@ -389,7 +390,7 @@ impl Reader {
         let roots = (0..hierarchy.groups.len()).filter(|group| hierarchy.father(*group).is_none());
         let mut winning: Vec<usize> = roots.filter_map(|group| self.winners[group]).collect();
         let mut acting = Vec::new();
-        // No deeper than there are schemas: a file may say anything.
+        // Bounded by the number of schemas, since the file may describe a cycle.
         for _ in 0..=hierarchy.schemas.len() {
             let (act, lead): (Vec<_>, Vec<_>) = winning
                 .into_iter()
@@ -426,7 +427,7 @@ impl Reader {
         }
     }
 
-    /// Everybody known has a place for what is told of him.
+    /// Extends the lists to all known schemas and groups.
     fn grow(&mut self) {
         let analysis = &mut self.analysis;
         let (schemas, groups) = (analysis.hierarchy.schemas.len(), analysis.hierarchy.groups.len());
@@ -456,7 +457,7 @@ impl Reader {
         for (_, trace) in &mut analysis.traces {
             trace.finish(columns);
         }
-        // Of a schema without turns, what it published most often tells of its period.
+        // Without turns, a schema's most frequent export indicates its period.
         let mut most: HashMap<String, SchemaTiming> = HashMap::new();
         for (owner, work) in self.exports.into_values() {
             let known = most.get(&owner).map_or(0, |known| known.periods.count());

@@ -1,5 +1,5 @@
-//! One robot of a recording: where it was, who acted for it there, what its laser saw, and what is true of it. It knows no other
-//! robot, and no world.
+//! One robot of a recording: its path with the acting schemas, its laser scans, and its ground truth. It
+//! knows no other robot and no world.
 
 use jde_core::Nanos;
 use jde_log::Message;
@@ -10,13 +10,13 @@ use super::decimated::Decimated;
 use super::drive::read;
 use crate::map::{PathPoint, is_placed};
 
-/// Most places of all paths and scans that are kept: more than a picture can show.
+/// Most points stored of all paths, and most scans: more than a picture can show.
 pub(super) const MAX_POINTS: usize = 40_000;
 const MOST_SCANS: usize = 2000;
-/// Time between two scans that are looked at: a scan a second is enough to show a building.
+/// Least time between two scans that are read, ns: one scan a second is enough to show a building.
 const SCAN: Nanos = 1_000_000_000;
 
-/// One robot: what is recorded of it, and where it went.
+/// The topics and the path of one robot.
 pub(super) struct Robot {
     pub(super) name: String,
     pub(super) truth_topic: Option<String>,
@@ -25,25 +25,25 @@ pub(super) struct Robot {
     pub(super) truth: Option<Known>,
     pub(super) odometry: Option<Pose2D>,
     pub(super) pose: Option<Pose2D>,
-    /// The same place in the frame of the truth and of the odometry, seen first.
+    /// The robot's first known place, in the frame of the ground truth and in that of the odometry.
     pub(super) anchor: Option<(Pose2D, Pose2D)>,
     pub(super) path: Decimated<PathPoint>,
-    /// How far it drove, m, and from where it goes on; not decimated.
+    /// The driven distance, m, not decimated; and the last valid place.
     pub(super) distance: f64,
     pub(super) place: Option<Pose2D>,
     pub(super) scans: Decimated<Vec<(f64, f64)>>,
     pub(super) scanned: Option<Nanos>,
 }
 
-/// What is true of a robot, whose counts go back to its start.
+/// Ground truth of a robot. Its counts begin at the start of the robot.
 pub(super) struct Known {
-    /// Before the stretch that is told; none if it began in it.
+    /// The last one before the reported time; none if the application started within it.
     pub(super) before: Option<Truth>,
     pub(super) last: Truth,
 }
 
 impl Robot {
-    /// One of so many.
+    /// One of `count` robots, which share the limits of storage.
     pub(super) fn new(name: &str, count: usize) -> Self {
         Self {
             name: name.to_owned(),
@@ -100,7 +100,7 @@ impl Robot {
 
     fn known(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
         let known = self.truth.get_or_insert_with(|| Known {
-            // Only the first of all values tells of nothing that was before it.
+            // Only the first value of all has nothing before it.
             before: (message.sequence > 1).then_some(truth),
             last: truth,
         });
@@ -119,7 +119,7 @@ impl Robot {
     ) {
         self.pose = Some(pose);
         if columns.has(time) {
-            // What is no place is not drawn, and was not driven to.
+            // An invalid pose is not drawn and adds no distance.
             if is_placed(&[pose.x, pose.y]) {
                 let from = self.place.replace(pose).unwrap_or(pose);
                 self.distance += (pose.x - from.x).hypot(pose.y - from.y);

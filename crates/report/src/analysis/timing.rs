@@ -1,5 +1,5 @@
-//! How a schema worked: its iterations, the times between them, and how long it was busy; by its turns, and of a driver, whose turns
-//! are not recorded, by what it published.
+//! The timing of a schema: its iterations, the times between them, and its busy time, from its turns. For a
+//! driver, whose turns are not recorded, the times of its exports are used.
 
 use jde_core::Nanos;
 use jde_host::turn::Turn;
@@ -8,18 +8,18 @@ use super::columns::Columns;
 use super::durations::Durations;
 use super::trace::Trace;
 
-/// How a schema worked.
+/// The timing of a schema.
 #[derive(Clone, Debug)]
 pub(crate) struct SchemaTiming {
-    /// Turns in which it iterated.
+    /// Turns in which the schema iterated.
     pub(crate) iterations: u64,
-    /// Turns in which it checked its precondition or iterated.
+    /// Turns in which the schema checked its precondition or iterated.
     pub(crate) cycles: u64,
-    /// From one deadline at which it iterated to the next, without a pause between.
+    /// Times between iterations at successive deadlines, without pauses.
     pub(crate) periods: Durations,
     /// The same over time, s.
     pub(crate) over_time: Trace,
-    /// How long its turns took.
+    /// Durations of the turns.
     pub(crate) busy: Durations,
     last: Option<Nanos>,
 }
@@ -36,12 +36,12 @@ impl SchemaTiming {
         }
     }
 
-    /// It took a turn.
+    /// Records a turn.
     pub(crate) fn add_turn(&mut self, columns: Columns, turn: &Turn) {
         match turn.kind {
             Turn::CYCLED => {}
             Turn::AWOKE | Turn::SLEPT => return self.pause(columns),
-            // A father arbitrates between two of its iterations, and a panel is touched there.
+            // A father arbitrates between two of its iterations, and gestures on a panel are delivered there.
             _ => return,
         }
         self.cycles += 1;
@@ -54,17 +54,17 @@ impl SchemaTiming {
         let acted = turn.acted.happened();
         self.iterations += u64::from(acted);
         match (turn.way, acted) {
-            // The first iteration after a takeover comes at once, between two deadlines.
+            // The first iteration after a takeover occurs at once, between two deadlines.
             (Turn::FIRST, true) => self.pause(columns),
             (_, true) => self.add_start(columns, begun),
-            // Its deadline came, and it was not WINNER.
+            // The deadline came, and the schema was not WINNER.
             (Turn::ANY, false) => self.pause(columns),
-            // A value came, and it looked again without waiting for its deadline (R12).
+            // A new value triggered a check before the deadline (R12).
             (_, false) => {}
         }
     }
 
-    /// It began to do what it does periodically.
+    /// Records the beginning of a periodic iteration.
     pub(crate) fn add_start(&mut self, columns: Columns, time: Nanos) {
         if let Some(period) = self.last.and_then(|last| time.checked_sub(last)) {
             self.periods.add(period);
@@ -73,7 +73,7 @@ impl SchemaTiming {
         self.last = Some(time);
     }
 
-    /// What follows is no period.
+    /// Ends a sequence of periods.
     fn pause(&mut self, columns: Columns) {
         if let Some(last) = self.last.take() {
             self.over_time.add(columns, last, None);
@@ -135,7 +135,7 @@ mod tests {
         let mut work = SchemaTiming::new(columns);
         let (any, first) = (Turn::ANY, Turn::FIRST);
         let turns = [
-            // It takes over between two deadlines, which is no rhythm yet.
+            // A takeover between two deadlines; no rhythm yet.
             (60, first, true),
             (75, any, true),
             (100, first, false),
@@ -143,7 +143,7 @@ mod tests {
             (150, any, true),
             (175, first, false),
             (225, any, true),
-            // It loses its place and gets it again.
+            // The schema loses and regains its place.
             (250, first, false),
             (275, first, true),
             (300, any, true),

@@ -1,5 +1,5 @@
-//! A number over time: of each column the least, the greatest, and what it was at both ends. A shared variable holds its value until
-//! the next, and so does a trace; where there was none it has a gap.
+//! A number over time: for each column the least and greatest value, and those at both ends. Like a shared
+//! variable, a trace holds its value until the next. Where there is no value, it has a gap.
 
 use jde_core::Nanos;
 
@@ -10,11 +10,11 @@ use super::columns::Columns;
 pub(crate) struct Trace {
     cells: Vec<Option<Cell>>,
     now: Option<(f64, Nanos)>,
-    /// Values in all.
+    /// The number of values.
     pub(crate) count: u64,
 }
 
-/// What a number was within a column.
+/// The values of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cell {
     pub(crate) first: f64,
@@ -32,7 +32,7 @@ impl Trace {
         }
     }
 
-    /// It has a value from a time on, or none.
+    /// Records a value from a time on, or none.
     pub(crate) fn add(&mut self, columns: Columns, time: Nanos, value: Option<f64>) {
         let value = value.filter(|value| value.is_finite());
         self.hold(columns, time);
@@ -45,17 +45,17 @@ impl Trace {
         self.now = value.map(|value| (value, time));
     }
 
-    /// Nothing more comes.
+    /// Extends the last value to the end.
     pub(crate) fn finish(&mut self, columns: Columns) {
         self.hold(columns, columns.to);
     }
 
-    /// What it was, column by column.
+    /// The columns.
     pub(crate) fn cells(&self) -> &[Option<Cell>] {
         &self.cells
     }
 
-    /// The least and the greatest of all; none without any.
+    /// The least and greatest of all values; none without values.
     pub(crate) fn range(&self) -> Option<(f64, f64)> {
         let ranges = self.cells.iter().flatten();
         ranges
@@ -63,7 +63,7 @@ impl Trace {
             .reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)))
     }
 
-    /// What it has been since it changed last is what it is until a time.
+    /// Extends the present value up to a time.
     fn hold(&mut self, columns: Columns, until: Nanos) {
         let Some((value, since)) = self.now else { return };
         if until <= columns.from || since >= columns.to {

@@ -1,17 +1,17 @@
-//! Axes: which numbers stand at them, and how times and numbers are written.
+//! Axes: their numbers, and the format of times and numbers.
 
 use super::{Area, SMALL};
 use crate::analysis::Columns;
 use crate::drawing::{Align, ColorRole, Drawing, Line};
 
-/// Units between two lines of the grid at least.
+/// Least distance between two grid lines, units.
 const APART: f32 = 90.0;
 /// Steps of minutes and hours, s.
 const LONG: [f64; 12] = [
     60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
 
-/// Rounds up to 1, 2 or 5 of a power of ten.
+/// Rounds up to 1, 2 or 5 times a power of ten.
 pub(crate) fn round_up(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0]
@@ -21,7 +21,7 @@ pub(crate) fn round_up(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// The times at which lines stand, s, and what is written there.
+/// The times of the grid lines, s, with their labels.
 fn times(columns: Columns, width: f32) -> Vec<(f64, String)> {
     let least = columns.seconds() * f64::from((APART / width).min(1.0));
     let long = LONG.into_iter().find(|step| *step >= least);
@@ -51,7 +51,7 @@ fn times(columns: Columns, width: f32) -> Vec<(f64, String)> {
     times
 }
 
-/// Draws the lines of times from above to below.
+/// Draws the grid lines of the times.
 pub(crate) fn time_grid(drawing: &mut Drawing, area: Area, columns: Columns) {
     for (time, _) in times(columns, area.width) {
         let x = at(area, columns, time);
@@ -62,7 +62,7 @@ pub(crate) fn time_grid(drawing: &mut Drawing, area: Area, columns: Columns) {
     }
 }
 
-/// Writes the times below an area.
+/// Draws the times below an area.
 pub(crate) fn time_axis(drawing: &mut Drawing, area: Area, columns: Columns) {
     let times = times(columns, area.width);
     for (time, text) in times {
@@ -79,24 +79,24 @@ pub(crate) fn time_axis(drawing: &mut Drawing, area: Area, columns: Columns) {
 
 fn at(area: Area, columns: Columns, time: f64) -> f32 {
     let share = columns.place((time * 1e9).round() as u64) / columns.count as f64;
-    // The middle of a unit, where a line has no blurred edges.
+    // The middle of a unit, where a line has sharp edges.
     (area.left + area.width * share as f32).floor() + 0.5
 }
 
-/// Digits behind the point that a step needs.
+/// Decimal places that a step needs.
 fn digits(step: f64) -> usize {
-    // Just below 1, 0.1 and so on are those that floating point has made so.
+    // Floating-point errors may leave a value slightly below 1, 0.1 and so on.
     (-(step * 1.000_001).log10().floor()).clamp(0.0, 12.0) as usize
 }
 
-/// The numbers at an axis that is so many units long: between a least and a greatest, and what is written there.
+/// The numbers on an axis of `length` units between `least` and `greatest`, with their labels.
 pub(super) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, String)> {
     let most = (length / 34.0).clamp(1.0, 8.0);
     let step = round_up((greatest - least) / f64::from(most));
     let first = (least / step).ceil() as i64;
     let last = (greatest / step).floor() as i64;
     let digits = digits(step);
-    // No more than fit, whatever floating point makes of numbers that hardly differ.
+    // At most as many as fit, even if rounding errors of nearly equal bounds give more.
     (first..=last)
         .take(20)
         .map(|line| {
@@ -111,7 +111,7 @@ pub(super) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, Strin
         .collect()
 }
 
-/// A number with the digits that are of use.
+/// A number with its useful digits.
 pub(crate) fn number(value: f64) -> String {
     let digits = match value.abs() {
         size if size >= 1e7 || (size > 0.0 && size < 1e-4) => return format!("{value:.2e}"),
@@ -128,7 +128,7 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// A time in seconds in the unit that suits it: "400 µs", "15.3 ms", "2.5 s", "3 min 20 s", "2 h 5 min".
+/// A time in seconds, in a suitable unit: "400 µs", "15.3 ms", "2.5 s", "3 min 20 s", "2 h 5 min".
 pub(crate) fn seconds(time: f64) -> String {
     let whole = time.round() as u64;
     match time {
@@ -140,7 +140,7 @@ pub(crate) fn seconds(time: f64) -> String {
     }
 }
 
-/// Three digits, or all before the point.
+/// Three digits, or all before the decimal point.
 fn three(value: f64) -> String {
     let digits = match value.abs() {
         size if size >= 99.95 => 0,

@@ -1,7 +1,8 @@
-//! Bands of states: a row for every schema, as high as its state, in its colour while it is WINNER; above those that compete a row
-//! for their group, in the colour of who wins, with a mark at every switch.
+//! Bands of states. Each schema has a row whose height shows its state, in the schema's colour while it is
+//! WINNER. Above the members of a group is a row for the group, in the colour of its winner, with a mark at
+//! every switch.
 //!
-//! A column in which a state was only for a while shows it the fainter, and never so faint that it is not seen.
+//! A state that lasted for part of a column is drawn fainter, but never invisible.
 
 use jde_core::State;
 
@@ -10,41 +11,41 @@ use crate::analysis::{Analysis, Row};
 use crate::drawing::{Align, ColorRole, Drawing, Fill, Shape};
 use crate::map::Palette;
 
-/// Units of the names, and of the numbers at the right.
+/// Width of the names on the left, and of the numbers on the right, units.
 pub(crate) const NAMES: f32 = 200.0;
 pub(crate) const NUMBERS: f32 = 110.0;
-/// Units of a row: as high as is easily read, and as low as can be seen.
+/// Height of a row, units: the easily readable maximum, and the visible minimum.
 const HIGHEST: f32 = 30.0;
 const LOWEST: f32 = 5.0;
 /// Rows lower than this have no names.
 const NAMED: f32 = 13.0;
-/// Units that a child's name is further in.
+/// Indentation of a child's name, units.
 const STEP: f32 = 12.0;
-/// Of a row: how high its states are.
+/// Heights of the states, as shares of a row.
 const WINNER: f32 = 0.78;
 const READY: f32 = 0.48;
 const CHECKING: f32 = 0.16;
-/// Shades of what was only for a part of a column, and the faintest of them.
+/// The number of shades for parts of a column, and the faintest.
 const SHADES: f32 = 8.0;
 const FAINTEST: f32 = 0.375;
 
-/// Rows that fit some paper.
+/// The rows that fit the available height.
 pub(crate) struct Bands<'t> {
     analysis: &'t Analysis,
     rows: Vec<Row>,
-    /// Rows for which there was no room.
+    /// Rows without room.
     pub(crate) left_out: usize,
     row: f32,
 }
 
 impl<'t> Bands<'t> {
-    /// The rows of an analysis, in no more than this height; none if there are no schemas.
+    /// The rows of an analysis within this height; none if there are no schemas.
     pub(crate) fn new(analysis: &'t Analysis, most: f32) -> Self {
         let mut rows = analysis.hierarchy.rows();
         let fit = (most / LOWEST) as usize;
         let all = rows.len();
         if all > fit {
-            // Who never was awake has the least to show.
+            // Schemas that never were awake are dropped first.
             rows.retain(|row| match row {
                 Row::Schema(schema, _) => analysis.bands[*schema].was_awake(),
                 Row::Group(..) => true,
@@ -59,12 +60,12 @@ impl<'t> Bands<'t> {
         }
     }
 
-    /// Units of all rows.
+    /// Height of all rows, units.
     pub(crate) fn height(&self) -> f32 {
         self.rows.len() as f32 * self.row
     }
 
-    /// Draws the rows from the top of an area on, which is that of the time axis; names are to its left.
+    /// Draws the rows from the top of an area, with the width of the time axis. Names are on its left.
     pub(crate) fn draw(&self, drawing: &mut Drawing, area: Area, palette: &Palette) {
         for (place, row) in self.rows.iter().enumerate() {
             let row_area = Area {
@@ -81,7 +82,7 @@ impl<'t> Bands<'t> {
         drawing.note(None);
     }
 
-    /// A row, for whoever points at it.
+    /// The tooltip of a row.
     fn words(&self, row: Row) -> String {
         let analysis = self.analysis;
         match row {
@@ -160,7 +161,7 @@ impl<'t> Bands<'t> {
                 }
             }
         }
-        // At least as wide as can be seen, around the middle of its column.
+        // Wide enough to be visible, centred on its column.
         let mark = wide.max(1.4);
         for (column, _) in statistics
             .marks
@@ -188,7 +189,7 @@ impl<'t> Bands<'t> {
         let indent = STEP * depth.min(6) as f32;
         let size = TEXT.min(self.row * 0.75);
         let left = area.left - NAMES + indent;
-        // Elsewhere the same text may be in a wider typeface.
+        // A page may show the same text in a wider typeface.
         let text = drawing.fitted(name, size, (NAMES - indent - 10.0) * 0.9);
         drawing.label(&text, size, (left, area.top + self.row * 0.58), Align::Left, tone);
     }
@@ -201,14 +202,14 @@ impl<'t> Bands<'t> {
     }
 }
 
-/// Bars of one state, from the bottom of the row to the height of that state.
+/// Draws the bars of one state, from the bottom of the row to the state's height.
 fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, height: f32, ink: Fill) {
     let shares: Vec<f32> = shares.collect();
     let wide = area.width / shares.len().max(1) as f32;
     let high = area.height * height;
     let top = area.top + area.height * 0.9 - high;
     let mut runs: Vec<_> = runs(shares.into_iter()).collect();
-    // One shade after the other: bars of one colour are drawn at once.
+    // Sorted by shade, since bars of one colour are drawn together.
     runs.sort_by(|one, other| one.2.total_cmp(&other.2));
     for (from, to, shade) in runs {
         let faded = ink.tone.faded(shade * ink.opacity);
@@ -221,7 +222,7 @@ fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, h
     }
 }
 
-/// Stretches of columns of the same shade: their first, the one behind their last, and the shade.
+/// Runs of columns of the same shade: first column, end (exclusive) and shade.
 fn runs(shares: impl Iterator<Item = f32>) -> impl Iterator<Item = (usize, usize, f32)> {
     let mut shades = shares.map(shade).enumerate().peekable();
     std::iter::from_fn(move || {
@@ -239,7 +240,7 @@ fn runs(shares: impl Iterator<Item = f32>) -> impl Iterator<Item = (usize, usize
 }
 
 fn shade(share: f32) -> f32 {
-    // A hundred-thousandth is what rounding leaves behind.
+    // Smaller shares are rounding errors.
     if share < 1e-5 {
         0.0
     } else {
@@ -247,7 +248,7 @@ fn shade(share: f32) -> f32 {
     }
 }
 
-/// So many switches, in words.
+/// The number of switches as text.
 fn switches(count: u64) -> String {
     match count {
         1 => "1 switch".to_owned(),

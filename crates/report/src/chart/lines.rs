@@ -1,5 +1,5 @@
-//! Numbers over time as lines: of each column the least and the greatest, so that no extreme is lost however many values it has.
-//! A value holds until the next; where there is none, there is no line.
+//! Numbers over time as lines. Each column shows its least and greatest value, so that no extreme is lost. A
+//! value holds until the next; where there is none, there is no line.
 
 use std::collections::BTreeMap;
 
@@ -8,26 +8,26 @@ use super::{Area, SMALL, TEXT};
 use crate::analysis::{Cell, Columns, Series, Trace};
 use crate::drawing::{Align, ColorRole, Drawing, Fill, Line, Point, Shape};
 
-/// Units of the legend above a chart, and between two charts.
+/// Height of the legend above a chart, and distance between two charts, units.
 const LEGEND: f32 = 26.0;
 const BETWEEN: f32 = 16.0;
-/// Units that an entry of the legend takes beside its name.
+/// Width of a legend entry without its name, units.
 const SIGN: f32 = 36.0;
 
-/// How a line looks.
+/// The style of a line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
     pub(crate) ink: Fill,
     pub(crate) width: f32,
 }
 
-/// Draws a chart for each unit, one above the other.
+/// Draws one chart per unit, one above the other.
 pub(crate) fn charts(drawing: &mut Drawing, area: Area, columns: Columns, traces: &[(Series, Trace)]) {
     let mut units: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (number, (series, _)) in traces.iter().enumerate() {
         units.entry(&series.unit).or_default().push(number);
     }
-    // In the order in which they were asked for.
+    // In the order of the request.
     let mut units: Vec<_> = units.into_iter().collect();
     units.sort_by_key(|(_, numbers)| numbers[0]);
     let height = area.height / units.len().max(1) as f32;
@@ -85,7 +85,7 @@ fn chart(
     }
 }
 
-/// Writes the names above a chart, in as many rows as they need; answers with its height.
+/// Draws the legend of a chart in as many rows as it needs; returns its height.
 fn legend(
     drawing: &mut Drawing,
     area: Area,
@@ -117,7 +117,7 @@ fn legend(
     y - area.top + LEGEND / 2.0 + 2.0
 }
 
-/// Draws a small chart without words: a line between a least and a greatest, and one across where it should be.
+/// Draws a small chart without text: a line within a range, and a horizontal line at the nominal value.
 pub(crate) fn small(
     drawing: &mut Drawing,
     area: Area,
@@ -161,7 +161,7 @@ fn line(
         let middle = left + wide / 2.0;
         add(&mut points, (left, y(cell.first)));
         if cell.least < cell.greatest {
-            // The way to the farther extreme first, and back over the other: as short as it can be.
+            // The farther extreme first, so that the line is as short as possible.
             let order = if cell.last >= cell.first {
                 [cell.least, cell.greatest]
             } else {
@@ -176,7 +176,7 @@ fn line(
     drawing.polyline(&points, Line::new(look.ink, look.width));
 }
 
-/// Adds a point; on a level the end of the line moves instead.
+/// Adds a point. On a level stretch, the end of the line moves instead.
 fn add(points: &mut Vec<Point>, point: Point) {
     if let [.., before, last] = points.as_mut_slice()
         && before.1 == last.1
@@ -193,7 +193,7 @@ fn at(area: Area, least: f64, greatest: f64, value: f64) -> f32 {
     area.bottom() - area.height * share as f32
 }
 
-/// A range with a little room, also where all is the same.
+/// The range of a chart with a margin, also for a constant.
 fn around((least, greatest): (f64, f64)) -> (f64, f64) {
     let size = greatest.abs().max(least.abs());
     let range = greatest - least;

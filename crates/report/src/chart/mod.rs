@@ -1,5 +1,4 @@
-//! Charts over time: bands of states, lines of numbers, and the axis below them. Where they stand on the paper is said by whoever
-//! wants them.
+//! Charts over time: bands of states, lines of numbers, and the time axis below. The callers place them.
 
 mod axis;
 mod bands;
@@ -9,7 +8,7 @@ pub(crate) use axis::{round_up, seconds, time_axis, time_grid};
 pub(crate) use bands::{Bands, NAMES, NUMBERS};
 pub(crate) use lines::{Look, charts, small};
 
-/// A part of the paper, units.
+/// A part of the drawing, units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Area {
     pub(crate) left: f32,
@@ -28,7 +27,7 @@ impl Area {
     }
 }
 
-/// Size of names and numbers, units.
+/// Text size of names and numbers, units.
 pub(crate) const TEXT: f32 = 16.0;
-/// Size of what matters less, units.
+/// Text size of minor labels, units.
 pub(crate) const SMALL: f32 = 14.0;

@@ -1,14 +1,15 @@
-//! The colours of drawings by what they mean: Okabe and Ito's for schemas, which people who see colours differently tell apart,
-//! and greys for the rest. Each has a value for light and one for dark paper.
+//! The colours of drawings by their meaning: the palette of Okabe and Ito for schemas, which is
+//! distinguishable with colour-vision deficiencies, and greys for the rest. Each has a value for light and
+//! for dark paper.
 
 use std::fmt::{self, Write as _};
 
 use tiny_skia::ColorU8;
 
-/// What a colour means.
+/// The meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum ColorRole {
-    /// What is drawn on.
+    /// The background.
     Paper,
     /// Titles, walls, targets.
     Ink,
@@ -18,20 +19,20 @@ pub(crate) enum ColorRole {
     Edge,
     /// Furniture.
     Furniture,
-    /// Lines every so many metres or seconds.
+    /// Grid lines in metres or seconds.
     Grid,
-    /// Nobody wins, or somebody without a colour of its own.
+    /// No winner, or a winner without a colour of its own.
     Nobody,
-    /// What went wrong.
+    /// A fault.
     Bad,
-    /// One of several things that are told apart: from the eighth on they repeat.
+    /// One of several distinguished things; the colours repeat from the eighth on.
     Of(usize),
 }
 
-/// How many [`Tone::Of`] differ.
+/// The number of distinct [`ColorRole::Of`].
 pub(crate) const TOLD_APART: usize = 7;
 
-/// Light and dark. Without black, which is the walls', and the most alike last.
+/// Light and dark values. Without black, which walls use; the most similar colour is last.
 const OKABE_ITO: [(u32, u32); TOLD_APART] = [
     (0x0072b2, 0x4aa3df),
     (0xe69f00, 0xe9a820),
@@ -43,7 +44,7 @@ const OKABE_ITO: [(u32, u32); TOLD_APART] = [
 ];
 
 impl ColorRole {
-    /// All that differ.
+    /// All distinct roles.
     fn all() -> impl Iterator<Item = Self> {
         [
             Self::Paper,
@@ -59,7 +60,7 @@ impl ColorRole {
         .chain((0..TOLD_APART).map(Self::Of))
     }
 
-    /// Its colours on light and on dark paper, 0xrrggbb.
+    /// The colours on light and on dark paper, 0xrrggbb.
     fn values(self) -> (u32, u32) {
         match self {
             Self::Paper => (0xff_ffff, 0x15_181c),
@@ -74,14 +75,14 @@ impl ColorRole {
         }
     }
 
-    /// It on light paper.
+    /// The colour on light paper.
     pub(crate) fn light(self) -> ColorU8 {
         let [_, red, green, blue] = self.values().0.to_be_bytes();
         ColorU8::from_rgba(red, green, blue, 255)
     }
 }
 
-/// As a page names it: `--ink`, `--of3`.
+/// The name of the colour's CSS variable: `--ink`, `--of3`.
 impl fmt::Display for ColorRole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -98,13 +99,13 @@ impl fmt::Display for ColorRole {
     }
 }
 
-/// The rules by which a page has these colours: light ones, and dark ones for whoever likes them, but not on paper.
+/// The CSS rules that define the colours: dark ones where the reader prefers them, but never in print.
 pub(crate) fn style() -> String {
     let mut light = String::new();
     let mut dark = String::new();
     for tone in ColorRole::all() {
         let values = tone.values();
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = write!(light, "{tone}:#{:06x};", values.0);
         let _ = write!(dark, "{tone}:#{:06x};", values.1);
     }

@@ -1,6 +1,6 @@
-//! Text as outlines, filled like any other shape: sharp at every size, and no second rasteriser.
+//! Text as outlines, filled like other shapes. It is sharp at every size and needs no second rasteriser.
 //!
-//! One typeface, left to right, without kerning: labels and names, no typesetting.
+//! One typeface, left to right, without kerning, for labels and names. It does no typesetting.
 
 use epaint_default_fonts::UBUNTU_LIGHT;
 use skrifa::charmap::Charmap;
@@ -10,7 +10,7 @@ use skrifa::prelude::{LocationRef, Size};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
 
-/// The typeface of the picture, in its own units.
+/// The typeface of the pictures, in its own units.
 pub(crate) struct Font {
     letters: Charmap<'static>,
     metrics: Metrics,
@@ -31,17 +31,17 @@ impl Font {
         }
     }
 
-    /// Gives the width of a text in pixels, for a size in pixels.
+    /// The width of a text in pixels, for a size in pixels.
     pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
         text.chars().map(|letter| self.advance(letter)).sum::<f32>() * self.scale(size)
     }
 
-    /// Gives the height of a capital letter in pixels.
+    /// The height of a capital letter in pixels.
     pub(crate) fn capital(&self, size: f32) -> f32 {
         self.metrics.cap_height.unwrap_or(self.metrics.ascent) * self.scale(size)
     }
 
-    /// Gives a text that is no wider than there is room, with an ellipsis where letters are missing.
+    /// Shortens a text to the available width, with an ellipsis in place of the missing letters.
     pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
         let fits = |units: f32| units * self.scale(size) <= room;
         let ellipsis = self.advance('…');
@@ -58,7 +58,7 @@ impl Font {
         text.to_owned()
     }
 
-    /// Gives the outline of a text whose base line begins at a point of the picture; nothing for a text without ink.
+    /// The outline of a text whose baseline begins at a point of the picture; none for a text without ink.
     pub(crate) fn outline(&self, text: &str, size: f32, (x, y): (f32, f32)) -> Option<Path> {
         let mut pen = Pen {
             path: PathBuilder::new(),
@@ -69,7 +69,7 @@ impl Font {
         for letter in text.chars() {
             if let Some(outline) = self.outlines.get(self.glyph(letter)) {
                 let unscaled = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-                // What is drawn before an error stays: a glyph of our own typeface has none.
+                // What is drawn before an error stays. The glyphs of the built-in typeface cause none.
                 let _ = outline.draw(unscaled, &mut pen);
             }
             pen.x += self.advance(letter) * pen.scale;
@@ -77,12 +77,12 @@ impl Font {
         pen.path.finish()
     }
 
-    /// Gives how far a letter moves the pen, in the typeface's units.
+    /// The advance of a letter, in the typeface's units.
     fn advance(&self, letter: char) -> f32 {
         self.widths.advance_width(self.glyph(letter)).unwrap_or(0.0)
     }
 
-    /// Gives the glyph of a letter, or the one that stands for all unknown letters.
+    /// The glyph of a letter, or the replacement glyph for unknown letters.
     fn glyph(&self, letter: char) -> GlyphId {
         self.letters.map(letter).unwrap_or_default()
     }
@@ -92,7 +92,7 @@ impl Font {
     }
 }
 
-/// Turns the typeface's units, y up, into pixels, y down.
+/// Converts the typeface's units, y up, into pixels, y down.
 struct Pen {
     path: PathBuilder,
     x: f32,

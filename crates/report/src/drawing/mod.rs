@@ -1,7 +1,7 @@
-//! A drawing: strokes, areas and texts in units of its own, from which [`raster`] makes pixels and [`svg`] a part of a page, so
-//! that what both show is drawn once.
+//! A drawing: strokes, areas and texts in units of its own. [`raster`] converts it into pixels and [`svg`]
+//! into a part of a page, so that both show the same.
 //!
-//! It refuses to know metres and seconds; who draws turns those into units.
+//! It knows no metres and seconds; its callers convert those into units.
 
 pub(crate) mod color_role;
 mod font;
@@ -15,25 +15,25 @@ pub(crate) use color_role::ColorRole;
 pub(crate) use font::Font;
 pub(crate) use shape::{Point, Shape};
 
-/// A colour, and how much of what is below it lets through.
+/// A colour and its opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fill {
     pub(crate) tone: ColorRole,
-    /// 0 nothing is seen of it, 1 nothing of what is below.
+    /// 0 is invisible, 1 hides what is below.
     pub(crate) opacity: f32,
 }
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
     pub(crate) ink: Fill,
     /// Units.
     pub(crate) width: f32,
-    /// Units of line and of gap; `None` is a whole line.
+    /// Lengths of dash and gap, units; `None` for a solid line.
     pub(crate) dash: Option<[f32; 2]>,
 }
 
-/// Where a text stands beside its point.
+/// The side of its point on which a text is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
     Left,
@@ -41,7 +41,7 @@ pub(crate) enum Align {
     Right,
 }
 
-/// What is drawn, from below to above.
+/// The elements, from bottom to top.
 pub(crate) struct Drawing {
     width: f32,
     height: f32,
@@ -50,10 +50,10 @@ pub(crate) struct Drawing {
     font: Font,
 }
 
-/// One thing that is drawn.
+/// One element.
 struct Element {
     what: ElementKind,
-    /// Ink only falls inside.
+    /// The rectangle outside of which nothing is drawn.
     clip: Option<Rect>,
 }
 
@@ -67,7 +67,7 @@ enum ElementKind {
         align: Align,
         ink: Fill,
     },
-    /// What the marks from here on are, for whoever points at them, until the next note.
+    /// The tooltip of the following elements, until the next note.
     Note(Option<String>),
 }
 
@@ -78,7 +78,7 @@ impl From<ColorRole> for Fill {
 }
 
 impl ColorRole {
-    /// It lets through what is below.
+    /// The colour with this opacity.
     pub(crate) fn faded(self, opacity: f32) -> Fill {
         Fill {
             tone: self,
@@ -115,7 +115,7 @@ impl Drawing {
         }
     }
 
-    /// Lets ink only fall inside a rectangle, or everywhere again.
+    /// Restricts drawing to a rectangle, or lifts the restriction.
     pub(crate) fn clip(&mut self, to: Option<Rect>) {
         self.clip = to;
     }
@@ -128,10 +128,10 @@ impl Drawing {
         self.add(ElementKind::Stroke(shape, line));
     }
 
-    /// Draws a line through points; one that leads nowhere is a dot.
+    /// Draws a line through points; a dot if all points are the same.
     pub(crate) fn polyline(&mut self, points: &[Point], line: Line) {
         let Some(first) = points.first() else { return };
-        // A way that never leaves its place has no length to stroke.
+        // A line between equal points has no length to stroke.
         if points.iter().any(|point| point != first) {
             self.stroke(Shape::Line(points.to_vec()), line);
         } else {
@@ -151,14 +151,14 @@ impl Drawing {
         self.stroke(Shape::Disc(at, radius), line);
     }
 
-    /// Fills a rectangle; nothing if it has no size.
+    /// Fills a rectangle; draws nothing if it has no size.
     pub(crate) fn bar(&mut self, (x, y): Point, width: f32, height: f32, ink: impl Into<Fill>) {
         if let Some(rect) = Rect::from_xywh(x, y, width, height) {
             self.fill(Shape::Box(rect), ink);
         }
     }
 
-    /// Writes a text at its base line.
+    /// Draws a text on its baseline.
     pub(crate) fn text(&mut self, text: &str, size: f32, at: Point, align: Align, ink: impl Into<Fill>) {
         self.add(ElementKind::Text {
             text: text.to_owned(),
@@ -169,23 +169,23 @@ impl Drawing {
         });
     }
 
-    /// Writes a text with the middle of its capital letters at a height.
+    /// Draws a text with its capital letters centred at a height.
     pub(crate) fn label(&mut self, text: &str, size: f32, (x, y): Point, align: Align, ink: impl Into<Fill>) {
         let base = y + self.font.capital(size) / 2.0;
         self.text(text, size, (x, base), align, ink);
     }
 
-    /// Says what is drawn from here on to whoever points at it, or nothing again.
+    /// Sets the tooltip of the following elements, or none.
     pub(crate) fn note(&mut self, note: Option<String>) {
         self.add(ElementKind::Note(note));
     }
 
-    /// Units of a text's width.
+    /// The width of a text, units.
     pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
         self.font.width(text, size)
     }
 
-    /// A text that is no wider than there is room, with an ellipsis where letters are missing.
+    /// Shortens a text to the available width, with an ellipsis in place of the missing letters.
     pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
         self.font.fitted(text, size, room)
     }

@@ -1,4 +1,4 @@
-//! A drawing as pixels on light paper.
+//! Rasterises a drawing on light paper.
 
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash,
@@ -7,11 +7,11 @@ use tiny_skia::{
 
 use super::{Align, Drawing, ElementKind, Fill, Line};
 
-/// Most pixels on a side.
+/// Longest side, pixels.
 const MOST: f32 = 16_384.0;
 
 impl Drawing {
-    /// Makes pixels of it, so many to a unit.
+    /// Rasterises the drawing with `scale` pixels per unit.
     pub(crate) fn pixels(&self, scale: f32) -> Pixmap {
         let side = |units: f32| (units * scale).round().clamp(1.0, MOST) as u32;
         let pixmap = Pixmap::new(side(self.width), side(self.height));
@@ -50,7 +50,7 @@ impl Drawing {
                     };
                     if let Some(outline) = self.font.outline(text, *size, (left, *y)) {
                         brush.fill(&outline, *ink);
-                        // The typeface is a light one, made for larger sizes: a hair of ink more reads better.
+                        // The typeface is light and made for larger sizes; a thin stroke improves legibility.
                         brush.stroke(&outline, Line::new(*ink, size / 50.0));
                     }
                 }

@@ -1,30 +1,30 @@
-//! What can be filled and stroked. Knows no colour.
+//! Shapes that can be filled and stroked. Knows no colour.
 
 use tiny_skia::{Path, PathBuilder, Rect};
 
 /// Units to the right and down.
 pub(crate) type Point = (f32, f32);
 
-/// The form of a mark.
+/// A shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Shape {
     /// A line through points.
     Line(Vec<Point>),
     /// An area between points.
     Area(Vec<Point>),
-    /// A disc: its middle and radius.
+    /// A disc: its centre and radius.
     Disc(Point, f32),
     /// An upright rectangle.
     Box(Rect),
 }
 
 impl Shape {
-    /// The rectangle, or nothing where it has no size.
+    /// A rectangle; none if it has no size.
     pub(crate) fn bar(x: f32, y: f32, width: f32, height: f32) -> Option<Self> {
         Rect::from_xywh(x, y, width, height).map(Self::Box)
     }
 
-    /// It as a path; nothing if it has no extent.
+    /// The shape as a path; none if it has no extent.
     pub(super) fn path(&self) -> Option<Path> {
         match self {
             Self::Line(points) => through(points, false),

@@ -1,5 +1,5 @@
-//! A drawing as SVG within a page: colours by name, so that the page's light and dark are its own, and texts that can be read,
-//! searched and copied. Everything written by others is escaped.
+//! A drawing as SVG within a page. Colours are CSS variables, so that the page's light or dark style applies.
+//! Texts remain readable, searchable and copyable. All text from the recording is escaped.
 
 use std::fmt::{self, Write};
 
@@ -8,18 +8,18 @@ use tiny_skia::Rect;
 
 use super::{Align, Drawing, Element, ElementKind, Fill, Line, Point, Shape};
 
-/// A part of a page.
+/// The SVG under construction.
 struct Svg<'d> {
     drawing: &'d Drawing,
     text: String,
     clips: Vec<Rect>,
-    /// Within a group that has a note.
+    /// Whether a group with a tooltip is open.
     noted: bool,
 }
 
 impl Drawing {
-    /// Makes SVG of it, as wide as there is room. `label` is what it shows, for those who do not see it; `prefix` tells its names
-    /// from those of other drawings on the page.
+    /// Converts the drawing into SVG of the page's width. `label` describes it for screen readers; `prefix`
+    /// distinguishes its ids from those of other drawings on the page.
     pub(crate) fn svg(&self, label: &str, prefix: &str) -> Markup {
         let mut svg = Svg {
             drawing: self,
@@ -27,7 +27,7 @@ impl Drawing {
             clips: Vec::new(),
             noted: false,
         };
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = svg.write(label, prefix);
         PreEscaped(svg.text)
     }
@@ -74,7 +74,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    /// Rectangles of one colour as one path: there may be thousands.
+    /// Writes rectangles of one colour as one path, since there may be thousands.
     fn bars(&mut self, marks: &[Element], ink: Fill, prefix: &str) -> fmt::Result {
         self.text.push_str("<path d=\"");
         for mark in marks {
@@ -204,7 +204,7 @@ impl Svg<'_> {
     }
 }
 
-/// How many rectangles of one colour come next, if any do.
+/// The number of rectangles of one colour that follow, if any.
 fn bars(marks: &[Element]) -> Option<(usize, Fill)> {
     let bar = |mark: &Element| match mark.what {
         ElementKind::Fill(Shape::Box(_), ink) => Some((ink, mark.clip)),
@@ -219,14 +219,14 @@ fn escaped(text: &str) -> String {
     text.render().into_string()
 }
 
-/// A number with the two digits that anybody sees.
+/// A number rounded to the two digits that are visible.
 #[derive(Clone, Copy)]
 struct Short(f32);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rounded = (self.0 * 100.0).round() / 100.0;
-        // Without the sum, what is rounded to zero from below would read "-0".
+        // Adding zero turns "-0" into "0".
         write!(f, "{}", rounded + 0.0)
     }
 }

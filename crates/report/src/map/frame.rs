@@ -1,6 +1,6 @@
-//! Where everything stands on the paper: how metres become units, and the room for title, labels and legend.
+//! The layout of a map: its scale, and the room for title, labels and legend.
 //!
-//! It refuses to draw.
+//! It draws nothing.
 
 use jde_sim::{Bounds, Outline};
 use tiny_skia::Rect;
@@ -10,65 +10,66 @@ use super::legend::Entry;
 use crate::chart::round_up;
 use crate::drawing::Font;
 
-/// Units of the whole width, unless the world is too high for it: fills a page at 200 dots an inch.
+/// Usual width of a map with its margins, units: fills a page at 200 dots per inch.
 const WIDTH: f64 = 1600.0;
-/// Units that the map is high at most, so that the picture fits a screen turned upright.
+/// Greatest height of the map, units, so that the picture fits a screen in portrait format.
 const MAP_HEIGHT: f64 = 1200.0;
-/// Units that the picture is wide at least, for its title.
+/// Least width of the picture for its title, units.
 const LEAST_WIDTH: f64 = 760.0;
-/// White paper at the edges, units.
+/// Margin at the edges, units.
 const MARGIN: f64 = 36.0;
-/// Units above the map, with the title.
+/// Height above the map for the title, units.
 const TOP: f64 = 104.0;
-/// Units left of the map, with the labels.
+/// Width left of the map for the labels, units.
 const LEFT: f64 = 84.0;
-/// Units below the map, with the labels and the scale bar.
+/// Height below the map for the labels and the scale bar, units.
 const BELOW: f64 = 70.0;
-/// Units from one row of the legend to the next.
+/// Distance between rows of the legend, units.
 const ROW: f64 = 34.0;
-/// Units between two entries of the legend in a row, and between the map and a legend beside it.
+/// Distance between entries of the legend in a row, and between the map and a legend beside it, units.
 const GAP: f64 = 28.0;
-/// From this width for a height of 1 on, the legend goes below the map.
+/// Least ratio of width to height at which the legend is placed below the map.
 const WIDE: f64 = 1.15;
-/// A map is at most so many times as wide as high, or as high as wide: a thin one gets some ground beside it.
+/// Greatest ratio between the sides of a map; a thinner one is extended.
 const THINNEST: f64 = 10.0;
-/// A map shows at least so many metres, so that a robot that stood still has a place.
+/// Least side of a map, metres, so that a robot that did not move is visible.
 const LEAST_METRES: f64 = 2.0;
-/// Units of a map at least, however little room there is.
+/// Least side of a map on paper, units, however little room there is.
 const LEAST: f64 = 40.0;
-/// Units between two lines of the grid at least.
+/// Least distance between two grid lines, units.
 const GRID: f64 = 80.0;
 
 /// The layout of one map.
 #[derive(Debug)]
 pub(crate) struct Frame {
-    /// Units of all of it.
+    /// The whole width, units.
     pub(super) width: f32,
-    /// Units of all of it.
+    /// The whole height, units.
     pub(super) height: f32,
-    /// The map on the paper.
+    /// The map's rectangle.
     pub(super) map: Rect,
-    /// What the map shows, metres.
+    /// The area that the map shows, metres.
     pub(super) shown: Bounds,
-    /// Units of a metre.
+    /// Units per metre.
     pub(super) scale: f64,
-    /// Metres from one line of the grid to the next: 1, 2 or 5 of a power of ten.
+    /// Distance between grid lines, metres: 1, 2 or 5 times a power of ten.
     pub(super) grid: f64,
     /// The left ends of the legend's entries, at half their height.
     pub(super) legend: Vec<(f32, f32)>,
 }
 
-/// What there is to share out.
+/// What a layout has to place.
 struct Sheet {
     shown: Bounds,
-    /// Units above the map.
+    /// Height above the map, units.
     top: f64,
     /// Widths of the legend's entries.
     entries: Vec<f64>,
 }
 
 impl Frame {
-    /// Shares the paper for a drive and the entries of its legend; `heading` if there is one above the map.
+    /// Lays out a drive and the entries of its legend; with `heading`, reserves room for a title above the
+    /// map.
     pub(super) fn of(drive: &Drive, entries: &[Entry], heading: bool) -> Self {
         let sheet = Sheet::new(drive, entries, heading);
         let [wide, high] = size(&sheet.shown);
@@ -80,7 +81,7 @@ impl Frame {
         frame
     }
 
-    /// Shares a part of the paper, so wide and high. The legend goes where it leaves the map more.
+    /// Lays out a map within a given size. The legend is placed where it leaves the map larger.
     pub(super) fn within(drive: &Drive, entries: &[Entry], width: f32, height: f32) -> Self {
         let sheet = Sheet::new(drive, entries, true);
         let [wide, high] = size(&sheet.shown);
@@ -99,19 +100,19 @@ impl Frame {
         }
     }
 
-    /// Gives the pixel of a place in metres.
+    /// The position of a place in metres.
     pub(super) fn at(&self, x: f64, y: f64) -> (f32, f32) {
         let right = (x - self.shown.min[0]) * self.scale;
         let up = (y - self.shown.min[1]) * self.scale;
         (self.map.left() + right as f32, self.map.bottom() - up as f32)
     }
 
-    /// Gives the units of a length in metres.
+    /// The length in units of a length in metres.
     pub(super) fn pixels(&self, metres: f64) -> f32 {
         (metres * self.scale) as f32
     }
 
-    /// Gives the places of the grid's lines along an axis, 0 for x and 1 for y, in metres.
+    /// The positions of the grid lines on an axis, 0 for x and 1 for y, in metres.
     pub(super) fn grid_lines(&self, axis: usize) -> impl Iterator<Item = f64> {
         let step = self.grid;
         let first = (self.shown.min[axis] / step).ceil() as i64;
@@ -131,12 +132,12 @@ impl Sheet {
         }
     }
 
-    /// Units that a legend beside the map takes.
+    /// Width of a legend beside the map, units.
     fn beside(&self) -> f64 {
         GAP + self.entries.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Puts everything in its place, the legend below the map in rows of that width, or beside it.
+    /// Places everything: the legend below the map in rows of the width `below`, or beside it.
     fn frame(self, scale: f64, below: Option<f64>) -> Frame {
         let top = self.top;
         let [map_width, map_height] = size(&self.shown).map(|metres| metres * scale);
@@ -172,7 +173,8 @@ impl Sheet {
     }
 }
 
-/// What the map shows: the bounds, all that the robot met, and a little ground around.
+/// The area that the map shows: all places of the drive, its bounds or else its shapes and scans, and a
+/// margin.
 fn shown(drive: &Drive) -> Bounds {
     let mut points: Vec<[f64; 2]> = drive
         .bounds
@@ -214,8 +216,8 @@ fn shown(drive: &Drive) -> Bounds {
     shown
 }
 
-/// The rectangle that holds all but the outermost hundredth of the points on each side: one beam through a door must
-/// not shrink the rest.
+/// The bounding box of the points without the outermost hundredth on each side, so that a single beam through
+/// a door does not shrink the map.
 fn core(points: &[(f64, f64)]) -> Vec<[f64; 2]> {
     let side = |numbers: &mut dyn Iterator<Item = f64>| {
         let mut numbers: Vec<f64> = numbers.collect();
@@ -244,7 +246,7 @@ fn corners(outline: &Outline) -> Vec<[f64; 2]> {
     }
 }
 
-/// Gives the corners of a rectangle, counter-clockwise.
+/// The corners of a rectangle, counter-clockwise.
 pub(super) fn box_corners(center: [f64; 2], size: [f64; 2], angle: f64) -> [[f64; 2]; 4] {
     let (sin, cos) = angle.sin_cos();
     [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(along, across)| {
@@ -262,7 +264,7 @@ fn grow(bounds: &mut Bounds, axis: usize, by: f64) {
     bounds.max[axis] += by;
 }
 
-/// Sets entries in rows; gives each its x and row, and how many rows there are.
+/// Arranges entries in rows; returns the x and row of each, and the number of rows.
 fn flow(widths: &[f64], room: f64) -> (Vec<(f64, usize)>, usize) {
     let (mut x, mut row) = (0.0, 0);
     let mut places = Vec::new();

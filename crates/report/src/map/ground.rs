@@ -1,24 +1,24 @@
-//! What the robot drives on: the grid, the walls, the furniture, and what a laser saw of them.
+//! The environment of the robot: the grid, walls, furniture and laser points.
 
 use super::frame::{Frame, box_corners};
 use super::{Drive, Obstacle};
 use crate::drawing::{Align, ColorRole, Drawing, Line, Shape};
 use jde_sim::Outline;
 
-/// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
+/// Drawn thickness of a wall of the world, which has none, metres.
 const WALL: f64 = 0.08;
-/// Metres; a box no thicker than this is a wall.
+/// A box no thicker than this is a wall, metres.
 const THIN: f64 = 0.2;
-/// Pixels of the side of a point that a laser saw.
+/// Side of a laser point, pixels.
 const POINT: usize = 2;
-/// A point is a shade darker for twice as many beams, so many times.
+/// A point gets a shade darker when its number of beams doubles, up to this number of shades.
 const SHADES: u32 = 5;
-/// Size of the labels, pixels.
+/// Text size of the labels, pixels.
 const LABEL: f32 = 16.0;
-/// The scale bar takes up this share of the map's width at most, and so many pixels.
+/// Largest length of the scale bar: share of the map's width, and pixels.
 const SCALE_BAR: (f64, f64) = (0.5, 200.0);
 
-/// Draws the grid and all that stands on it.
+/// Draws the grid, and the laser points and obstacles on it.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     drawing.clip(Some(frame.map));
     grid(drawing, frame);
@@ -26,7 +26,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     let (moving, still): (Vec<Obstacle>, Vec<Obstacle>) = drive.shapes.iter().partition(|thing| thing.moving);
     let (walls, furniture): (Vec<Obstacle>, Vec<Obstacle>) = still.into_iter().partition(is_wall);
 
-    // All edges, then all areas: things that touch become one, and so do the blocks of a map.
+    // All edges, then all areas, so that touching things merge, such as the blocks of an occupancy map.
     let areas: Vec<Shape> = furniture
         .iter()
         .filter_map(|thing| area(frame, &thing.outline))
@@ -50,7 +50,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
             Outline::Box { .. } | Outline::Circle { .. } => {
                 if let Some(area) = area(frame, &wall.outline) {
                     drawing.fill(area.clone(), ColorRole::Ink);
-                    // So that a wall thinner than a pixel is seen as well.
+                    // A wall thinner than a pixel must be visible.
                     drawing.stroke(area, Line::new(ColorRole::Ink, 1.0));
                 }
             }
@@ -74,7 +74,7 @@ pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
     scale_bar(drawing, frame);
 }
 
-/// Draws a disc as things that move are drawn.
+/// Draws a disc in the style of moving things.
 pub(super) fn moving_disc(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32) {
     light(drawing, Shape::Disc((x, y), radius));
 }
@@ -92,7 +92,7 @@ fn grid(drawing: &mut Drawing, frame: &Frame) {
     }
 }
 
-/// The numbers along an axis, the last of them with its unit.
+/// The numbers on an axis, the last of them with its unit.
 fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
     let mut labels: Vec<_> = frame
         .grid_lines(axis)
@@ -104,7 +104,7 @@ fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
     labels
 }
 
-/// Draws where beams ended: the more beams, the darker, so that what stands still is told from what passed by.
+/// Draws the ends of the beams. More beams are darker, which distinguishes static things from passing ones.
 fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
     let columns = frame.map.width() as usize / POINT + 1;
     let rows = frame.map.height() as usize / POINT + 1;
@@ -117,7 +117,7 @@ fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
             hits[row * columns + column] += 1;
         }
     }
-    // From light to dark, so that all of one shade are drawn at once.
+    // From light to dark, so that points of one shade are drawn together.
     for shade in 0..=SHADES {
         let ink = ColorRole::Ink.faded(0.45 + 0.1 * shade as f32);
         let alike = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
@@ -183,14 +183,14 @@ fn area(frame: &Frame, outline: &Outline) -> Option<Shape> {
     }
 }
 
-/// Writes a length with the digits that its step needs.
+/// A length with the digits that its step needs.
 fn metres(length: f64, step: f64) -> String {
     let digits = (-step.log10().floor()).max(0.0) as usize;
-    // Without the sum, what is rounded to zero from below would read "-0".
+    // Adding zero turns "-0" into "0".
     format!("{:.digits$}", length + 0.0)
 }
 
-/// The middle of the pixel, where a line of one pixel has no blurred edges.
+/// The middle of the pixel, where a line of one pixel has sharp edges.
 fn crisp(at: f32) -> f32 {
     at.floor() + 0.5
 }

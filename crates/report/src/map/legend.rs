@@ -1,6 +1,7 @@
-//! The title and the legend: what the colours and signs mean, and how much of the time each schema won.
+//! The title and the legend: the meaning of colours and symbols, and each schema's share of the time as
+//! winner.
 //!
-//! Only what the picture really shows gets an entry.
+//! Only what the picture shows has an entry.
 
 use std::collections::BTreeSet;
 
@@ -9,48 +10,48 @@ use super::palette::Palette;
 use super::{Drive, RobotPath, ground, path};
 use crate::drawing::{Align, ColorRole, Drawing, Font, Line};
 
-/// Size of the title, pixels.
+/// Text size of the title, pixels.
 const TITLE: f32 = 32.0;
-/// Size of the line below the title and of the legend, pixels.
+/// Text size of the legend and of the line below the title, pixels.
 const TEXT: f32 = 18.0;
-/// Pixels for the sign of an entry, and between it and its text.
+/// Width of an entry's symbol, and its distance from the text, pixels.
 const SIGN: f32 = 30.0;
 const SPACE: f32 = 10.0;
 
-/// A line of the legend.
+/// An entry of the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) sign: Sign,
     pub(super) text: String,
 }
 
-/// What an entry explains.
+/// The symbol of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sign {
-    /// The way while a schema won, or nobody did.
+    /// The path while a schema won, or none did.
     Way(Option<usize>),
     /// A change of winner.
     Takeover,
-    /// Where the robot began.
+    /// The start of a robot.
     Start,
-    /// Where it was at the end.
+    /// The end of a robot's path.
     End,
-    /// A target it has been to.
+    /// A reached target.
     Reached,
-    /// A target it has not been to.
+    /// A target that was not reached.
     Missed,
-    /// Where a thing that moves began.
+    /// The start of a moving thing.
     Moving,
 }
 
 impl Entry {
-    /// Gives its width in pixels.
+    /// The width in pixels.
     pub(super) fn width(&self, font: &Font) -> f32 {
         SIGN + SPACE + font.width(&self.text, TEXT)
     }
 }
 
-/// Gives the entries that a drive needs.
+/// The entries that a drive needs.
 pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
     let times = times(drive);
     let whole: f64 = times.iter().map(|(_, time)| time).sum();
@@ -156,7 +157,7 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
     }
 }
 
-/// Says how long, how far and how well.
+/// Duration, distance and outcome of the drive as text.
 fn numbers(drive: &Drive) -> String {
     let mut numbers = Vec::new();
     let driven: Vec<_> = drive.paths.iter().filter(|way| way.points.len() > 1).collect();
@@ -186,7 +187,7 @@ fn numbers(drive: &Drive) -> String {
     numbers.join("  ·  ")
 }
 
-/// How long each winner stayed, seconds; time that goes back counts for nothing.
+/// The time steps of the paths with their winners, seconds. A step backwards in time counts as 0.
 fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
     let pairs = drive.paths.iter().flat_map(|way| way.points.windows(2));
     pairs
@@ -197,7 +198,7 @@ fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
 fn percent(time: f64, whole: f64) -> String {
     match if whole > 0.0 { 100.0 * time / whole } else { 0.0 } {
         share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
-        // The sum of nothing is minus nought.
+        // The sum of no numbers is -0.
         share => format!("{:.0} %", share.abs()),
     }
 }

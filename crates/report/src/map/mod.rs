@@ -1,6 +1,6 @@
-//! A drive from above: the world the way coloured by who won, targets, takeovers and a legend.
+//! A drive from above: the world, the path in the colours of the winners, targets, takeovers and a legend.
 //!
-//! It draws what it is given, in metres and seconds; it refuses to run anything and to read a log or a world.
+//! Draws the given data, in metres and seconds. It runs nothing and reads neither a recording nor a world.
 
 mod frame;
 mod ground;
@@ -16,55 +16,56 @@ use crate::drawing::Drawing;
 use frame::Frame;
 pub(crate) use palette::Palette;
 
-/// All that a picture shows. Places are metres and headings radians of one frame: x to the right, y up.
+/// The content of a map. Places are in metres and headings in radians, in one frame with x to the right and y
+/// up.
 #[derive(Clone, Debug, Default)]
 pub struct Drive {
-    /// What stands over the picture.
+    /// The title.
     pub title: String,
-    /// What to show at least; `None` shows what the rest takes up.
+    /// The area to show at least; `None` shows what the other data take up.
     pub bounds: Option<Bounds>,
-    /// The world as it was at the start.
+    /// The world at the start.
     pub shapes: Vec<Obstacle>,
-    /// Where laser beams ended, for a drive without a world.
+    /// The ends of laser beams, for a drive without a world.
     pub scans: Vec<(f64, f64)>,
-    /// Where its robots went.
+    /// The paths of the robots.
     pub paths: Vec<RobotPath>,
-    /// Names of the schemas that [`Moment::winner`], [`Takeover::to`] and [`Drive::winners`] count.
+    /// Names of the schemas that [`PathPoint::winner`], [`Takeover::to`] and [`Drive::winners`] refer to.
     pub schema_names: Vec<String>,
-    /// Who won for any time, if only where nobody knows where the robot was; the others of the path and of the takeovers may be
-    /// missing.
+    /// Schemas that won for any time, also while no pose was known. Winners that occur in the paths or the
+    /// takeovers may be missing.
     pub winners: Vec<usize>,
-    /// Where it should go, in that order.
+    /// The targets, in their order.
     pub targets: Vec<Target>,
-    /// Where the winner changed.
+    /// The places where the winner changed.
     pub takeovers: Vec<Takeover>,
-    /// How often it changed: at least as often as there are [`Drive::takeovers`], of which some may be left out.
+    /// The number of takeovers; more than [`Drive::takeovers`] holds if some were left out.
     pub takeover_count: u64,
-    /// The robot's radius; 0 if nobody knows it.
+    /// The robot's radius, metres; 0 if unknown.
     pub robot_radius: f64,
 }
 
-/// Where one robot went.
+/// The path of one robot.
 #[derive(Clone, Debug, Default)]
 pub struct RobotPath {
-    /// Its name, to tell it from others.
+    /// Its name, which distinguishes it from other robots.
     pub robot: String,
-    /// Where it was and who won, in the order of time.
+    /// Poses and winners, in order of time.
     pub points: Vec<PathPoint>,
-    /// How far it drove, metres: at least as far as along [`Way::path`], of which some may be left out.
+    /// The driven distance, metres. [`RobotPath::points`] may be shorter, since some may be left out.
     pub distance: f64,
 }
 
 /// A thing of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Where it is and how big.
+    /// Its position and size.
     pub outline: Outline,
-    /// Whether it moves on its own, so that this is only where it began.
+    /// Whether it moves; then this is only its initial position.
     pub moving: bool,
 }
 
-/// The robot at one time. The winner stays the winner until the next moment.
+/// A robot at one time. The winner remains until the next point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
     /// Seconds since the start.
@@ -75,20 +76,20 @@ pub struct PathPoint {
     pub y: f64,
     /// Radians.
     pub heading: f64,
-    /// Who won, an index into [`Drive::schema_names`].
+    /// The winner, an index into [`Drive::schema_names`].
     pub winner: Option<usize>,
 }
 
-/// A place to go to.
+/// A target of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// Which of all targets it is, from 1.
+    /// Its number among all targets, from 1.
     pub number: usize,
     /// Metres.
     pub x: f64,
     /// Metres.
     pub y: f64,
-    /// Whether the robot has been there.
+    /// Whether the robot has reached it.
     pub reached: bool,
 }
 
@@ -99,23 +100,23 @@ pub struct Takeover {
     pub x: f64,
     /// Metres.
     pub y: f64,
-    /// Who won since, an index into [`Drive::schema_names`].
+    /// The new winner, an index into [`Drive::schema_names`].
     pub to: usize,
 }
 
 impl Drive {
-    /// Whether it is known where any robot was.
+    /// Whether the pose of any robot is known.
     #[must_use]
     pub fn has_way(&self) -> bool {
         self.places().next().is_some()
     }
 
-    /// Gives all places of all robots.
+    /// All points of all robots.
     fn places(&self) -> impl Iterator<Item = &PathPoint> {
         self.paths.iter().flat_map(|way| &way.points)
     }
 
-    /// Gives those who won where the robot is known to have been, each as often as that is known.
+    /// The winners in the paths and the takeovers, with repetitions.
     fn seen(&self) -> impl Iterator<Item = usize> {
         let path = self.places().filter_map(|at| at.winner);
         path.chain(self.takeovers.iter().map(|takeover| takeover.to))
@@ -131,10 +132,10 @@ impl From<Shape<'_>> for Obstacle {
     }
 }
 
-/// Draws a drive on a map of its own, 1600 units wide or less for a world that is higher than wide; with its title and numbers if
-/// there is a `heading`. The same drive gives the same drawing.
+/// Draws a drive on a map of its own, 1600 units wide; narrower for a world that is higher than wide. With
+/// `heading`, adds its title and numbers. The same drive gives the same drawing.
 ///
-/// What has no finite place is left out.
+/// Anything without a finite position is left out.
 pub(crate) fn draw(drive: &Drive, heading: bool) -> Drawing {
     let drive = &finite(drive);
     let entries = legend::entries(drive, &Palette::of(drive));
@@ -147,7 +148,7 @@ pub(crate) fn draw(drive: &Drive, heading: bool) -> Drawing {
     drawing
 }
 
-/// Draws a drive on a part of a drawing: so wide and high, from the upper left.
+/// Draws a drive on the upper left part of a drawing.
 pub(crate) fn draw_within(drawing: &mut Drawing, drive: &Drive, width: f32, height: f32) {
     let drive = &finite(drive);
     let entries = legend::entries(drive, &Palette::of(drive));
@@ -164,15 +165,15 @@ fn onto(drawing: &mut Drawing, drive: &Drive, frame: &Frame, entries: &[legend::
     legend::draw(drawing, frame, &palette, entries);
 }
 
-/// Places further out than 1000 km are errors of whoever measured them, and no pixel tells them apart.
+/// Places beyond 1000 km are measurement errors, and indistinguishable in pixels.
 const FARTHEST: f64 = 1e6;
 
-/// Whether these can be coordinates of a place.
+/// Whether numbers can be coordinates of a place.
 pub(crate) fn is_placed(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.abs() <= FARTHEST)
 }
 
-/// Leaves out what has no place: a lost pose must not cost the picture of the rest.
+/// Removes everything without a valid position, since a lost pose must not prevent drawing the rest.
 fn finite(drive: &Drive) -> Drive {
     let mut drive = drive.clone();
     drive.bounds = drive.bounds.filter(|bounds| {

@@ -1,4 +1,4 @@
-//! Who has which colour: the schemas that won during a drive, in the order of the application.
+//! The colours of the schemas that won during a drive, in the order of the application.
 
 use super::Drive;
 use crate::drawing::ColorRole;
@@ -11,7 +11,8 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// Gives colours to those that won for any time, so that the most telling ones are not spent on others.
+    /// Assigns colours only to schemas that won for any time, so that the most distinct colours are not spent
+    /// on others.
     pub(crate) fn of(drive: &Drive) -> Self {
         let mut winners: Vec<usize> = drive.winners.iter().copied().chain(drive.seen()).collect();
         winners.sort_unstable();
@@ -19,17 +20,17 @@ impl Palette {
         Self { winners }
     }
 
-    /// Gives those that have a colour.
+    /// The schemas with a colour.
     pub(crate) fn winners(&self) -> impl Iterator<Item = usize> {
         self.winners.iter().copied()
     }
 
-    /// Gives the colour of a winner; from the eighth on they repeat.
+    /// The colour of a winner; colours repeat from the eighth on.
     pub(crate) fn tone(&self, winner: Option<usize>) -> ColorRole {
         self.place(winner).map_or(ColorRole::Nobody, ColorRole::Of)
     }
 
-    /// Whether a winner shares its colour with one before it: its way is dashed.
+    /// Whether an earlier winner has the same colour. Its path is dashed then.
     pub(crate) fn is_dashed(&self, winner: Option<usize>) -> bool {
         self.place(winner).is_some_and(|place| place >= TOLD_APART)
     }

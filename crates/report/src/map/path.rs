@@ -1,29 +1,30 @@
-//! What the robots did: their ways in the colours of those who won, the takeovers, the targets, their starts and ends.
+//! The robots' paths in the colours of the winners, with takeovers, targets, starts and ends.
 
 use super::frame::Frame;
 use super::palette::Palette;
 use super::{Drive, PathPoint};
 use crate::drawing::{Align, ColorRole, Drawing, Line};
 
-/// Pixels of the way's line, and of the white on either side that lifts it off what it crosses.
+/// Width of the path's line, and of the white on either side that separates it from lines below, pixels.
 const WAY: f32 = 3.0;
 const LIFT: f32 = 2.0;
-/// Pixels from one arrow on the way to the next.
+/// Distance between two arrows on the path, pixels.
 const ARROWS: f32 = 170.0;
-/// Pixels that an arrow keeps from the mark of a takeover.
+/// Least distance between an arrow and the mark of a takeover, pixels.
 const CLEAR: f32 = 16.0;
-/// Radius of the robot in pixels, if it would be smaller or nobody knows it.
+/// Least radius of a robot, also if its radius is unknown, pixels.
 const LEAST_ROBOT: f32 = 9.0;
-/// Pixels from the middle of a target's cross to its ends, the radius of its badge, and how far that is aside and above.
+/// Pixels from the centre of a target's cross to its ends, the radius of its badge, and the badge's offset in
+/// each direction.
 const CROSS: f32 = 5.0;
 const BADGE: f32 = 13.0;
 const BESIDE: f32 = 19.0;
-/// Size of the name of a robot, where there are several.
+/// Text size of a robot's name, shown if there are several.
 const NAME: f32 = 16.0;
-/// Points nearer to each other than this many pixels are one.
+/// Points closer than this are merged, pixels.
 const SAME: f32 = 0.5;
 
-/// Which robot is drawn.
+/// The end of the path at which a robot is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Robot {
     Start,
@@ -47,7 +48,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     for (at, place) in drive.takeovers.iter().zip(takeovers) {
         takeover(drawing, place, palette.tone(Some(at.to)));
     }
-    // The robot hides the cross of the target that it stands on, and nothing hides which way it looks.
+    // The robot covers the cross of a target below it; nothing covers the robot's heading.
     for at in &drive.targets {
         cross(drawing, frame.at(at.x, at.y));
     }
@@ -74,7 +75,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     }
 }
 
-/// Gives the line of the way while a schema won.
+/// The style of the path while a schema won.
 pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
     let line = Line::new(palette.tone(winner), WAY);
     if palette.is_dashed(winner) {
@@ -90,7 +91,7 @@ pub(super) fn takeover(drawing: &mut Drawing, at: (f32, f32), tone: ColorRole) {
     drawing.disc(at, 2.8, ColorRole::Paper);
 }
 
-/// Draws the number of a target: in a full disc if the robot has been there, in a broken ring if not.
+/// Draws the number of a target: in a filled disc if it was reached, in a dashed ring if not.
 pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, reached: bool) {
     let size = if number.len() > 2 { 12.0 } else { 15.0 };
     drawing.disc((x, y), BADGE + 2.0, ColorRole::Paper);
@@ -107,7 +108,7 @@ pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, rea
     }
 }
 
-/// Draws a robot from above: a disc with a wedge ahead; the one at the start as a shade.
+/// Draws a robot from above: a disc with a wedge in its heading; the one at the start is faded.
 pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32, heading: f64, which: Robot) {
     // Pixels count downwards, headings counter-clockwise.
     let ahead = |angle: f64, far: f32| {
@@ -140,7 +141,7 @@ fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
     }
 }
 
-/// Gives the diagonal of a target on which its badge hides no robot and least of the way.
+/// The diagonal of a target on which its badge hides no robot and the least of the path.
 fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
     let places = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
@@ -161,7 +162,7 @@ fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32)
 
 type Run = (Option<usize>, Vec<(f32, f32)>);
 
-/// Cuts the way where the winner changes; every piece ends where the next begins.
+/// Splits the path where the winner changes. Each piece ends where the next begins.
 fn runs(frame: &Frame, path: &[PathPoint]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for at in path {
@@ -183,7 +184,7 @@ fn runs(frame: &Frame, path: &[PathPoint]) -> Vec<Run> {
     runs
 }
 
-/// Draws arrow heads that tell which way the way goes, evenly spaced over all of it, and clear of the takeovers.
+/// Draws arrow heads in the direction of the path, evenly spaced and away from the takeovers.
 fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette: &Palette) {
     let mut next = ARROWS / 2.0;
     for (winner, points) in runs {

@@ -1,4 +1,4 @@
-//! Pictures of drives, probed at places of the world.
+//! Tests of the maps of drives, by the pixels at given places.
 
 use jde_sim::{Bounds, Outline};
 use tiny_skia::{ColorU8, Pixmap};
@@ -25,7 +25,7 @@ fn still(outline: Outline) -> Obstacle {
     }
 }
 
-/// A room of 10 x 6 m: goon drives along y = 2 from x = 1 to 5, vff from there to 9; then nobody, 1 m up.
+/// A room of 10 x 6 m: goon drives along y = 2 from x = 1 to 5, vff from there to 9; then no schema, 1 m up.
 fn room() -> Drive {
     let path = vec![
         moment(0.0, 1.0, 2.0, Some(0)),
@@ -90,7 +90,7 @@ fn frame(drive: &Drive) -> Frame {
     Frame::of(drive, &legend::entries(drive, &Palette::of(drive)), true)
 }
 
-/// The picture of a drive, a pixel a unit.
+/// The picture of a drive at one pixel per unit.
 fn draw(drive: &Drive) -> Pixmap {
     super::draw(drive, true).pixels(1.0)
 }
@@ -106,7 +106,7 @@ fn probe(drive: &Drive, x: f64, y: f64) -> ColorU8 {
     color(&draw(drive), frame(drive).at(x, y))
 }
 
-/// How many pixels of a rectangle are not white.
+/// The number of pixels in a rectangle that are not white.
 fn inked(picture: &Pixmap, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>) -> usize {
     let places = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
     places
@@ -167,7 +167,7 @@ fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
         y: 2.7,
         reached: true,
     }];
-    // The robot ended at (9, 3), right above, and came from below: the two lower diagonals are free of the robot.
+    // The robot ended at (9, 3), directly above, and came from below: no robot is on the two lower diagonals.
     let frame = frame(&drive);
     let (x, y) = frame.at(9.0, 2.7);
     let picture = draw(&drive);
@@ -234,7 +234,7 @@ fn laser_points_show_the_walls_of_a_drive_without_a_world() {
     (drive.bounds, drive.shapes) = (None, Vec::new());
     drive.scans = (0..1000).map(|beam| (f64::from(beam) / 100.0, 5.0)).collect();
     assert!(probe(&drive, 4.0, 5.0).red() < 200);
-    // One beam that flew through a door shrinks nothing.
+    // A single beam through a door does not shrink the map.
     let before = frame(&drive).scale;
     drive.scans.push((500.0, 500.0));
     assert!(frame(&drive).scale > 0.99 * before);
@@ -367,7 +367,7 @@ fn every_robot_has_its_way_and_its_name() {
     let both = draw(&drive);
     let (x, y) = frame(&drive).at(8.0, 1.0);
     let (x, y) = (x as u32, y as u32);
-    // Right of where it is at the end, beyond its radius.
+    // To the right of its end, beyond its radius.
     let name = |picture: &Pixmap| inked(picture, x + 45..x + 75, y - 8..y + 8);
     assert!(name(&both) > name(&alone) + 20, "its name stands there");
     let entries = legend::entries(&drive, &Palette::of(&drive));

@@ -1,10 +1,10 @@
-//! The events of a page: faults, overruns, refusals, operators, and whatever else happened.
+//! The events of a page: faults, overruns, refusals, operators' actions and all others.
 
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
 
-/// A table of more rows is folded.
+/// A table with more rows is collapsed.
 const UNFOLDED: usize = 40;
 
 pub(super) fn events(page: &Page<'_>) -> Option<Markup> {

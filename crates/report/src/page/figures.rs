@@ -1,4 +1,4 @@
-//! The drawings of a page: the path, and the bands of states.
+//! The drawings of a page: the path and the bands of states.
 
 use maud::{Markup, html};
 
@@ -7,11 +7,11 @@ use crate::chart::{self, Area, Bands};
 use crate::drawing::Drawing;
 use crate::map;
 
-/// Units of the bands' drawing: those of the page at its widest.
+/// Width of the bands' drawing, units: that of the page at its widest.
 const WIDTH: f32 = 1200.0;
-/// Units of all bands at most.
+/// Greatest height of all bands, units.
 const MOST: f32 = 6000.0;
-/// Units below, for the times.
+/// Height below the bands for the times, units.
 const TIMES: f32 = 28.0;
 
 pub(super) fn path(page: &Page<'_>) -> Option<Markup> {

@@ -1,4 +1,5 @@
-//! The groups of a page: how often their winners changed, how long takeovers took, and who alternates with whom.
+//! The groups of a page: how often their winners changed, how long takeovers took, and which schemas
+//! alternate.
 
 use jde_host::chatter::MANY;
 use maud::{Markup, html};
@@ -7,7 +8,7 @@ use super::{Page, at, counted};
 use crate::analysis::{ChatterStatistics, GroupStatistics, Row};
 use crate::chart;
 
-/// Pairs that are told of a group.
+/// Most pairs listed for a group.
 const PAIRS: usize = 5;
 
 pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
@@ -98,7 +99,7 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
     }
 }
 
-/// That it chattered, and what would have kept it from that.
+/// Reports that the group chattered, and which policy settings would have prevented it.
 fn chattered(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
     let spells = match chatter.spells {
         1 => String::from("once"),
@@ -135,18 +136,18 @@ fn chattered(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
     }
 }
 
-/// Whole milliseconds, as application files have them.
+/// Whole milliseconds, in the format of application files.
 fn milliseconds(seconds: f64) -> String {
     format!("{}ms", (seconds * 1e3).ceil())
 }
 
-/// A number of two digits, without the noise of its last bits.
+/// A number of two digits, without rounding errors in its last digits.
 fn short(value: f64) -> String {
     let text = format!("{value:.9}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// In which cases (R3) it selected.
+/// The cases (R3) of the selections, with their numbers.
 fn cases(statistics: &GroupStatistics) -> Markup {
     let cases = statistics
         .cases

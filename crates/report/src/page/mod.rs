@@ -1,5 +1,5 @@
-//! A page that tells a recording: one file of HTML with all in it. It asks nobody for anything, reads without a script, in light, in
-//! dark and on paper; and whatever comes from the recording is text in it, never markup.
+//! A page about a recording: one self-contained HTML file. It loads nothing, is readable without a script,
+//! and has styles for light, dark and print. Text from the recording is escaped and never becomes markup.
 
 mod events;
 mod figures;
@@ -21,24 +21,24 @@ use crate::map::Palette;
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
-/// Columns of time that a page shows: two for each pixel of most screens, so that it can be enlarged.
+/// Most columns of time on a page: two per pixel of common screens, so that the page can be enlarged.
 const COLUMNS: usize = 2400;
-/// Columns of all schemas together at most, so that a page of a thousand schemas still opens.
+/// Most columns of all schemas together, so that a page with a thousand schemas still opens.
 const ALL_COLUMNS: usize = 600_000;
 
-/// What the parts of a page share.
+/// The data that the parts of a page share.
 struct Page<'t> {
     analysis: &'t Analysis,
     palette: Palette,
 }
 
-/// Columns of time to read a recording in for a page, if it has so many schemas.
+/// The number of time columns for the page of a recording with this many schemas.
 #[must_use]
 pub fn columns(schemas: usize) -> usize {
     (ALL_COLUMNS / schemas.max(1)).clamp(300, COLUMNS)
 }
 
-/// Writes the page. `file` is the recording as people call it.
+/// Renders the page. `file` is the displayed name of the recording.
 #[must_use]
 pub fn page(analysis: &Analysis, file: &str) -> String {
     let page = Page {
@@ -91,7 +91,8 @@ pub fn page(analysis: &Analysis, file: &str) -> String {
     .into_string()
 }
 
-/// Nothing is fetched, and no script runs but the page's own, whatever the recording says.
+/// The content security policy: nothing is loaded, and only the page's own script runs, whatever the
+/// recording contains.
 fn policy() -> String {
     let hash = STANDARD.encode(Sha256::digest(SCRIPT));
     format!(
@@ -112,7 +113,7 @@ fn footer(page: &Page<'_>) -> Markup {
 }
 
 impl Page<'_> {
-    /// A schema's name with the colour it has in the drawings.
+    /// A schema's name with its colour in the drawings.
     fn schema(&self, name: &str) -> Markup {
         let place = self.analysis.hierarchy.find(name);
         let tone = match place {
@@ -122,7 +123,7 @@ impl Page<'_> {
         html! { i.sign style={ "background:var(" (tone) ")" } {} (name) }
     }
 
-    /// Of a choice, who; or that it was nobody.
+    /// The choice of a selection: a schema, or "nobody".
     fn choice(&self, choice: Option<&str>) -> Markup {
         match choice {
             Some(name) => self.schema(name),
@@ -136,7 +137,7 @@ fn at(seconds: f64) -> String {
     format!("{seconds:.3} s")
 }
 
-/// A part of all.
+/// A share as a percentage.
 fn percent(share: f64) -> String {
     match share * 100.0 {
         share if share > 0.0 && share < 0.1 => "<0.1 %".to_owned(),
@@ -145,12 +146,12 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// So many of something, in words.
+/// A count with its noun.
 fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// A number that is better nought.
+/// A count that is marked unless it is 0.
 fn trouble(count: u64) -> Markup {
     html! { @if count == 0 { "0" } @else { span.bad { (count) } } }
 }

@@ -1,4 +1,5 @@
-//! The schemas of a page: how long each was WINNER, how it kept its period, how busy it was, and what trouble it had.
+//! The schemas of a page: how long each was WINNER, how well it kept its period, how busy it was, and its
+//! faults.
 
 use jde_core::State;
 use jde_log::Troubled;
@@ -9,7 +10,7 @@ use crate::analysis::{Row, SchemaTiming};
 use crate::chart::{self, Area, Look};
 use crate::drawing::{ColorRole, Drawing};
 
-/// Units of a small chart.
+/// Size of a small chart, units.
 const CHART: (f32, f32) = (190.0, 34.0);
 
 pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
@@ -95,7 +96,7 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
     }
 }
 
-/// The share of its time awake that it was busy.
+/// The busy share of a schema's time awake.
 fn load(page: &Page<'_>, schema: usize) -> String {
     let (band, work) = (&page.analysis.bands[schema], &page.analysis.timings[schema]);
     let awake: u64 = [State::Winner, State::Ready, State::Checking]
@@ -122,7 +123,7 @@ fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
         ink: ColorRole::Of(0).into(),
         width: 1.2,
     };
-    // From nought on, unless that would hide what there is to see.
+    // The axis begins at 0, unless that would hide the variation.
     let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
     let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));
     chart::small(

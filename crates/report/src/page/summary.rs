@@ -1,4 +1,4 @@
-//! The head of a page: what it is about, what is wrong with the recording, and the numbers that people ask for first.
+//! The head of a page: the application, problems of the recording, and the most important numbers.
 
 use jde_log::Troubled;
 use jde_types::Mission;
@@ -34,7 +34,7 @@ pub(super) fn summary(page: &Page<'_>, file: &str) -> Markup {
     }
 }
 
-/// What such a page usually has and this recording has not.
+/// The usual parts of a page that this recording has no data for.
 fn missing(page: &Page<'_>) -> Vec<&'static str> {
     let analysis = page.analysis;
     let mut missing = Vec::new();

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::{Page, at, counted};
 use crate::chart;
 
-/// A table of more rows is folded.
+/// A table with more rows is collapsed.
 const UNFOLDED: usize = 60;
 
 pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
@@ -75,7 +75,7 @@ fn one(page: &Page<'_>, decision: &Decision) -> Markup {
     }
 }
 
-/// Who wanted what: `stop checking · vff winner, ready, urgency 0.42`; those who were ready stand out.
+/// The candidates: `stop checking · vff winner, ready, urgency 0.42`. Those that were ready are in bold.
 fn wanted(candidates: &[Candidate]) -> Markup {
     html! {
         span.who {

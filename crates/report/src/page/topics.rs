@@ -1,4 +1,4 @@
-//! What was recorded: topics, types, rates, and what was lost of them.
+//! The recorded topics with their types, rates and losses.
 
 use maud::{Markup, html};
 
