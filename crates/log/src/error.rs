@@ -1,26 +1,26 @@
-//! Why there is no recording.
+//! The error of a recording that cannot start.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why a recording cannot be begun.
+/// Why a recording cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// There is a file of that name.
+    /// A file of that name exists.
     #[error("{} exists already, and a recording is not written over unless that is asked for", .0.display())]
     Exists(PathBuf),
-    /// It is to be written over, and another recording writes it.
+    /// The file that `overwrite` names is being written by another recording.
     #[error("{} is being written by another recording", .0.display())]
     Written(PathBuf),
-    /// The file cannot be made or its beginning not written.
+    /// The file cannot be created, or its header cannot be written.
     #[error("cannot record to {}: {error}", path.display())]
     Create {
-        /// Which.
+        /// The path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
-    /// The machine refused a thread.
+    /// The system refuses a thread.
     #[error("the system refuses a thread for the recording: {0}")]
     Thread(io::Error),
 }

@@ -1,5 +1,6 @@
-//! The way of values from whoever publishes them to the thread that writes: preallocated slots that go round, full and empty.
-//! Nobody allocates, and nobody who publishes in real time ever waits.
+//! The path of values from their publishers to the writing thread: preallocated slots that circulate between
+//! a queue of full ones and a queue of empty ones. Publishing a value allocates nothing, and never waits in
+//! real time.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -19,59 +20,63 @@ use crate::panel;
 use crate::recorder::{Clock, Parts, Written};
 use crate::tap::retracted;
 
-/// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
+/// Bytes of the slots of one topic. With it, no value of a laser of 1088 beams at 40 Hz is lost while a disk
+/// blocks for more than a second.
 const ROOM: usize = 512 << 10;
-/// Slots of a panel: half a second of one that is drawn as fast as can be.
+/// Slots of a panel: half a second of one that is drawn at the highest rate.
 const PANELS: usize = 16;
-/// Most bytes of a panel's drawings on their way: some seconds of one with a picture in it, or one of the largest.
+/// Upper limit of the bytes of a panel's drawings that are not yet written: some seconds of one that contains
+/// a picture, or one of the largest.
 const PANEL_BYTES: usize = 16 << 20;
-/// Even the largest get so many slots, the smallest no more than that.
+/// The fewest slots, for the largest values, and the most, for the smallest.
 const SLOTS: (usize, usize) = (4, 1024);
-/// How long a lossless writer waits before it looks again by itself.
+/// How long a lossless publisher waits before it looks for an empty slot without a notification.
 const LOOK_AGAIN: Duration = Duration::from_millis(10);
 
-/// When a value was made, and which of its topic it is.
+/// The times of a value, and its number within the topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamps {
-    /// When it was published, ns of the application's clock: the order of messages in the recording.
+    /// The time of publication, in ns of the application's clock. It determines the order of messages in the
+    /// recording.
     pub published: Nanos,
-    /// When it was measured.
+    /// The time of measurement, in ns of the same clock.
     pub measured: Nanos,
-    /// Counts the values of the topic; a gap is a value that was lost.
+    /// The number of the value within the topic. A gap means that a value was lost.
     pub sequence: u64,
 }
 
-/// A topic of a recording, to be written by anybody: variables of an application, or values that come from elsewhere.
+/// A topic of a recording. Any thread may write it: for variables of an application, or for values from
+/// elsewhere.
 #[derive(Clone)]
 pub struct Topic {
     pub(crate) lane: Arc<Lane>,
     pub(crate) shared: Arc<Shared>,
 }
 
-/// A value on its way.
+/// A value that is not yet written.
 pub(crate) struct Slot {
-    /// Its place in the order of all that is put and told.
+    /// Its position in the order of all values and notices.
     pub(crate) order: u64,
     pub(crate) stamps: Stamps,
     pub(crate) form: SlotForm,
     pub(crate) bytes: Vec<u8>,
 }
 
-/// What the bytes of a slot are.
+/// The format of a slot's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SlotForm {
-    /// A value, as its type says.
+    /// A value in the layout of its type.
     Value,
-    /// A message as it is to be written.
+    /// An encoded message, written without change.
     Message,
 }
 
-/// What goes through a lane.
+/// The contents of a lane.
 #[derive(Clone)]
 pub(crate) enum Holds {
     /// Values of a type.
     Values(Arc<Type>),
-    /// What a panel showed.
+    /// The drawings of a panel.
     Panel,
 }
 
@@ -82,48 +87,50 @@ pub(crate) struct Lane {
     pub(crate) about: BTreeMap<String, String>,
     pub(crate) free: ArrayQueue<Box<Slot>>,
     pub(crate) full: ArrayQueue<Box<Slot>>,
-    /// Bytes on their way, of a panel: values have as many as their slots.
+    /// Bytes of a panel's drawings that are not yet written. Values need no such limit: their slots limit
+    /// them.
     flying: AtomicUsize,
-    /// Set for values that are too large to be copied by whoever publishes them.
+    /// Set for values that are too large to be copied by their publisher. The writing thread then fetches the
+    /// value.
     pub(crate) note: Option<Note>,
-    /// Whether it goes into files; if not, conditions look at it and that is all.
+    /// Whether the values are written to files. If not, only conditions read them.
     pub(crate) kept: bool,
     pub(crate) lost: AtomicU64,
 }
 
-/// That there is something to be fetched.
+/// A note that a new value can be fetched.
 pub(crate) struct Note {
     pub(crate) variable: Arc<Variable>,
-    /// Number of its newest value when it was first watched.
+    /// The number of the variable's newest value when the watch started.
     pub(crate) since: u64,
     pub(crate) new: AtomicBool,
     pub(crate) published: AtomicU64,
 }
 
-/// What the writing thread is told besides values.
+/// A notice to the writing thread: everything except values.
 pub(crate) enum Told {
-    /// Something happened.
+    /// An event of the application.
     Event(Event),
-    /// Something happened elsewhere.
+    /// A message of the story of an application elsewhere.
     Line(Line),
-    /// Something that had happened there before this time, at which the recording began.
+    /// A message about something that occurred elsewhere before this time, at which the recording began.
     Earlier(Line, Nanos),
-    /// The value of a variable was taken back.
+    /// The value of a variable was retracted.
     Retracted {
-        /// When.
+        /// The time of the retraction.
         time: Nanos,
-        /// Which, by its full name.
+        /// The full name of the variable.
         variable: String,
     },
 }
 
-/// What publishers and the writing thread share.
+/// The state that publishers and the writing thread share.
 pub(crate) struct Shared {
     pub(crate) lanes: Mutex<Vec<Arc<Lane>>>,
     tell: SyncSender<(u64, Told)>,
-    /// Counts what is put and told.
+    /// Counts the values and notices.
     order: AtomicU64,
-    /// Whoever publishes waits rather than lose anything.
+    /// Whether publishers wait instead of losing values.
     pub(crate) lossless: bool,
     pub(crate) closed: AtomicBool,
     pub(crate) scribe: OnceLock<Thread>,
@@ -131,12 +138,12 @@ pub(crate) struct Shared {
     pub(crate) kept: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) bytes: AtomicU64,
-    /// Messages that left the ring before their time was up.
+    /// Messages that left the ring before their time ended.
     pub(crate) short: AtomicU64,
     pub(crate) trouble: Mutex<Option<String>>,
     pub(crate) files: Mutex<Vec<Written>>,
     pub(crate) parts: Mutex<Parts>,
-    /// The application's clock, once somebody has brought it.
+    /// The application's clock, once it has been provided.
     pub(crate) clock: OnceLock<Clock>,
     waiting: Mutex<()>,
     roomy: Condvar,
@@ -152,7 +159,7 @@ impl Lane {
     ) -> Self {
         let bytes = match &holds {
             Holds::Values(value_type) => value_type.bytes,
-            // They grow as large as the panels are.
+            // The slots of a panel grow as needed.
             Holds::Panel => 0,
         };
         let slots = match (&holds, &note) {
@@ -173,7 +180,7 @@ impl Lane {
                     form: SlotForm::Value,
                     bytes: vec![0; bytes],
                 };
-                // As many as there is room for.
+                // There are exactly as many slots as the queue can hold.
                 let _ = free.push(Box::new(slot));
             }
         }
@@ -190,17 +197,18 @@ impl Lane {
         }
     }
 
-    /// Takes back a slot that has been written. One that a large drawing has grown shrinks again.
+    /// Returns a written slot to the empty ones. A slot that a large drawing has enlarged is shrunk.
     pub(crate) fn give_back(&self, mut slot: Box<Slot>) {
         self.land(slot.bytes.len());
         if matches!(self.holds, Holds::Panel) && slot.bytes.capacity() > ROOM {
             slot.bytes = Vec::new();
         }
-        // It came from there.
+        // The slot was taken from this queue, so there is room.
         let _ = self.free.push(slot);
     }
 
-    /// Counts bytes that are to go; answers whether there is room. One drawing may always go, however large.
+    /// Counts bytes that wait to be written. Returns whether they fit. A single drawing always fits, whatever
+    /// its size.
     fn fly(&self, bytes: usize) -> bool {
         if !matches!(self.holds, Holds::Panel) {
             return true;
@@ -217,11 +225,12 @@ impl Lane {
 }
 
 impl Topic {
-    /// Keeps a value of this topic; answers whether there was room. Never waits and never allocates, except that a lossless
-    /// recording has the caller wait for room. Any thread may call it. Lost values are counted.
+    /// Records a value of this topic. Returns whether there was room. It never waits and never allocates,
+    /// except that in a lossless recording the caller waits for room. Any thread may call it. Lost values are
+    /// counted.
     ///
     /// # Panics
-    /// If there are not as many bytes as the type has, or it is the topic of a panel.
+    /// If the number of bytes is not that of the type, or if the topic is that of a panel.
     pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
         let Holds::Values(value_type) = &self.lane.holds else {
             panic!("a panel has no values");
@@ -230,13 +239,13 @@ impl Topic {
         self.fill(bytes, SlotForm::Value, stamps)
     }
 
-    /// Keeps a value that is a message already: CDR, little endian, with its header. Like [`Self::put`], but may allocate the
-    /// first few times. What is in it is not looked at; `jde_ros::cdr::decode` says whether it is of the type.
+    /// Records an encoded message: CDR, little endian, with its header. Like [`Self::put`], but the first few
+    /// calls may allocate. The contents are not checked; `jde_ros::cdr::decode` checks them against the type.
     pub fn put_message(&self, message: &[u8], stamps: Stamps) -> bool {
         self.fill(message, SlotForm::Message, stamps)
     }
 
-    /// Keeps what a panel showed, or why it showed nothing. It may allocate.
+    /// Records the drawing of a panel, or the reason why there is none. It may allocate.
     pub fn put_panel(&self, shown: &Result<List, String>, stamps: Stamps) -> bool {
         self.fill(&panel::message(shown), SlotForm::Message, stamps)
     }
@@ -246,7 +255,7 @@ impl Topic {
             return false;
         }
         let lane = &*self.lane;
-        // Who waits rather than lose anything is bounded by the slots.
+        // For publishers that wait instead of losing values, the number of slots is the limit.
         let fits = lane.fly(bytes.len()) || self.shared.lossless;
         let slot = fits.then(|| lane.free.pop().or_else(|| self.shared.wait_for_room(lane)));
         let Some(mut slot) = slot.flatten() else {
@@ -258,7 +267,7 @@ impl Topic {
         (slot.stamps, slot.form) = (stamps, form);
         slot.bytes.clear();
         slot.bytes.extend_from_slice(bytes);
-        // There are no more slots than there is room.
+        // There are no more slots than the queue can hold.
         let _ = lane.full.push(slot);
         if lane.free.len() < lane.free.capacity() / 4 {
             self.shared.wake();
@@ -266,12 +275,13 @@ impl Topic {
         true
     }
 
-    /// The value was taken back at this time, ns of the application's clock: there is none until the next.
+    /// Records that the value was retracted at this time, in ns of the application's clock. There is no value
+    /// until the next one.
     pub fn retract(&self, time: Nanos) {
         self.shared.tell(retracted(time, &self.lane));
     }
 
-    /// Counts values that are known to have been lost on the way here.
+    /// Counts values that were lost before they arrived here.
     pub fn lose(&self, count: u64) {
         self.lane.lost.fetch_add(count, Ordering::Relaxed);
     }
@@ -300,7 +310,7 @@ impl Shared {
         }
     }
 
-    /// Tells the writing thread of something; what it has no room for is counted.
+    /// Sends a notice to the writing thread. A notice for which there is no room is counted as lost.
     pub(crate) fn tell(&self, told: Told) {
         if self.closed.load(Ordering::Acquire) {
             return;
@@ -309,7 +319,7 @@ impl Shared {
             Ok(()) => {}
             Err(TrySendError::Full(told)) if self.lossless => {
                 self.wake();
-                // Nobody listens any more once it is closed.
+                // This fails only after the recording was closed.
                 let _ = self.tell.send(told);
             }
             Err(TrySendError::Full(_)) => {
@@ -319,17 +329,18 @@ impl Shared {
         }
     }
 
-    /// The number of what is put or told next.
+    /// Returns the number of the next value or notice.
     fn next(&self) -> u64 {
         self.order.fetch_add(1, Ordering::AcqRel)
     }
 
-    /// All numbers below this one are given. If one thread puts and tells everything, all but the last of these are there.
+    /// Returns the number that is assigned next: all lower numbers have been assigned. If a single thread
+    /// publishes everything, all of these except the last have arrived.
     pub(crate) fn given(&self) -> u64 {
         self.order.load(Ordering::Acquire)
     }
 
-    /// Values that were lost on the way here, by topic.
+    /// Returns the number of values that were lost before they were written, by topic.
     pub(crate) fn lost_of(&self) -> BTreeMap<String, u64> {
         let lanes = lock(&self.lanes);
         lanes
@@ -346,7 +357,7 @@ impl Shared {
         }
     }
 
-    /// The writing thread has emptied slots.
+    /// Notifies publishers that wait for room, after the writing thread has emptied slots.
     pub(crate) fn made_room(&self) {
         if self.lossless {
             drop(lock(&self.waiting));

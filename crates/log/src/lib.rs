@@ -1,8 +1,9 @@
-//! Recordings: the variables and decisions of a run in MCAP files that describe themselves by ROS 2 definitions, so that
-//! Foxglove, Rerun, PlotJuggler and ROS 2 read them as they are.
+//! Recordings: the variables and decisions of a run in MCAP files. The files contain ROS 2 definitions of
+//! their messages, so Foxglove, Rerun, PlotJuggler and ROS 2 read them without conversion.
 //!
-//! [`Recorder`] keeps what a running application publishes and decides; [`Recording`] reads it back, also what a power cut
-//! left. A robot never waits for a recording: what cannot be kept is counted and said. Decides nothing and prints nothing.
+//! [`Recorder`] records what a running application publishes and decides. [`Recording`] reads a file,
+//! including one that a power cut left incomplete. A robot never waits for a recording: messages that cannot
+//! be recorded are counted and reported. This crate decides nothing and prints nothing.
 
 mod error;
 mod lane;

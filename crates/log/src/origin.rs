@@ -1,4 +1,4 @@
-//! What a recording says of where it comes from.
+//! The origin of a recording.
 
 use std::collections::BTreeMap;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -7,25 +7,27 @@ use jde_host::app::Application;
 
 use crate::Cast;
 
-/// Where a recording comes from: kept in its metadata, and the application's file whole beside it.
+/// The origin of a recording. The recording contains it as metadata, and the application's file as an
+/// attachment.
 #[derive(Clone, Debug)]
 pub struct Origin {
     /// Name of the application.
     pub application: String,
-    /// What its randomness starts from.
+    /// The seed of its random generators.
     pub seed: u64,
-    /// When its clock was 0, on everybody's clock.
+    /// The wall-clock time at which the application's clock was 0.
     pub started: SystemTime,
-    /// The folder of its file, if it has one.
+    /// The folder of the application's file, if it has one.
     pub folder: Option<String>,
-    /// Name and text of its file, if it has one that can be read.
+    /// The name and the text of the application's file, if it has one that can be read.
     pub file: Option<(String, Vec<u8>)>,
-    /// Its schemas and groups, if they are known.
+    /// The application's schemas and groups, if they are known.
     pub cast: Option<Cast>,
 }
 
 impl Origin {
-    /// What is known of an application that starts now; `lockstep` if it runs in virtual time.
+    /// Returns the origin for an application that starts now. `lockstep` states whether it runs in virtual
+    /// time.
     #[must_use]
     pub fn of(application: &Application, lockstep: bool) -> Self {
         let name = application.path.file_name();
@@ -44,7 +46,7 @@ impl Origin {
         }
     }
 
-    /// When its clock was 0, ns since 1970; 0 for times before.
+    /// Returns the time at which the application's clock was 0, in ns since 1970. 0 for earlier times.
     pub(crate) fn start(&self) -> u64 {
         let since = self.started.duration_since(UNIX_EPOCH).unwrap_or_default();
         u64::try_from(since.as_nanos()).unwrap_or(0)

@@ -1,31 +1,31 @@
-//! Panels in recordings: a channel for each schema's, `/panels/<schema>`, whose messages are CBOR: a list of widgets, or a text that
-//! says why there was none. Draws nothing.
+//! Panels in recordings: one channel for each schema, `/panels/<schema>`. A message is CBOR: a list of
+//! widgets, or a text with the reason why there is none. This module draws nothing.
 
 use jde_panel::{Broken, List};
 
 use crate::Channel;
 
-/// Form of the messages.
+/// The encoding of the messages.
 pub(crate) const ENCODING: &str = "cbor";
-/// Name of their type.
+/// The name of their type.
 pub(crate) const TYPE: &str = "jde/Panel";
-/// What a channel says of whose panel it is.
+/// The key in a channel's metadata that names the panel's schema.
 pub(crate) const SCHEMA: &str = "panel";
 
-/// The topic of a schema's panel.
+/// Returns the topic of a schema's panel.
 #[must_use]
 pub fn topic(schema: &str) -> String {
     format!("/panels/{schema}")
 }
 
-/// The schema whose panel a channel holds, if it holds one.
+/// Returns the schema whose panel a channel contains, if it contains one.
 #[must_use]
 pub fn schema(channel: &Channel) -> Option<&str> {
     let schema = channel.about.get(SCHEMA)?;
     (channel.encoding == ENCODING && channel.type_name == TYPE).then_some(schema)
 }
 
-/// What a panel showed, or why it showed nothing, as a message.
+/// Encodes the drawing of a panel, or the reason why there is none.
 pub(crate) fn message(shown: &Result<List, String>) -> Vec<u8> {
     match shown {
         Ok(list) => jde_panel::encode(list),
@@ -33,10 +33,11 @@ pub(crate) fn message(shown: &Result<List, String>) -> Vec<u8> {
     }
 }
 
-/// What a panel showed, from a message: within all limits of `jde_panel`; or why it showed nothing.
+/// Decodes the drawing of a panel, or the reason why there is none. The drawing is within all limits of
+/// `jde_panel`.
 ///
 /// # Errors
-/// [`Broken`]: no panel, or one that cannot be shown.
+/// [`Broken`]: the message is not a panel, or one that cannot be shown.
 pub fn read(message: &[u8]) -> Result<Result<List, String>, Broken> {
     if let Ok(reason) = jde_panel::decode::<String>(message) {
         return Ok(Err(reason));

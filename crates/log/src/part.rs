@@ -1,4 +1,5 @@
-//! Recordings in parts: what each part says of itself, and which files are the parts of one. Reads no more of a file than its head.
+//! Recordings in parts: the mark of each part, and which files are parts of the same recording. It reads only
+//! the beginning of each file.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -10,28 +11,29 @@ use mcap::records::{Record, op};
 use crate::recording::scan;
 use crate::sink::numbered;
 
-/// Where a part says which it is.
+/// The name of the metadata with the mark of a part.
 pub(crate) const PART: &str = "jde/part";
-/// Where all parts but the first say before which byte they repeat what was in force.
+/// The name of the metadata with the position at which the messages of a part begin. Before it, the part
+/// repeats the values in force. The first part has none.
 pub(crate) const BEGINS: &str = "jde/part/begins";
-/// The key of that byte.
+/// The key of that position, in bytes from the beginning of the file.
 pub(crate) const BYTE: &str = "byte";
-/// What a recording is called if it has parts.
+/// The file name extension of a recording in a folder.
 const ENDING: &str = "mcap";
-/// Most bytes of what a part says of itself at its head.
+/// The largest size of a metadata record before the mark, in bytes.
 const MOST_SAID: u64 = 1 << 20;
 
-/// Which part of which recording a file is.
+/// The mark of a part: which part of which recording a file is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
-    /// The same in all parts of one recording and in no others.
+    /// An identifier that all parts of one recording share, and no others have.
     pub(crate) recording: String,
-    /// Counts from 1.
+    /// The number of the part, from 1.
     pub(crate) number: u32,
 }
 
 impl Mark {
-    /// What the file says.
+    /// Returns the mark as metadata.
     pub(crate) fn told(&self) -> BTreeMap<String, String> {
         BTreeMap::from([
             ("recording".to_owned(), self.recording.clone()),
@@ -39,7 +41,7 @@ impl Mark {
         ])
     }
 
-    /// What a file has said.
+    /// Reads the mark from metadata.
     pub(crate) fn of(told: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
             recording: told.get("recording")?.clone(),
@@ -47,10 +49,10 @@ impl Mark {
         })
     }
 
-    /// The mark of a file; none if it is a whole recording, or no recording at all.
+    /// Reads the mark of a file. `None` if the file is a whole recording, or not a recording.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub(crate) fn read(path: &Path) -> io::Result<Option<Self>> {
         let mut file = File::open(path)?;
         let mut offset = mcap::MAGIC.len() as u64;
@@ -75,8 +77,9 @@ impl Mark {
     }
 }
 
-/// The files that are read as one if this is asked for, in their order: itself and the other parts of its recording in its folder;
-/// of a folder, the recordings in it; of a name that parts were numbered from, the parts of the newest recording.
+/// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
+/// the other parts of its recording in its folder. A folder denotes the recordings in it. The name from which
+/// parts were numbered denotes the parts of the newest recording.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -105,7 +108,7 @@ pub(crate) fn recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
     Ok(alike)
 }
 
-/// The parts that were numbered from a name, by their files' numbers.
+/// Finds the parts that were numbered from a name, in the order of the numbers in their file names.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -120,7 +123,7 @@ pub(crate) fn named(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
             .and_then(|rest| rest.strip_prefix(b"-"))
             .and_then(|digits| str::from_utf8(digits).ok()?.parse().ok());
         if let Some(number) = number
-            // There are other ways to write a number.
+            // Only the canonical form of the number counts, so not `-0001`.
             && entry.file_name() == numbered(path, number).file_name()
             && entry.is_file()
             && Mark::read(&entry)?.is_some()
@@ -132,7 +135,7 @@ pub(crate) fn named(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
     Ok(parts)
 }
 
-/// All recordings of a folder, each with its parts in their order. A copy of a part beside it is passed over.
+/// Finds all recordings of a folder, each with its parts in their order. A second copy of a part is ignored.
 fn all(folder: &Path, wanted: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<PathBuf>>> {
     let mut whole = Vec::new();
     let mut parts: BTreeMap<String, BTreeMap<u32, PathBuf>> = BTreeMap::new();
@@ -151,7 +154,7 @@ fn all(folder: &Path, wanted: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<Path
     Ok(whole)
 }
 
-/// What is in a folder, by name; nothing in one that is not there.
+/// Returns the entries of a folder, sorted by name. Empty if the folder does not exist.
 fn listed(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let listed = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),

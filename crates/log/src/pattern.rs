@@ -1,25 +1,25 @@
-//! Which variables a recording keeps: names with `*` for any letters, such as `pioneer.*` and `*.laser`.
+//! Which variables are recorded: names in which `*` matches any text, such as `pioneer.*` and `*.laser`.
 
 use jde_abi::describe::Role;
 use jde_host::app::Application;
 
-/// A selection of variables; the empty one is all of them.
+/// A selection of variables. The default selects all of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
     patterns: Vec<String>,
 }
 
-/// A pattern that no variable has.
+/// A pattern that matches no variable.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no variable is called `{pattern}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
 pub struct UnknownPattern {
     /// The pattern.
     pub pattern: String,
-    /// The nearest name there is.
+    /// The most similar name, if one is similar.
     pub nearest: Option<String>,
 }
 
-/// The full names of all variables that an application has once it runs.
+/// Returns the full names of all variables of a running application.
 #[must_use]
 pub fn variables(application: &Application) -> Vec<String> {
     let mut names = Vec::new();
@@ -36,10 +36,11 @@ pub fn variables(application: &Application) -> Vec<String> {
 }
 
 impl Selection {
-    /// The variables among `names` that fit one of the patterns at least; all if there are no patterns.
+    /// Selects the variables among `names` that match at least one of the patterns. Without patterns, all are
+    /// selected.
     ///
     /// # Errors
-    /// The first pattern that fits none.
+    /// The first pattern that matches none.
     pub fn new(patterns: Vec<String>, names: &[String]) -> Result<Self, UnknownPattern> {
         for pattern in &patterns {
             if !names.iter().any(|name| fits(pattern, name)) {
@@ -52,14 +53,15 @@ impl Selection {
         Ok(Self { patterns })
     }
 
-    /// Whether it has a variable of that full name.
+    /// Returns whether the variable with that full name is selected.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.patterns.is_empty() || self.patterns.iter().any(|pattern| fits(pattern, name))
     }
 }
 
-/// Each piece between stars is found as early as possible; that leaves most to those that follow.
+/// Returns whether a name matches. Each piece between stars is matched as early as possible, which leaves the
+/// most text for the pieces after it.
 fn fits(pattern: &str, name: &str) -> bool {
     let Some((first, rest)) = pattern.split_once('*') else {
         return pattern == name;
@@ -78,7 +80,7 @@ fn fits(pattern: &str, name: &str) -> bool {
     name.ends_with(last)
 }
 
-/// The name that was probably meant: at most a third of the letters differ.
+/// Returns the most similar name, if at most a third of its letters differ.
 fn nearest(pattern: &str, names: &[String]) -> Option<String> {
     names
         .iter()

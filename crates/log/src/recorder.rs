@@ -1,4 +1,4 @@
-//! A recording under way: what a program holds in its hands. The writing is done by a thread of its own.
+//! A running recording. A thread of its own writes it.
 
 mod split;
 mod when;
@@ -26,30 +26,31 @@ use crate::{Error, Origin, panel, tap};
 pub use split::{Every, Parts, Split};
 pub use when::{Happened, OnFile, When, Written};
 
-/// Events on their way: more than the busiest application tells while a disk stands still for a second.
+/// Upper limit of the notices that are not yet written: more than the busiest application sends while a disk
+/// blocks for a second.
 const EVENTS: usize = 4096;
 
-/// Tells the application's time, ns since its start, from any thread.
+/// Returns the application's time, in ns since its start. Any thread may call it.
 pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
 
-/// Is told why the disk takes no more.
+/// Called with the reason when the disk does not accept more data.
 pub type OnTrouble = Box<dyn FnMut(&str) + Send>;
 
 /// How to record.
 pub struct Options<'a> {
-    /// Where the recording comes from.
+    /// The origin of the recording.
     pub origin: Origin,
-    /// The application whose events are kept; without one there are none.
+    /// The application whose events are recorded. Without it no events are recorded.
     pub application: Option<&'a Application>,
-    /// Write over what is there.
+    /// Whether an existing file is overwritten.
     pub overwrite: bool,
-    /// Whoever publishes waits rather than lose a value: for virtual time only.
+    /// Whether publishers wait instead of losing values. For virtual time only.
     pub lossless: bool,
-    /// Told once, by the writing thread, when the disk takes no more; the run goes on.
+    /// Called once, by the writing thread, when the disk does not accept more data. The run continues.
     pub on_trouble: OnTrouble,
 }
 
-/// A recording under way. Any thread may call it. Dropped, it is finished.
+/// A running recording. Any thread may call it. Dropping it finishes it.
 pub struct Recorder {
     shared: Arc<Shared>,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -58,43 +59,44 @@ pub struct Recorder {
     named: BTreeSet<String>,
 }
 
-/// How a recording is doing.
+/// The progress of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Status {
-    /// Messages that have reached the file; after a failure those of them that the disk has said to have.
+    /// Messages that have reached the file. After a failure, only those that the disk has confirmed.
     pub kept: u64,
-    /// Values and events that did not, whatever the reason.
+    /// Values and events that have not reached the file, for any reason.
     pub lost: u64,
-    /// Bytes of the file.
+    /// The size of the file in bytes.
     pub bytes: u64,
-    /// Why nothing is written any more, or why the last file that failed did.
+    /// Why writing has stopped, or why the most recent failed file failed.
     pub trouble: Option<String>,
-    /// Topics of which values were lost, and how many.
+    /// The number of lost values of each topic that lost any.
     pub lost_of: BTreeMap<String, u64>,
-    /// The files that conditions asked for.
+    /// The files that conditions have caused.
     pub files: Vec<Written>,
     /// The files of a recording in parts.
     pub parts: Option<Parts>,
-    /// Messages of the past that had to go from memory before their time was up.
+    /// Messages of the past that were removed from memory before their time ended.
     pub short: u64,
 }
 
 impl Recorder {
-    /// Begins a recording in a file of its own, and makes the folders above it.
+    /// Starts a recording in one file. Creates the folders above it.
     ///
     /// # Errors
-    /// [`Error`]; a disk that is full already is one.
+    /// [`Error`], also if the disk is full already.
     pub fn create(path: &Path, options: Options<'_>) -> Result<Self, Error> {
         let (output, disk) = sink::create(path, options.overwrite)?;
         Self::begin(output, disk, options).map_err(|error| error.of(path))
     }
 
-    /// Begins a recording in parts, which may go on for ever: one file after the other, numbered behind those that are there under
-    /// this name. With `options.overwrite` parts of that name are deleted first. In all files but the first the values in force at
-    /// their beginning come first, stamped with that time.
+    /// Starts a recording in parts, which may continue for ever: one file after the other, with numbers that
+    /// follow those of existing files of this name. If `options.overwrite` is set, existing parts of that
+    /// name are deleted first. Every file except the first starts with the values in force at its beginning,
+    /// stamped with that time.
     ///
     /// # Errors
-    /// [`Error`]; a disk that is full already is one.
+    /// [`Error`], also if the disk is full already.
     pub fn split(path: &Path, options: Options<'_>, split: Split) -> Result<Self, Error> {
         let (shared, told) = shared(options.lossless);
         let (overwrite, lossless) = (options.overwrite, options.lossless);
@@ -103,12 +105,13 @@ impl Recorder {
         Self::start(shared, told, Box::new(sink), None, options.application).map_err(|error| error.of(path))
     }
 
-    /// Keeps the recent past in memory, and whenever a condition comes true writes a file of what was before and comes after:
-    /// of `drive.mcap`, the first whose name is free of `drive-001.mcap`, `drive-002.mcap`. In the files, the values in force at
-    /// their beginning come first, stamped with that time. `options.on_trouble` is not called.
+    /// Keeps the recent past in memory. When a condition becomes true, it writes a file of the time before
+    /// and after that moment. For `drive.mcap`, the file has the first free name of `drive-001.mcap`,
+    /// `drive-002.mcap` and so on. Each file starts with the values in force at its beginning, stamped with
+    /// that time. `options.on_trouble` is not called.
     ///
     /// # Errors
-    /// [`Error`]; a folder where no file can be made is one.
+    /// [`Error`], also if no file can be created in the folder.
     pub fn wait(path: &Path, options: Options<'_>, when: When) -> Result<Self, Error> {
         let plan = Plan {
             path: path.to_owned(),
@@ -152,7 +155,7 @@ impl Recorder {
             .name("recording".to_owned())
             .spawn(move || scribe.run())
             .map_err(Failed::Thread)?;
-        // Set here only.
+        // This is the only place that sets it.
         let _ = shared.scribe.set(thread.thread().clone());
         Ok(Self {
             shared,
@@ -162,12 +165,13 @@ impl Recorder {
         })
     }
 
-    /// Keeps every value of a variable from now on, the present one included, until the recording is finished.
+    /// Records every value of a variable from now on, including the present one, until the recording is
+    /// finished.
     pub fn watch(&self, variable: &Arc<Variable>, clock: Clock) {
         self.tap(variable, clock, true);
     }
 
-    /// Has a variable looked at by the conditions that name it, without keeping its values.
+    /// Lets the conditions that name a variable read it, without recording its values.
     pub fn look(&self, variable: &Arc<Variable>, clock: Clock) {
         if self.named.contains(&variable.describe().full_name()) {
             self.tap(variable, clock, false);
@@ -181,19 +185,19 @@ impl Recorder {
         lock(&self.shared.lanes).push(topic.lane);
     }
 
-    /// Adds a topic whose values come from elsewhere. `about` is what the recording says of it; `variable` in it is the name by
-    /// which conditions know it.
+    /// Adds a topic whose values come from elsewhere. `about` is the metadata of its channel. The entry
+    /// `variable` in it is the name by which conditions refer to the topic.
     pub fn topic(&self, name: &str, value_type: Arc<Type>, about: BTreeMap<String, String>) -> Topic {
         self.lane(name, Holds::Values(value_type), about, true)
     }
 
-    /// Adds the topic of a schema's panel, `/panels/<schema>`: filled by [`Topic::put_panel`].
+    /// Adds the topic of a schema's panel, `/panels/<schema>`. [`Topic::put_panel`] fills it.
     pub fn panel(&self, schema: &str) -> Topic {
         let about = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
         self.lane(&panel::topic(schema), Holds::Panel, about, true)
     }
 
-    /// A topic whose values the conditions look at and no file keeps; none if no condition names the variable.
+    /// Adds a topic that conditions read and no file contains. `None` if no condition names the variable.
     pub fn topic_to_look_at(&self, variable: &str, value_type: Arc<Type>) -> Option<Topic> {
         let about = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         self.named.contains(variable).then(|| {
@@ -215,25 +219,26 @@ impl Recorder {
         }
     }
 
-    /// Hears the events of the application that the recording was begun with.
+    /// Returns an observer that records the events of the application with which the recording was started.
     #[must_use]
     pub fn observer(&self) -> Box<dyn Observer> {
         let shared = Arc::clone(&self.shared);
         Box::new(move |event: &Event| shared.tell(Told::Event(event.clone())))
     }
 
-    /// Keeps a message of the story of an application elsewhere.
+    /// Records a message of the story of an application elsewhere.
     pub fn line(&self, line: Line) {
         self.shared.tell(Told::Line(line));
     }
 
-    /// Keeps a message of what had happened elsewhere before the recording began, at `beginning` of the application's clock: it
-    /// is stamped with that, its publish time tells when it was, and no condition comes true by it.
+    /// Records a message about something that occurred elsewhere before the recording began, at `beginning`
+    /// of the application's clock. Its log time is `beginning` and its publish time is the time of the
+    /// occurrence. No condition becomes true by it.
     pub fn earlier(&self, line: Line, beginning: Nanos) {
         self.shared.tell(Told::Earlier(line, beginning));
     }
 
-    /// How it is doing.
+    /// Returns the progress of the recording.
     #[must_use]
     pub fn status(&self) -> Status {
         let shared = &*self.shared;
@@ -251,12 +256,13 @@ impl Recorder {
         }
     }
 
-    /// Writes what is on its way, the index and the end. What is published later is not kept.
+    /// Writes the values that are not yet written, the index and the end of the file. Later values are not
+    /// recorded.
     pub fn finish(&self) -> Status {
         self.shared.closed.store(true, Ordering::Release);
         if let Some(thread) = lock(&self.thread).take() {
             thread.thread().unpark();
-            // A panic of that thread has been told by its hook, and the file ends where it was.
+            // The panic hook has reported a panic of that thread. The file then ends where it was.
             let _ = thread.join();
         }
         lock(&self.watches).clear();
@@ -270,7 +276,7 @@ impl Drop for Recorder {
     }
 }
 
-/// Why a recording did not begin.
+/// Why a recording did not start.
 pub(crate) enum Failed {
     Write(std::io::Error),
     Thread(std::io::Error),

@@ -1,5 +1,7 @@
-//! The last minute, kept in memory: messages of all channels in the order in which they came, bounded in time and in bytes, and
-//! what was in force before the first of them. Knows no file; whoever writes one asks for the messages by their numbers.
+//! The recent past in memory: the messages of all channels in the order of their arrival, limited in time and
+//! in bytes, and the values that were in force before the first of them.
+//!
+//! The ring knows no files. A file's writer reads the messages by their numbers.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -8,24 +10,25 @@ use jde_board::Nanos;
 
 use crate::writer::Times;
 
-/// What a message costs besides its own bytes: its place in the queue, and what the allocator adds to it.
+/// The memory that a message needs besides its own bytes: its entry in the queue, and the allocator's
+/// overhead.
 const OVERHEAD: usize = size_of::<Entry>() + 16;
 
-/// Messages of the recent past.
+/// The messages of the recent past.
 pub(crate) struct Ring {
     entries: VecDeque<Entry>,
-    /// Number of the oldest; they count from 0 and never change.
+    /// The number of the oldest message. Numbers start at 0 and never change.
     first: u64,
     bytes: usize,
     most: usize,
     before: Nanos,
-    /// What those that have gone say.
+    /// The state that the removed messages leave in force.
     base: InForce<Arc<[u8]>>,
-    /// Messages that went before their time was up.
+    /// Messages that were removed before their time ended.
     short: u64,
 }
 
-/// A message, or that some were lost.
+/// A message, or a count of lost messages.
 #[derive(Clone)]
 pub(crate) struct Entry {
     pub(crate) channel: usize,
@@ -35,41 +38,41 @@ pub(crate) struct Entry {
 
 #[derive(Clone)]
 pub(crate) enum Content {
-    /// A message, and what it says about: its channel alone, or one schema or group of many on that channel.
+    /// A message and its subject: its channel alone, or one of several schemas or groups on that channel.
     Message { about: About, data: Arc<[u8]> },
-    /// That the value of a channel was taken back, told on this one.
+    /// A message that the value of another channel was retracted.
     Retracted { of: usize, data: Arc<[u8]> },
-    /// So many were lost.
+    /// The number of messages that were lost.
     Lost(u64),
 }
 
-/// What stays as a message says until another one.
+/// The state that a message describes. It stays in force until the next message about the same state.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum About {
-    /// Nothing: it was an event.
+    /// None: the message is an event.
     Nothing,
     /// The value of the channel.
     Value,
-    /// The one of this name.
+    /// The state of the schema or group of this name.
     Named(Arc<str>),
 }
 
-/// What stays as messages say until others: the newest message about each state.
+/// The messages in force: the newest one about each state.
 #[derive(Default)]
 pub(crate) struct InForce<Data>(BTreeMap<(usize, About), (Times, Data)>);
 
 impl<Data: Default> InForce<Data> {
-    /// The message about something on a channel, to be replaced.
+    /// Returns the message about a state on a channel, to be replaced.
     pub(crate) fn of(&mut self, channel: usize, about: About) -> &mut (Times, Data) {
         self.0.entry((channel, about)).or_default()
     }
 
-    /// The channel has no value any more.
+    /// Removes the value of a channel.
     pub(crate) fn retract(&mut self, channel: usize) {
         self.0.remove(&(channel, About::Value));
     }
 
-    /// All of them: channel, when it was made, the message.
+    /// Returns all messages in force: channel, times, data.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, Times, &Data)> {
         let all = self.0.iter();
         all.map(|((channel, _), (times, data))| (*channel, *times, data))
@@ -77,7 +80,7 @@ impl<Data: Default> InForce<Data> {
 }
 
 impl Ring {
-    /// Holds messages for so long, and at most so many bytes of them.
+    /// Creates a ring that keeps messages for `before` ns, and at most `most` bytes of them.
     pub(crate) fn new(before: Nanos, most: usize) -> Self {
         Self {
             entries: VecDeque::new(),
@@ -90,7 +93,8 @@ impl Ring {
         }
     }
 
-    /// Adds a message; what there is no room for any more goes, the oldest first. Answers with its numbers and channels.
+    /// Adds a message. If there is no room, the oldest messages are removed. Returns their numbers and
+    /// channels.
     pub(crate) fn push(&mut self, entry: Entry) -> Vec<(u64, usize)> {
         let mut gone = Vec::new();
         self.bytes += entry.cost();
@@ -103,7 +107,8 @@ impl Ring {
         gone
     }
 
-    /// Lets go of what is older than it need be, up to number `keep`, which is still wanted.
+    /// Removes messages that are older than the time limit, but none from number `keep` on, which are still
+    /// needed.
     pub(crate) fn forget(&mut self, now: Nanos, keep: u64) {
         let since = now.saturating_sub(self.before);
         while self.first < keep
@@ -116,28 +121,28 @@ impl Ring {
         }
     }
 
-    /// Number of the oldest message.
+    /// Returns the number of the oldest message.
     pub(crate) fn first(&self) -> u64 {
         self.first
     }
 
-    /// Number that the next message will have.
+    /// Returns the number of the next message.
     pub(crate) fn next(&self) -> u64 {
         self.first + self.entries.len() as u64
     }
 
-    /// A message by its number; none if it has gone or not come yet.
+    /// Returns a message by its number. `None` if it was removed or has not arrived yet.
     pub(crate) fn get(&self, number: u64) -> Option<&Entry> {
         let place = usize::try_from(number.checked_sub(self.first)?).ok()?;
         self.entries.get(place)
     }
 
-    /// What was in force before the oldest message: its channel, when it was made, the message.
+    /// Returns the messages that were in force before the oldest one: channel, times, data.
     pub(crate) fn base(&self) -> impl Iterator<Item = (usize, Times, &Arc<[u8]>)> {
         self.base.iter()
     }
 
-    /// How many messages had to go before their time was up, so far.
+    /// Returns how many messages were removed before their time ended.
     pub(crate) fn short(&self) -> u64 {
         self.short
     }
@@ -165,7 +170,7 @@ impl Ring {
 }
 
 impl Entry {
-    /// Bytes it takes.
+    /// Returns the bytes of memory that the entry needs.
     pub(crate) fn cost(&self) -> usize {
         let data = match &self.content {
             Content::Message { data, .. } | Content::Retracted { data, .. } => data.len(),

@@ -1,5 +1,6 @@
-//! The thread that writes: a round every few milliseconds over all that has come. Whatever the disk does, it goes on emptying the
-//! queues, so that nobody who publishes ever meets a full one for long. Where messages go is the sink's business.
+//! The writing thread. Every few milliseconds it processes everything that has arrived, in one round. It
+//! continues to empty the queues whatever the disk does, so that no queue stays full for long. The sink
+//! decides where messages are written.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -19,7 +20,7 @@ use crate::trigger::{Firing, Triggers};
 use crate::turns;
 use crate::writer::Times;
 
-/// Time between two rounds if nobody asks for one earlier.
+/// The longest time between two rounds. A publisher may wake the thread earlier.
 const ROUND: Duration = Duration::from_millis(20);
 
 /// Writes a recording.
@@ -30,15 +31,15 @@ pub(crate) struct Scribe {
     story: Option<Story>,
     told: Receiver<(u64, Told)>,
     lanes: Vec<Open>,
-    /// Channels of the sink, so far.
+    /// The number of the sink's channels so far.
     channels: usize,
-    /// The first channel of the story, whose kinds follow each other.
+    /// The first channel of the story. The channels of its kinds are consecutive.
     story_channel: Option<usize>,
-    /// The application's time: that of the newest that has come, or of its clock.
+    /// The application's time: that of the newest message, or that of its clock.
     now: Nanos,
-    /// What has come and was not looked at yet.
+    /// Items that have arrived and are not yet processed.
     round: Vec<(u64, Item)>,
-    /// Kept for their room.
+    /// A buffer that is reused.
     message: Vec<u8>,
     fired: Vec<Firing>,
 }
@@ -46,17 +47,17 @@ pub(crate) struct Scribe {
 /// A topic with its channel.
 struct Open {
     lane: Arc<Lane>,
-    /// None if it goes into no file.
+    /// `None` if no file contains the topic.
     channel: Option<usize>,
-    /// What its messages are about.
+    /// The subject of the topic's messages.
     about: About,
     fetch: Option<(Reader, Seen)>,
-    /// The variable, if a condition names it.
+    /// The variable's name, if a condition names it.
     variable: Option<String>,
 }
 
 enum Item {
-    /// Of the topic of this number.
+    /// A value of the topic with this number.
     Value(usize, Box<Slot>),
     Told(Box<Told>),
 }
@@ -90,7 +91,7 @@ impl Scribe {
             self.story_channel();
         }
         loop {
-            // Looked at before the round: what was put before it was set is in that round.
+            // Read before the round: everything published before it was set is then part of that round.
             let closed = self.shared.closed.load(Ordering::Acquire);
             self.open_lanes();
             self.take(closed);
@@ -114,7 +115,7 @@ impl Scribe {
         self.channels - 1
     }
 
-    /// The first channel of the story; made when it is first wanted.
+    /// Returns the first channel of the story. The first call creates the channels.
     fn story_channel(&mut self) -> usize {
         if let Some(channel) = self.story_channel {
             return channel;
@@ -145,7 +146,7 @@ impl Scribe {
             };
             self.lanes.push(Open {
                 variable: variable.filter(named).cloned(),
-                // A turn is taken, and then it is over.
+                // A turn is an event: it leaves nothing in force.
                 about: if lane.name == turns::TOPIC {
                     About::Nothing
                 } else {
@@ -158,13 +159,14 @@ impl Scribe {
         }
     }
 
-    /// Everything that has come, in its order. If it comes from one thread, as in virtual time, that order is always the same:
-    /// what may have overtaken something that is not here yet is left for the next round.
+    /// Processes everything that has arrived, in its order. If it comes from a single thread, as in virtual
+    /// time, that order is always the same: an item that may have overtaken another is left for the next
+    /// round.
     fn take(&mut self, closed: bool) {
         let given = if closed { u64::MAX } else { self.shared.given() };
         let mut round = std::mem::take(&mut self.round);
         for (number, open) in self.lanes.iter().enumerate() {
-            // No more than there were: a busy publisher must not keep the others waiting.
+            // Only those that are there now: a busy publisher must not delay the other topics.
             let come = open.lane.full.len();
             let values = (0..come).map_while(|_| open.lane.full.pop());
             round.extend(values.map(|slot| (slot.order, Item::Value(number, slot))));
@@ -212,7 +214,7 @@ impl Scribe {
         }
     }
 
-    /// Takes the newest of a large value, if there is a new one, without copying it.
+    /// Takes the newest large value, if there is a new one, without copying it first.
     fn fetch(&mut self, number: usize) {
         let open = &mut self.lanes[number];
         let Some(note) = open
@@ -280,7 +282,7 @@ impl Scribe {
                 if let Some(triggers) = &mut self.triggers {
                     triggers.line(&line, &mut self.fired);
                 }
-                // It was true before.
+                // Conditions do not fire by what occurred before the recording.
                 self.fired.clear();
             }
             Told::Line(line) => {
@@ -294,7 +296,8 @@ impl Scribe {
                 let of = |open: &Open| open.lane.about.get("variable") == Some(&variable);
                 let number = self.lanes.iter().position(of);
                 let channel = number.and_then(|number| self.lanes[number].channel);
-                // Without events there is no story to tell it in, and what no file has needs none.
+                // Without events there is no story to record the retraction in. A variable that no file
+                // contains needs no record of it.
                 if (self.story.is_some() || self.story_channel.is_some()) && channel.is_some() {
                     self.line(&Line::retracted(time, &variable), channel);
                 }
@@ -305,7 +308,7 @@ impl Scribe {
         }
     }
 
-    /// A message of the story; if it is that a value was taken back, of which channel.
+    /// Writes a message of the story. `retracts` is the channel whose value the message retracts.
     fn line(&mut self, line: &Line, retracts: Option<usize>) {
         self.line_at(line, line.time(), retracts);
     }
@@ -327,7 +330,7 @@ impl Scribe {
         self.at(log);
     }
 
-    /// Shows a value, or that there is none any more, to the conditions that name it.
+    /// Passes a value, or its retraction, to the conditions that name it.
     fn look(&mut self, number: usize, time: Nanos, value: Option<&[u8]>) {
         let (Some(variable), Some(triggers)) = (&self.lanes[number].variable, &mut self.triggers) else {
             return;
@@ -339,7 +342,7 @@ impl Scribe {
         self.fire();
     }
 
-    /// The application's time is this at least.
+    /// Advances the application's time to at least `time`.
     fn at(&mut self, time: Nanos) {
         if time <= self.now {
             return;
@@ -351,14 +354,14 @@ impl Scribe {
         }
     }
 
-    /// In real time, time passes also while nothing comes.
+    /// Advances the time while nothing arrives. In virtual time it does not advance then.
     fn pass(&mut self) {
         if let Some(clock) = self.shared.clock.get().filter(|_| !self.shared.lossless) {
             self.at(clock());
         }
     }
 
-    /// Tells what came true, first in the story and then to the sink.
+    /// Reports the conditions that became true, first in the story and then to the sink.
     fn fire(&mut self) {
         for firing in std::mem::take(&mut self.fired) {
             let text = firing.text.clone();

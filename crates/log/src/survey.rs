@@ -1,5 +1,6 @@
-//! What a recording is, found by reading all of it once: what is on which topic, who decided how often, what went wrong, and how
-//! far it can be read. For recordings of anybody's: what others do not say is left out.
+//! The survey of a recording, made by reading all of it once: the contents of each topic, the decisions of
+//! each group, the problems, and how far the file can be read. It accepts recordings of other programs, and
+//! omits what they do not state.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
@@ -9,128 +10,130 @@ use serde::Serialize;
 
 use crate::{Message, ReadError, Recording};
 
-/// Most schemas whose trouble is told: as many as an application may have.
+/// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
+/// application.
 const MOST_TROUBLED: usize = 10_000;
 
-/// What a recording is. Times are ns since 1970 unless they say otherwise.
+/// The survey of a recording. Times are in ns since 1970 unless stated otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Survey {
     /// Name of the application.
     pub application: Option<String>,
-    /// What its randomness started from.
+    /// The seed of its random generators.
     pub seed: Option<u64>,
-    /// Version of the program that recorded it.
+    /// The version of the program that recorded it.
     pub jde: Option<String>,
-    /// When the application's clock was 0.
+    /// The time at which the application's clock was 0.
     pub application_start_ns: Option<u64>,
-    /// Bytes of the file, or of all its parts.
+    /// The size of the file, or of all its parts, in bytes.
     pub bytes: u64,
-    /// Its parts, if it has some.
+    /// Its parts, if it has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<PartsSurvey>,
     /// Messages that can be read.
     pub messages: u64,
-    /// Log time of the first.
+    /// The log time of the first message.
     pub first_ns: Option<u64>,
-    /// Log time of the last.
+    /// The log time of the last message.
     pub last_ns: Option<u64>,
-    /// What conditions made it, in their order; the first began it.
+    /// The conditions that caused the file, in their order. The first one started it.
     pub triggers: Vec<Cause>,
-    /// What is on each topic, in the order in which they were added.
+    /// The contents of each topic, in the order in which topics were added.
     pub topics: Vec<TopicSurvey>,
-    /// Selections.
+    /// The number of selections.
     pub decisions: u64,
-    /// Of which groups.
+    /// The selections of each group.
     pub groups: Vec<GroupSurvey>,
-    /// Schemas that had trouble.
+    /// Schemas that had problems.
     pub troubled: Vec<Troubled>,
-    /// Values that were lost while it was recorded, by topic.
+    /// The number of values lost during recording, by topic.
     pub lost: BTreeMap<String, u64>,
-    /// Names of the files attached to it.
+    /// The names of the attached files.
     pub attachments: Vec<String>,
-    /// Where it ends too soon, if it does.
+    /// Where the recording ends too early, if it does.
     pub damage: Option<Damaged>,
-    /// Where each topic is in `topics`, by its name and type: a recording may have tens of thousands.
+    /// The index of each topic in `topics`, by its name and type. A recording may have tens of thousands of
+    /// topics.
     #[serde(skip)]
     places: HashMap<(String, String), usize>,
 }
 
-/// Why a file was begun or went on.
+/// A condition that started or prolonged a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cause {
-    /// The condition, as it was written.
+    /// The text of the condition.
     pub condition: String,
-    /// What came true.
+    /// What became true.
     pub reason: String,
-    /// When, s since the application's start.
+    /// The time, in s since the application's start.
     pub time_s: f64,
 }
 
-/// What is on a topic.
+/// The contents of a topic.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TopicSurvey {
-    /// `/pioneer/laser`.
+    /// The name of the topic: `/pioneer/laser`.
     pub topic: String,
-    /// Name of the type of its messages.
+    /// The name of the type of its messages.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Form of its messages: `cdr`, `json`.
+    /// The encoding of its messages: `cdr`, `json`.
     pub encoding: String,
-    /// Messages.
+    /// The number of messages.
     pub messages: u64,
-    /// Bytes of all of them, unpacked.
+    /// The uncompressed size of all messages, in bytes.
     pub bytes: u64,
-    /// Log time of the first.
+    /// The log time of the first message.
     pub first_ns: Option<u64>,
-    /// Log time of the last.
+    /// The log time of the last message.
     pub last_ns: Option<u64>,
-    /// Mean rate between the first and the last.
+    /// The mean rate between the first and the last message, in Hz.
     pub rate_hz: Option<f64>,
 }
 
 /// The parts of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PartsSurvey {
-    /// The files that are there, in their order.
+    /// The existing files, in their order.
     pub files: Vec<String>,
-    /// Number of the first of them, from 1.
+    /// The number of the first existing file, from 1.
     pub first: u32,
-    /// Numbers of those that are missing between the first and the last, gap by gap.
+    /// The numbers of the missing files between the first and the last, as ranges.
     pub missing: Vec<RangeInclusive<u32>>,
 }
 
-/// What was decided in a group.
+/// The selections of a group.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct GroupSurvey {
     /// Its name.
     pub group: String,
-    /// Selections.
+    /// The number of selections.
     pub decisions: u64,
-    /// Those that chose another one than before.
+    /// The number of selections that changed the winner.
     pub switches: u64,
 }
 
-/// How often a schema had trouble.
+/// The problems of a schema.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Troubled {
     /// Its name.
     pub schema: String,
-    /// Faults, and calls that did not return.
+    /// The number of faults, including calls that did not return.
     pub faults: u64,
-    /// Deadlines missed.
+    /// The number of missed deadlines.
     pub overruns: u64,
-    /// Rows of refused commands and wakes.
+    /// The number of series of refused commands and wakes.
     pub refused: u64,
-    /// What was said of the last fault.
+    /// The text of the last fault.
     pub last_fault: Option<String>,
 }
 
-/// Where a recording ends too soon.
+/// Where a recording ends too early.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damaged {
-    /// Bytes from the beginning of the file that are whole.
+    /// The number of intact bytes from the beginning of the file.
     pub offset: u64,
-    /// What is wrong behind them.
+    /// What is wrong after them.
     pub reason: String,
 }
 
@@ -138,7 +141,7 @@ impl Survey {
     /// Reads all of a recording, up to its end or to the damage.
     ///
     /// # Errors
-    /// [`ReadError::File`]; damage is no error.
+    /// [`ReadError::File`]. Damage is not an error.
     pub fn of(recording: &Recording) -> Result<Self, ReadError> {
         let mut survey = Self::begin(recording)?;
         for message in recording.messages()? {
@@ -151,8 +154,8 @@ impl Survey {
         Ok(survey)
     }
 
-    /// What is known of a recording before its messages are read. For those who read them for something else too: then come
-    /// [`hear`](Self::hear) for each, and [`finish`](Self::finish).
+    /// Starts a survey before the messages are read. For callers that also read the messages for another
+    /// purpose: they call [`hear`](Self::hear) for each message, and then [`finish`](Self::finish).
     ///
     /// # Errors
     /// [`ReadError::File`].
@@ -201,7 +204,7 @@ impl Survey {
         })
     }
 
-    /// It ends with this error.
+    /// Records that the messages end with this error.
     ///
     /// # Errors
     /// The error, unless it is damage.
@@ -218,21 +221,21 @@ impl Survey {
         }
     }
 
-    /// All messages have been heard.
+    /// Completes the survey after the last message.
     pub fn finish(&mut self) {
         for topic in &mut self.topics {
             topic.rate_hz = rate(topic);
         }
     }
 
-    /// From the first message to the last, s; 0 without any.
+    /// Returns the time from the first message to the last, in s. 0 if there are no messages.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         let times = self.first_ns.zip(self.last_ns);
         times.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 / 1e9)
     }
 
-    /// Takes in the next message.
+    /// Adds the next message.
     pub fn hear(&mut self, message: &Message) {
         self.messages += 1;
         let first = *self.first_ns.get_or_insert(message.log_time);
@@ -246,7 +249,7 @@ impl Survey {
             topic.first_ns.get_or_insert(message.log_time);
             topic.last_ns = Some(message.log_time);
         }
-        // What was in force at the beginning happened before it.
+        // The values in force at the beginning of the file are older than it.
         if message.publish_time < first {
             return;
         }
@@ -272,7 +275,7 @@ impl Survey {
 }
 
 impl PartsSurvey {
-    /// What is not there, in words; none if all of it is.
+    /// Describes the parts that are missing. `None` if none is.
     #[must_use]
     pub fn lacks(&self) -> Option<String> {
         let before = match self.first {
@@ -296,7 +299,7 @@ impl PartsSurvey {
 }
 
 impl Troubled {
-    /// Counts what happened if it was trouble of a schema, which is added to those that had trouble.
+    /// Adds what occurred to the schema's problems, if it is one.
     pub fn count(all: &mut Vec<Self>, happening: &Happening) {
         let Some(schema) = &happening.schema else {
             return;
@@ -317,7 +320,8 @@ impl Troubled {
             }),
         };
         match happening.kind.as_str() {
-            // Told twice each: as what it took, and as what it is now.
+            // Each overrun is reported twice: by the time that it took, and by the new health. Only the first
+            // is counted.
             "overrun" => troubled.overruns += u64::from(happening.text.starts_with("took")),
             "refused" => troubled.refused += 1,
             _ => {
@@ -348,7 +352,7 @@ fn rate(topic: &TopicSurvey) -> Option<f64> {
     (seconds > 0.0).then(|| (topic.messages - 1) as f64 / seconds)
 }
 
-/// `jde/trigger`, `jde/trigger/2` and so on.
+/// Reads the metadata `jde/trigger`, `jde/trigger/2` and so on.
 fn causes(recording: &Recording) -> Vec<Cause> {
     let name = |number: u32| match number {
         1 => "jde/trigger".to_owned(),

@@ -1,4 +1,5 @@
-//! Watches a variable for a recording: runs on the thread of whoever publishes it, and never waits for another one.
+//! Watches a variable for a recording. It runs on the thread of the variable's publisher and never waits for
+//! another thread.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -9,17 +10,18 @@ use jde_board::{Access, Nanos, Reader, Variable, Watch};
 use crate::lane::{Holds, Lane, Note, Shared, Stamps, Told, Topic};
 use crate::recorder::Clock;
 
-/// Values beyond this are fetched by the writing thread instead of copied by whoever publishes them: copying so much takes a few
-/// microseconds.
+/// Larger values, in bytes, are fetched by the writing thread instead of copied by their publisher. Copying
+/// this many bytes takes a few microseconds.
 const LARGE: usize = 32 << 10;
 
-/// What a variable's watcher has.
+/// The state of a variable's watch.
 struct Tap {
     topic: Topic,
     clock: Clock,
-    /// Publishes that were not looked at yet. Whoever finds it at zero looks, for all who come meanwhile.
+    /// Publications that are not yet processed. The thread that increments it from zero processes them,
+    /// including those that are added meanwhile.
     pending: AtomicU32,
-    /// Uncontended, by `pending`.
+    /// Never contended, because of `pending`.
     eye: Mutex<Eye>,
 }
 
@@ -28,26 +30,26 @@ struct Eye {
     seen: Seen,
 }
 
-/// Which values of a variable have been seen; tells gaps and values that were taken back.
+/// The values of a variable that have been seen. It detects gaps and retractions.
 pub(crate) struct Seen {
-    /// The number of the first that was there to be seen.
+    /// The number of the first value that could be seen.
     first: u64,
     last: Option<u64>,
     shown: bool,
 }
 
-/// What is new of a variable.
+/// What has changed since the last look at a variable.
 pub(crate) enum News {
-    /// Nothing.
+    /// Nothing has changed.
     None,
-    /// A value, and how many between it and the last one seen were not.
+    /// A new value, with the number of values between it and the last one seen, which were missed.
     Value(u64),
-    /// The value was taken back.
+    /// The value was retracted.
     Retracted,
 }
 
-/// Has every value of the variable go to a topic until the watch is dropped, the present one included.
-/// Only if it is `kept` they go into files.
+/// Copies every value of a variable to a topic, including the present one, until the watch is dropped. Files
+/// contain them only if `kept` is true.
 pub(crate) fn watch(
     variable: &Arc<Variable>,
     shared: &Arc<Shared>,
@@ -100,7 +102,7 @@ pub(crate) fn watch(
     (topic, watch)
 }
 
-/// `owner.name` as ROS 2 writes topics.
+/// Converts `owner.name` to a topic name of ROS 2, `/owner/name`.
 #[must_use]
 pub fn topic_name(variable: &str) -> String {
     format!("/{}", variable.replace('.', "/"))
@@ -156,24 +158,24 @@ impl Tap {
     }
 }
 
-/// That the value of a topic was taken back.
+/// Returns the notice that the value of a topic was retracted.
 pub(crate) fn retracted(time: Nanos, lane: &Lane) -> Told {
     let variable = lane.about.get("variable").unwrap_or(&lane.name).clone();
     Told::Retracted { time, variable }
 }
 
 impl Seen {
-    /// Nothing so far of a variable whose newest value has this number.
+    /// Starts with nothing seen of a variable whose newest value has this number.
     pub(crate) fn since(newest: u64) -> Self {
         Self {
-            // Numbers count from 1.
+            // Numbers start at 1.
             first: newest.max(1),
             last: None,
             shown: false,
         }
     }
 
-    /// What is new, given the number of the newest value, if there is one.
+    /// Compares the number of the newest value, if there is one, with what has been seen.
     pub(crate) fn news(&mut self, newest: Option<u64>) -> News {
         let Some(newest) = newest else {
             return if std::mem::take(&mut self.shown) {

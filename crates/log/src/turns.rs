@@ -1,4 +1,5 @@
-//! Every turn of every schema, kept so that it can be taken again: the topic `/jde/turns`, on the same way as variables.
+//! The topic `/jde/turns`: every turn of every schema, recorded like a variable, so that a replay can repeat
+//! it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,22 +14,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Recorder, Recording, Stamps};
 
-/// Where turns are found.
+/// The name of the topic.
 pub(crate) const TOPIC: &str = "/jde/turns";
-/// What the recording says of its schemas, in JSON, among what it says of that topic.
+/// The key in the topic's metadata under which the recording describes its schemas, in JSON.
 const CAST: &str = "cast";
 
-/// Who takes turns in a recording: what the numbers in them mean.
+/// The schemas and groups of a recording. The numbers in turns refer to them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cast {
-    /// Whether it was made in virtual time.
+    /// Whether the recording was made in virtual time.
     pub lockstep: bool,
-    /// Whether turns tell what schemas wrote; recordings of older versions do not.
+    /// Whether turns contain what schemas wrote. Those of older versions do not.
     #[serde(default)]
     pub writes: bool,
     /// The schemas, by their numbers.
     pub schemas: Vec<Member>,
-    /// The groups, by theirs.
+    /// The groups, by their numbers.
     pub groups: Vec<Troupe>,
 }
 
@@ -40,12 +41,12 @@ pub struct Member {
     /// Its type: `stop/stop`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Its period at the start, ns; none in recordings that do not say.
+    /// Its period at the start, in ns. `None` in recordings that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period_ns: Option<u64>,
     /// The names of its ports, by their numbers.
     pub ports: Vec<String>,
-    /// The drivers that it commands; none in recordings that do not say.
+    /// The drivers that it commands. Empty in recordings that do not state them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub commands: Vec<String>,
 }
@@ -55,17 +56,18 @@ pub struct Member {
 pub struct Troupe {
     /// Its name.
     pub name: String,
-    /// Who competes, in the order of priority.
+    /// The schemas that compete, in the order of priority.
     pub members: Vec<String>,
-    /// How collisions are settled; none in recordings that do not say.
+    /// The policy that settles collisions. `None` in recordings that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub policy: Option<String>,
-    /// The longest takeover by contract (R17), ns; none where there is none, or nobody says.
+    /// The longest takeover by contract (R17), in ns. `None` if there is no contract, or if the recording
+    /// does not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub takeover_ns: Option<u64>,
 }
 
-/// The drivers that a schema commands.
+/// Returns the drivers that a schema commands.
 fn commanded(application: &Application, instance: &Instance) -> Vec<String> {
     let targets = instance.bindings.iter().filter_map(|binding| match binding {
         Binding::Actuator { target } => target.map(|(driver, _)| driver),
@@ -76,7 +78,8 @@ fn commanded(application: &Application, instance: &Instance) -> Vec<String> {
     drivers.into_iter().map(name).collect()
 }
 
-/// Keeps every turn of an application in a recording, for [`crate::replay`]. `lockstep` if it runs in virtual time.
+/// Records every turn of an application, for [`crate::replay`]. `lockstep` states whether it runs in virtual
+/// time.
 #[must_use]
 pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> OnTurn {
     let cast = Cast::of(application, lockstep);
@@ -96,13 +99,13 @@ pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> 
             measured: time,
             sequence: count.fetch_add(1, Ordering::Relaxed) + 1,
         };
-        // What finds no room is counted with the topic.
+        // A turn for which there is no room is counted as lost by the topic.
         topic.put(turn.as_bytes(), stamps);
     })
 }
 
 impl Cast {
-    /// Who takes turns in an application.
+    /// Returns the schemas and groups of an application.
     #[must_use]
     pub fn of(application: &Application, lockstep: bool) -> Self {
         let instances = application.instances.iter();
@@ -144,7 +147,8 @@ impl Cast {
         }
     }
 
-    /// What a recording says of those that are in it; none if it says nothing, as others' recordings do.
+    /// Returns the schemas and groups of a recording. `None` if it does not describe them, as those of other
+    /// programs do not.
     #[must_use]
     pub fn of_recording(recording: &Recording) -> Option<Self> {
         let mut channels = recording.channels();
@@ -153,13 +157,13 @@ impl Cast {
             .or_else(|| Self::read(recording.metadata("jde")?))
     }
 
-    /// It as recordings say it: a name and a text.
+    /// Returns the entry for a recording's metadata: key and JSON text.
     pub(crate) fn told(&self) -> (String, String) {
-        // Names and numbers always have a form in JSON.
+        // Names and numbers can always be written as JSON.
         (CAST.to_owned(), serde_json::to_string(self).unwrap_or_default())
     }
 
-    /// What a recording says of its topic of turns.
+    /// Reads the entry in the metadata of a topic of turns.
     #[must_use]
     pub fn read(about: &BTreeMap<String, String>) -> Option<Self> {
         serde_json::from_str(about.get(CAST)?).ok()

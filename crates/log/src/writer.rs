@@ -1,5 +1,5 @@
-//! One MCAP file on its way to the disk: channels, messages, chunks. Knows no thread and no queue; whoever calls it waits for
-//! the disk.
+//! Writes one MCAP file: channels, messages, chunks. It has no thread and no queue: its caller waits for the
+//! disk.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,19 +20,20 @@ use jde_ros::definition;
 use crate::part::{Mark, PART};
 use crate::{Error, Origin, panel};
 
-/// Where the bytes of a recording go.
+/// The destination of a recording's bytes.
 pub(crate) type Output = Box<dyn Write + Send>;
 
 /// A recording that is being written.
 pub(crate) struct Writer {
-    // A chunk is made in memory and written whole: no reader ever meets one whose head has yet to be filled in.
+    // Each chunk is assembled in memory and written in one piece, so no reader ever meets a chunk with an
+    // unfinished header.
     mcap: mcap::Writer<NoSeek<BufWriter<Counted>>>,
-    /// ns since 1970 when the application's clock was 0.
+    /// The time at which the application's clock was 0, in ns since 1970.
     start: u64,
     bytes: Arc<AtomicU64>,
 }
 
-/// When a message was made, in the application's time.
+/// The times of a message, in ns of the application's clock, and its sequence number.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Times {
     pub(crate) log: u64,
@@ -45,20 +46,22 @@ struct Counted {
     bytes: Arc<AtomicU64>,
 }
 
-/// Whether a folder is this user's. In one that others share, such as that of temporary files, a recording and its pictures are for nobody else.
+/// Returns whether a folder belongs to this user. In other folders, such as one for temporary files, only
+/// this user may read a recording and its images.
 fn is_own(folder: &Path) -> bool {
     let owner = |path: &Path| fs::metadata(path).map(|there| there.uid());
     matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(one), Ok(other)) if one == other)
 }
 
-/// Makes the file of a recording, and the folders above it. In a folder that is not this user's, nobody else may read it. It is locked
-/// for as long as it is open, so that no other recording writes over it or deletes it.
+/// Creates the file of a recording, and the folders above it. In a folder that does not belong to this user,
+/// only this user may read the file. The file is locked while it is open, so that no other recording
+/// overwrites or deletes it.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     let failed = |error| Error::Create {
         path: path.to_owned(),
         error,
     };
-    // A name alone is one in the folder that one works in.
+    // A name without a folder is in the working folder.
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     fs::create_dir_all(folder).map_err(failed)?;
@@ -67,7 +70,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     if !is_own(folder) {
         options.mode(0o600);
     }
-    // A pipe or a device holds nothing that could be lost.
+    // A pipe or a device contains nothing that could be lost.
     let is_file = fs::metadata(path).map_or(true, |there| there.is_file());
     match (is_file, overwrite) {
         (true, true) => options.create(true).truncate(false),
@@ -82,7 +85,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
         }
     })?;
     if is_file {
-        // A file system without locks has every file.
+        // On a file system without locks, every file may be written.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::Written(path.to_owned()));
         }
@@ -92,7 +95,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
 }
 
 impl Writer {
-    /// Begins a recording, or a part of one; its head has reached the system when this returns.
+    /// Starts a recording, or a part of one. When it returns, the system has received the header.
     pub(crate) fn begin(output: Output, origin: &Origin, part: Option<&Mark>) -> io::Result<Self> {
         let bytes = Arc::new(AtomicU64::new(0));
         let counted = Counted {
@@ -126,7 +129,7 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Adds a channel of CDR messages; those of the same topic, type and metadata are one.
+    /// Adds a channel of CDR messages. Calls with the same topic, type and metadata return the same channel.
     pub(crate) fn variable(
         &mut self,
         topic: &str,
@@ -149,7 +152,7 @@ impl Writer {
         self.channel(topic, name, schema, "json", &BTreeMap::new())
     }
 
-    /// Adds a channel of what a panel showed: CBOR, which needs no definition to be read.
+    /// Adds a channel of a panel's drawings: CBOR, which needs no definition.
     pub(crate) fn panel(&mut self, topic: &str, about: &BTreeMap<String, String>) -> io::Result<u16> {
         self.channel(topic, panel::TYPE, ("", &[]), panel::ENCODING, about)
     }
@@ -172,7 +175,7 @@ impl Writer {
     pub(crate) fn message(&mut self, channel_id: u16, times: Times, data: &[u8]) -> io::Result<()> {
         let header = MessageHeader {
             channel_id,
-            // The format has no room for more; it counts on from 0.
+            // The format has 32 bits for it. The number restarts at 0 after the largest.
             sequence: times.sequence as u32,
             log_time: self.start.saturating_add(times.log),
             publish_time: self.start.saturating_add(times.publish),
@@ -180,7 +183,7 @@ impl Writer {
         self.mcap.write_to_known_channel(&header, data).map_err(plain)
     }
 
-    /// Says something of the recording as a whole.
+    /// Adds metadata of the whole recording.
     pub(crate) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> io::Result<()> {
         let record = Metadata {
             name: name.to_owned(),
@@ -189,19 +192,19 @@ impl Writer {
         self.mcap.write_metadata(&record).map_err(plain)
     }
 
-    /// Ends the present chunk and hands everything to the system: it is safe from the end of this process, not from a power
-    /// cut.
+    /// Ends the present chunk and passes everything to the system. It then survives the end of this process,
+    /// but not a power cut.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.mcap.flush().map_err(plain)
     }
 
-    /// Writes the index and the end.
+    /// Writes the index and the end of the file.
     pub(crate) fn finish(&mut self) -> io::Result<()> {
         self.mcap.finish().map_err(plain)?;
         Ok(())
     }
 
-    /// Bytes that have reached the system.
+    /// Returns the number of bytes that the system has received.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes.load(Ordering::Relaxed)
     }

@@ -1,40 +1,42 @@
-//! Recordings that go on for ever: when one file ends and the next begins, and how much is kept of them.
+//! Recordings in parts: when one file ends and the next begins, and how much of them is kept.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use jde_board::Nanos;
 
-/// Writing one file after the other: of `drive.mcap`, `drive-001.mcap`, `drive-002.mcap`. Each can be read alone, and
-/// [`crate::Recording`] reads them as one.
+/// How to record in parts: `drive.mcap`, then `drive-001.mcap`, `drive-002.mcap` and so on. Each file can be
+/// read alone, and [`crate::Recording`] reads all of them as one recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Split {
     /// When a file ends.
     pub every: Every,
-    /// Most bytes of all files of that name, also of recordings before; the oldest are deleted. Without it none is.
+    /// The upper limit in bytes of all files of that name, including those of earlier recordings. The oldest
+    /// are deleted. Without a limit none is deleted.
     pub keep: Option<u64>,
 }
 
-/// How much goes into a file.
+/// The size of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Every {
-    /// So many bytes, and at most one chunk of about 1 MB more; what it repeats at its beginning is not counted.
+    /// This many bytes, and at most one chunk of about 1 MB more. The values that are repeated at the
+    /// beginning are not counted.
     Bytes(u64),
-    /// So much of the application's time, ns.
+    /// This much time of the application's clock, in ns.
     Time(Nanos),
 }
 
 /// The files of a recording in parts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
-    /// The first that was written.
+    /// The first file that was written.
     pub first: PathBuf,
-    /// The last.
+    /// The last file that was written.
     pub last: PathBuf,
-    /// How many were written.
+    /// The number of files that were written.
     pub count: u64,
-    /// How many were deleted since, those of recordings before included.
+    /// The number of files that were deleted since, including those of earlier recordings.
     pub deleted: u64,
-    /// Those that were to be deleted and are there, because another recording writes them.
+    /// The files that should have been deleted and remain, because another recording is writing them.
     pub left: BTreeSet<PathBuf>,
 }

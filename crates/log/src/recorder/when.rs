@@ -1,4 +1,4 @@
-//! Recordings that wait for a reason: what they wait for, and what is told of their files.
+//! Recordings on conditions: the conditions, and the reports about their files.
 
 use std::path::PathBuf;
 
@@ -6,53 +6,55 @@ use jde_board::Nanos;
 
 use crate::trigger::Triggers;
 
-/// Is told what happens to files that conditions ask for, by the writing thread.
+/// Called by the writing thread with each report about a file that conditions have caused.
 pub type OnFile = Box<dyn FnMut(Happened, &Written) + Send>;
 
-/// Writing only when something is worth it: files of what was before and after a condition came true.
+/// How to record on conditions: each file contains the time before and after a condition became true.
 pub struct When {
     /// The conditions.
     pub triggers: Triggers,
-    /// How much a file has of what was before, ns.
+    /// How much time before the condition became true a file contains, in ns.
     pub before: Nanos,
-    /// How much of what came after the last time that a condition came true, ns.
+    /// How much time a file contains after the last moment at which a condition became true, in ns.
     pub after: Nanos,
-    /// Most bytes of the past that are held in memory; what has to go before its time is counted.
+    /// The upper limit of the past in memory, in bytes. Messages that are removed before their time ends are
+    /// counted.
     pub memory: usize,
-    /// Told of every file.
+    /// Called with each report about a file.
     pub on_file: OnFile,
 }
 
-/// What happened to a file that a condition asked for.
+/// A report about a file that a condition has caused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happened {
-    /// A condition came true, and it is being written.
+    /// A condition became true, and the file is being written.
     Began,
-    /// A condition came true again, and it goes on for longer.
+    /// A condition became true again, and the file continues for longer.
     FiredAgain,
-    /// It is whole.
+    /// The file is complete.
     Ended,
-    /// The disk does not take it. Told once, until a file has been whole again; each firing tries anew.
+    /// The disk does not accept the file. Reported once, until a file is complete again. Each time a
+    /// condition becomes true, a new attempt is made.
     Failed,
 }
 
-/// A file that a condition asked for.
+/// A file that a condition has caused.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Written {
-    /// Where.
+    /// The path of the file.
     pub path: PathBuf,
-    /// What came true: `collision in example/base`.
+    /// The condition that became true: `collision in example/base`.
     pub reason: String,
-    /// When, ns since the application's start.
+    /// The time at which it became true, in ns since the application's start.
     pub time: Nanos,
-    /// How often conditions came true in its time.
+    /// How often conditions became true during the time of the file.
     pub fired: u64,
-    /// Messages that have reached it.
+    /// Messages that have reached the file.
     pub kept: u64,
-    /// Messages of its time that it does not have.
+    /// Messages of the file's time that it does not contain.
     pub lost: u64,
-    /// Its bytes.
+    /// The size of the file in bytes.
     pub bytes: u64,
-    /// Why it ends too soon, if it does.
+    /// Why the file ends too early, if it does.
     pub trouble: Option<String>,
 }

@@ -1,5 +1,5 @@
-//! Messages in the order of their times. Chunks overlap in time, so those that begin before the next message are open at once;
-//! no more than that is in memory.
+//! The messages of a recording in the order of their log times. Chunks overlap in time, so all chunks that
+//! begin before the next message are open at once. No others are in memory.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -10,24 +10,26 @@ use mcap::records::{Record, op};
 
 use super::{Chunk, Message, Part, ReadError, Recording, failed, scan};
 
-/// Most bytes of messages that wait for those before them: several chunks of the greatest size, and less than would hurt.
+/// The largest number of bytes of messages that wait for earlier ones: several chunks of the greatest size,
+/// and little enough for the machine's memory.
 const MOST_HELD: usize = 1 << 30;
 
-/// The messages of a recording in the order of their log times. Ends with the first error.
+/// The messages of a recording in the order of their log times. The iterator ends with the first error.
 pub struct Messages {
     parts: Vec<Part>,
-    /// The part that was read last.
+    /// The part that was read last, and its open file.
     file: Option<(usize, File)>,
-    /// What was before is passed over.
+    /// Messages with an earlier log time are skipped.
     from: u64,
-    /// Those not opened yet, by their first time.
+    /// The chunks that are not open yet, in the order of their first log times.
     chunks: VecDeque<Chunk>,
     waiting: BinaryHeap<Reverse<Waiting>>,
-    /// Bytes of those that wait.
+    /// The bytes of the messages that wait.
     held: usize,
-    /// Messages taken from chunks so far: keeps those of one time in the order of the file.
+    /// The number of messages read from chunks so far. It keeps messages of the same time in the order of the
+    /// file.
     count: u64,
-    /// Told behind all that could be read.
+    /// The error, which is returned after all messages that could be read.
     failed: Option<ReadError>,
 }
 
@@ -55,7 +57,7 @@ impl Messages {
         })
     }
 
-    /// Opens all chunks that may have the next message.
+    /// Opens all chunks that may contain the next message.
     fn open(&mut self) -> Result<(), ReadError> {
         while let Some(chunk) = self.chunks.front().copied() {
             let next = self.waiting.peek().map(|Reverse(waiting)| waiting.key.0);
@@ -152,7 +154,7 @@ impl Iterator for Messages {
     }
 }
 
-/// Bytes of memory that a message takes.
+/// Returns the bytes of memory that a message takes.
 fn size(message: &Message) -> usize {
     size_of::<Waiting>() + message.data.len()
 }

@@ -1,5 +1,6 @@
-//! Reading a recording back: what channels it has, and its messages in the order of their times. One in parts is read as one. One
-//! that was cut off, by a power cut or a full disk, is read up to the damage. Reads any MCAP file without needing a clock, a robot or a plugin.
+//! Reads recordings: their channels, and their messages in the order of their times. A recording in parts is
+//! read as one. A file that was cut off, by a power cut or a full disk, is read up to the damage. Any MCAP
+//! file can be read, without a clock, a robot or a plugin.
 
 mod messages;
 pub(crate) mod scan;
@@ -20,37 +21,37 @@ use crate::part::{self, BEGINS, BYTE, Mark, PART};
 pub use messages::Messages;
 use scan::Found;
 
-/// What was lost while it was recorded, by topic.
+/// The name of the metadata with the number of values lost during recording, by topic.
 const LOST: &str = "jde/lost";
 
 /// A recording, open for reading.
 pub struct Recording {
     path: PathBuf,
-    /// In their order.
+    /// The files, in their order.
     parts: Vec<Part>,
     channels: Vec<Arc<Channel>>,
-    /// In the order of their first message's times.
+    /// The chunks, in the order of their first log times.
     chunks: Vec<Chunk>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// By name, in which part each attached file is, and where.
+    /// For each attached file, by name: the index of its part, and its offset there.
     attached: BTreeMap<String, (usize, u64)>,
     damage: Option<Damage>,
 }
 
-/// What a topic's messages are.
+/// The description of a topic's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// `/pioneer/laser`.
+    /// The name of the topic: `/pioneer/laser`.
     pub topic: String,
-    /// Name of their type: `sensor_msgs/msg/LaserScan`.
+    /// The name of the type: `sensor_msgs/msg/LaserScan`.
     pub type_name: String,
-    /// Form of the definition: `ros2msg`, `jsonschema`.
+    /// The encoding of the definition: `ros2msg`, `jsonschema`.
     pub definition_encoding: String,
     /// The definition.
     pub definition: Vec<u8>,
-    /// Form of the messages: `cdr`, `json`.
+    /// The encoding of the messages: `cdr`, `json`.
     pub encoding: String,
-    /// What else the recording says of it: `variable`, `access`, `doc`, `unit`.
+    /// The channel's metadata: `variable`, `access`, `doc`, `unit`.
     pub about: BTreeMap<String, String>,
 }
 
@@ -59,22 +60,22 @@ pub struct Channel {
 pub struct Message {
     /// Its channel.
     pub channel: Arc<Channel>,
-    /// When it was published, ns since 1970: the start of the application and its own clock.
+    /// The time of publication, in ns since 1970: the application's start plus its clock.
     pub log_time: u64,
-    /// When it was measured, likewise.
+    /// The time of measurement, in ns since 1970.
     pub publish_time: u64,
-    /// Counts the values of its topic.
+    /// The number of the value within its topic.
     pub sequence: u32,
     /// Its bytes.
     pub data: Vec<u8>,
 }
 
-/// Where a recording ends too soon.
+/// Where a recording ends too early.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Bytes from the beginning of the file that are whole.
+    /// The number of intact bytes from the beginning of the file.
     pub offset: u64,
-    /// What is wrong behind them.
+    /// What is wrong after them.
     pub reason: String,
 }
 
@@ -84,33 +85,33 @@ pub enum ReadError {
     /// The file cannot be read.
     #[error("cannot read {}: {error}", path.display())]
     File {
-        /// Which.
+        /// The path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
-    /// A folder without a recording.
+    /// A folder that contains no recording.
     #[error("{} holds no recording; name an MCAP file, or the folder of one", .0.display())]
     Nothing(PathBuf),
-    /// A folder with several.
+    /// A folder that contains several recordings.
     #[error("{} holds {count} recordings; name one, such as {}", path.display(), first.display())]
     Several {
         /// The folder.
         path: PathBuf,
-        /// How many.
+        /// The number of recordings.
         count: usize,
         /// A file of one of them.
         first: PathBuf,
     },
-    /// It is no recording.
+    /// The file is not a recording.
     #[error("{} is no MCAP file; give one that `jde run --record` has written", .0.display())]
     NotMcap(PathBuf),
-    /// A part of it is damaged.
+    /// A part of the recording is damaged.
     #[error("{} is damaged at byte {offset}: {reason}; what is before can be read", path.display())]
     Damaged {
-        /// Which.
+        /// The path of the file.
         path: PathBuf,
-        /// Where.
+        /// The offset of the damage, in bytes.
         offset: u64,
         /// What is wrong.
         reason: String,
@@ -121,13 +122,13 @@ pub enum ReadError {
 #[derive(Clone, Debug)]
 struct Part {
     path: PathBuf,
-    /// By its own numbers.
+    /// The channels, by their numbers in this file.
     channels: BTreeMap<u16, Arc<Channel>>,
-    /// Its place among the parts, from 1; none if it is no part.
+    /// Its number among the parts, from 1. `None` if the file is not a part.
     number: Option<u32>,
 }
 
-/// Where a chunk is, and when its first and its last message were published.
+/// The position of a chunk, and the log times of its first and its last message.
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
     part: usize,
@@ -137,11 +138,13 @@ struct Chunk {
 }
 
 impl Recording {
-    /// Opens a recording: by its index, or if it was cut off by reading all of it once. Of one in parts any part, the name from which
-    /// they are numbered, or a folder in which nothing else is recorded stands for all of it.
+    /// Opens a recording. It reads the index, or the whole file once if the file was cut off. A recording in
+    /// parts can be opened by any of its parts, by the name from which they are numbered, or by a folder that
+    /// contains no other recording.
     ///
     /// # Errors
-    /// [`ReadError::File`], [`ReadError::NotMcap`], and of a folder [`ReadError::Nothing`] and [`ReadError::Several`].
+    /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Nothing`] and
+    /// [`ReadError::Several`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let mut found = part::recordings(path).map_err(failed(path))?;
         let Some(first) = found.pop() else {
@@ -172,24 +175,24 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Its channels, in the order in which they were added.
+    /// Returns the channels, in the order in which they were added.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.channels.iter().map(|channel| &**channel)
     }
 
-    /// What it says of itself under a name: `jde` has `application`, `seed`, `start_ns`; `jde/lost` the number of values lost
-    /// of each topic.
+    /// Returns the metadata of this name. `jde` contains `application`, `seed` and `start_ns`. `jde/lost`
+    /// contains the number of lost values of each topic.
     #[must_use]
     pub fn metadata(&self, name: &str) -> Option<&BTreeMap<String, String>> {
         self.metadata.get(name)
     }
 
-    /// The names of the files attached to it.
+    /// Returns the names of the attached files.
     pub fn attachments(&self) -> impl Iterator<Item = &str> {
         self.attached.keys().map(String::as_str)
     }
 
-    /// A file attached to it; none if there is none of that name or it is damaged.
+    /// Returns an attached file. `None` if there is none of that name, or if it is damaged.
     ///
     /// # Errors
     /// [`ReadError::File`].
@@ -208,24 +211,25 @@ impl Recording {
         )
     }
 
-    /// What was opened: its file, one of its files or their folder.
+    /// Returns the path that was opened: a file, the name of its parts, or their folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its files, in their order.
+    /// Returns the files, in their order.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.parts.iter().map(|part| &*part.path)
     }
 
-    /// The number of the first part that is there, from 1; none if it is whole in one file.
+    /// Returns the number of the first existing part, from 1. `None` if the recording is a single file.
     #[must_use]
     pub fn first_part(&self) -> Option<u32> {
         self.parts.first()?.number
     }
 
-    /// Numbers of the parts that are missing between the first and the last that are there, gap by gap: files may claim any number.
+    /// Returns the numbers of the missing parts between the first and the last existing one, as ranges. A
+    /// range may be long, because a file may state any number.
     pub fn missing(&self) -> impl Iterator<Item = RangeInclusive<u32>> {
         let numbers = || self.parts.iter().filter_map(|part| part.number);
         let between = numbers().zip(numbers().skip(1));
@@ -234,21 +238,23 @@ impl Recording {
             .filter(|gap| !gap.is_empty())
     }
 
-    /// Where it ends too soon, if it does; of several parts, where the first that does.
+    /// Returns where the recording ends too early, if it does. In a recording in parts, that is the first
+    /// damage.
     #[must_use]
     pub fn damage(&self) -> Option<&Damage> {
         self.damage.as_ref()
     }
 
-    /// All messages in the order of their log times; those of the same time in that of the file.
+    /// Returns all messages in the order of their log times. Messages of the same time are in the order of
+    /// the file.
     ///
     /// # Errors
-    /// [`ReadError::File`]. The messages themselves end with the first error.
+    /// [`ReadError::File`]. The iterator ends with the first error.
     pub fn messages(&self) -> Result<Messages, ReadError> {
         Messages::new(self, 0)
     }
 
-    /// Those from a log time on.
+    /// Returns the messages from a log time on.
     ///
     /// # Errors
     /// As [`Self::messages`].
@@ -256,18 +262,19 @@ impl Recording {
         Messages::new(self, log_time)
     }
 
-    /// The log times of its first and its last message, in this order, as the file has it; none if it has none.
+    /// Returns the log times of the first and the last message, the lesser one first, as the chunks' headers
+    /// state them. `None` if there are no messages.
     #[must_use]
     pub fn times(&self) -> Option<(u64, u64)> {
         // A chunk without messages has no times.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.end > 0);
         let first = chunks().map(|chunk| chunk.start).min()?;
         let last = chunks().map(|chunk| chunk.end).max()?;
-        // What a file claims of its chunks need not be so.
+        // The headers of the chunks may be wrong.
         Some((first.min(last), last.max(first)))
     }
 
-    /// Adds what was found in a file. What a part repeats of the part before it is left out.
+    /// Adds what was found in a file. The values that a part repeats from the part before it are omitted.
     fn add(&mut self, path: PathBuf, found: Found) {
         let Found {
             summary,
@@ -280,7 +287,7 @@ impl Recording {
         let news = match metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
             _ if !follows => 0,
             Some(byte) => byte.parse().unwrap_or(0),
-            // It was cut off before it held anything new.
+            // The part was cut off before it contained anything new.
             None => u64::MAX,
         };
         let part = self.parts.len();
@@ -332,7 +339,7 @@ impl Recording {
     }
 }
 
-/// Adds numbers of values lost to others.
+/// Adds the numbers of lost values in `more` to those in `lost`.
 fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) {
     let number = |text: &str| text.parse::<u64>().unwrap_or(0);
     for (topic, more) in more {
@@ -348,7 +355,7 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {
     }
 }
 
-/// Reads what is in a file.
+/// Reads the index of a file, or scans the file.
 fn read(path: &Path) -> Result<Found, ReadError> {
     let mut file = File::open(path).map_err(failed(path))?;
     let mut magic = [0; mcap::MAGIC.len()];
@@ -361,7 +368,7 @@ fn read(path: &Path) -> Result<Found, ReadError> {
     indexed.map_or_else(|| scan::scan(&mut file).map_err(failed(path)), Ok)
 }
 
-/// None if there is no index that can be read.
+/// Reads a file by its index. `None` if there is no readable index.
 fn indexed(file: &mut File) -> io::Result<Option<Found>> {
     let Some(summary) = summary(file)?.filter(finds_all) else {
         return Ok(None);
@@ -397,7 +404,8 @@ impl From<&mcap::Channel<'_>> for Channel {
     }
 }
 
-/// Whether an index leads to every message. Others than we may write messages into no chunk, and leave out what they like.
+/// Returns whether the index leads to every message. Other programs may write messages outside chunks, and
+/// may leave out parts of the index.
 fn finds_all(summary: &Summary) -> bool {
     summary.stats.as_ref().is_some_and(|stats| {
         stats.chunk_count as usize == summary.chunk_indexes.len()
@@ -408,7 +416,7 @@ fn finds_all(summary: &Summary) -> bool {
     })
 }
 
-/// The index at the end of a file; none if it is not there or cannot be believed.
+/// Reads the index at the end of a file. `None` if there is none, or if it is not credible.
 fn summary(file: &mut File) -> io::Result<Option<Summary>> {
     let mut reader = SummaryReader::new();
     while let Some(event) = reader.next_event() {
@@ -417,7 +425,7 @@ fn summary(file: &mut File) -> io::Result<Option<Summary>> {
                 let read = file.read(reader.insert(need))?;
                 reader.notify_read(read);
             }
-            // A file too short for what is sought is no failure of the disk.
+            // A file that is too short for the seek is not a failure of the disk.
             Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
                 Ok(at) => reader.notify_seeked(at),
                 Err(error) if error.kind() == io::ErrorKind::InvalidInput => return Ok(None),

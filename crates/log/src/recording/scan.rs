@@ -1,4 +1,5 @@
-//! A file without an index, read from its beginning as far as it is whole: every record, and every chunk against its checksum.
+//! Reads a file without an index from its beginning as far as it is intact: every record, with a check of
+//! every chunk's checksum.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
@@ -12,35 +13,36 @@ use mcap::{Channel, McapError, McapResult, Summary};
 
 use super::Damage;
 
-/// Bytes of a record before its body: what it is, and how long.
+/// The size of a record's header in bytes: the opcode and the length of the body.
 pub(crate) const HEAD: u64 = 9;
-/// The most that a chunk may grow when it is unpacked: LZ4 cannot do more, whatever a spoilt length says.
+/// The largest factor by which a chunk may grow when it is decompressed. LZ4 cannot exceed it, so a larger
+/// stated length is corrupt.
 const MOST_EXPANSION: usize = 256;
-/// Zstandard can, so what is no more than this is believed.
+/// Zstandard can exceed that factor, so a size up to this many bytes is accepted in any case.
 const HARMLESS: usize = 64 << 20;
-/// The most that a chunk may be when it is unpacked, whatever its packed size: all of it is in memory at once, and recorders fill chunks of
-/// a few megabytes.
+/// The largest size of a decompressed chunk in bytes, whatever its compressed size. The whole chunk is in
+/// memory at once, and recorders fill chunks of a few megabytes.
 const MOST_UNPACKED: usize = 256 << 20;
 
-/// What was found.
+/// The contents of a file.
 pub(super) struct Found {
     pub(super) summary: Summary,
     pub(super) metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// None if it goes to its end, where others than we may leave the index away.
+    /// `None` if the file is complete. The files of other programs may be complete without an index.
     pub(super) damage: Option<Damage>,
 }
 
-/// The channels met so far, with their schemas.
+/// The channels found so far, with their schemas.
 #[derive(Default)]
 struct Names {
     known: ChannelAccumulator<'static>,
     ids: BTreeSet<u16>,
 }
 
-/// Reads a file as far as it is whole; a message that is in no chunk is a chunk of its own.
+/// Reads a file as far as it is intact. A message outside any chunk becomes a chunk of its own.
 ///
 /// # Errors
-/// The disk's own.
+/// The error of the disk.
 pub(super) fn scan(file: &mut File) -> io::Result<Found> {
     let mut names = Names::default();
     let mut summary = Summary::default();
@@ -65,7 +67,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT | op::MESSAGE => {
                 mcap::parse_record(opcode, &body)
             }
-            // Nothing that messages need.
+            // Messages need nothing from these records.
             _ => Ok(Record::Unknown {
                 opcode,
                 data: (&[][..]).into(),
@@ -115,8 +117,8 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
     })
 }
 
-/// Whether a file that says that its data ends there has the proper end and claims to have no index before it: then none is
-/// missing. One that has an index, but of no messages, is as good.
+/// Returns whether a file without index entries is complete: after the end of its data it has a footer and
+/// the closing magic bytes. An index that refers to no messages is accepted too.
 fn is_end(file: &mut File, offset: u64) -> io::Result<bool> {
     let mut at = offset;
     while let Some((opcode, body)) = record(file, at)? {
@@ -133,7 +135,8 @@ fn is_end(file: &mut File, offset: u64) -> io::Result<bool> {
     Ok(false)
 }
 
-/// What the record at an offset is, and how long its body; none if the file ends before it does.
+/// Returns the opcode of the record at an offset and the length of its body. `None` if the file ends before
+/// the record does.
 pub(crate) fn head(file: &mut File, offset: u64) -> io::Result<Option<(u8, u64)>> {
     let end = file.seek(SeekFrom::End(0))?;
     file.seek(SeekFrom::Start(offset))?;
@@ -149,9 +152,9 @@ pub(crate) fn head(file: &mut File, offset: u64) -> io::Result<Option<(u8, u64)>
     Ok(inside.then_some((opcode, length)))
 }
 
-/// The record at an offset; none if the file ends before it does.
+/// Returns the record at an offset. `None` if the file ends before the record does.
 pub(crate) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec<u8>)>> {
-    // Before so much memory is taken.
+    // Checked before memory for the body is allocated.
     let Some((opcode, length)) = head(file, offset)? else {
         return Ok(None);
     };
@@ -163,10 +166,11 @@ pub(crate) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec
     }
 }
 
-/// Goes through the records of a chunk, given its record's body, once all of it has been held against its checksum.
+/// Passes the records of a chunk to `take`, after the whole chunk has been compared with its checksum. `body`
+/// is the body of the chunk's record.
 ///
 /// # Errors
-/// What is wrong with the chunk, or what `take` says.
+/// The error of the chunk, or the one that `take` returns.
 pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<()>) -> McapResult<()> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -193,7 +197,7 @@ pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<(
     Ok(())
 }
 
-/// What is wrong, in words.
+/// Returns the message of an error.
 pub(super) fn words(error: &McapError) -> String {
     match error {
         McapError::ChunkTooLarge(bytes) | McapError::RecordTooLarge { len: bytes, .. } => format!(

@@ -1,4 +1,4 @@
-//! Holds selections against the recorded ones, group by group, in the order of their times.
+//! Compares selections with the recorded ones, by group and in the order of their times.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -8,43 +8,44 @@ use jde_host::story::{Candidate, Decision};
 
 use super::{Seen, Span};
 
-/// Differences that are kept whole; more are counted.
+/// The largest number of differences that are kept. Further ones are only counted.
 const KEPT: usize = 100;
-/// How long a selection waits for its counterpart: its takeover has to be known first, which a hung winner may hold up.
+/// How long a selection waits for its counterpart, in ns. A selection is reported once its takeover is known,
+/// which a hung winner may delay.
 const WAIT: Nanos = 5_000_000_000;
-/// Urgencies this near are one: another build may round otherwise.
+/// The relative difference up to which urgencies count as equal, because another build may round differently.
 const URGENCY: f64 = 1e-9;
 
-/// What came of holding selections against each other.
+/// The result of comparing selections.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// Selections that are as they were.
+    /// The number of equal selections.
     pub same: u64,
-    /// Those that are not: other, missing, or new.
+    /// The number of different, missing and new selections.
     pub different: u64,
-    /// The first of them.
+    /// The first of these, in the order of their times.
     pub first: Vec<Difference>,
 }
 
-/// A selection that is not as it was.
+/// A selection that differs from the recorded one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// When, s since the start.
+    /// The time, in s since the application's start.
     pub time_s: f64,
-    /// In which group.
+    /// The group.
     pub group: String,
-    /// The recorded selection; none if there was none.
+    /// The recorded selection, if there was one.
     pub recorded: Option<Side>,
-    /// The one of the replay; none if there is none.
+    /// The selection of the replay, if there was one.
     pub replayed: Option<Side>,
     /// What the candidates of the replay saw at their last checks, by name.
     pub saw: Vec<(String, Vec<Sight>)>,
 }
 
-/// One selection of two.
+/// One of the two selections of a difference.
 pub type Side = Decision;
 
-/// Selections on their way to their counterparts.
+/// Selections that wait for their counterparts.
 pub(super) struct Compared {
     span: Span,
     apart: Nanos,
@@ -80,12 +81,12 @@ impl Compared {
         }
     }
 
-    /// Compares what can be compared now.
+    /// Compares the selections that can be compared at this time.
     pub(super) fn settle(&mut self, now: Nanos) {
         self.compare(now.saturating_sub(WAIT));
     }
 
-    /// Compares the rest, up to the end of the replay.
+    /// Compares all remaining selections, up to the end of the replay.
     pub(super) fn finish(mut self, until: Nanos) -> Comparison {
         for group in self.groups.values_mut() {
             group.recorded.retain(|decision| ns(decision) <= until);
@@ -95,7 +96,7 @@ impl Compared {
         self.done
     }
 
-    /// Whoever has no counterpart by `late` gets none.
+    /// Compares all selections that have a counterpart, and those before `late` without one.
     fn compare(&mut self, late: Nanos) {
         for group in self.groups.values_mut() {
             while let Some((recorded, replayed)) = group.next(self.apart, late) {
@@ -125,7 +126,7 @@ impl Compared {
 }
 
 impl Group {
-    /// The next selection, with its counterpart if it has one.
+    /// Returns the next selection, with its counterpart if it has one.
     fn next(&mut self, apart: Nanos, late: Nanos) -> Option<(Option<Decision>, Option<Seen>)> {
         let recorded = self.recorded.front().map(ns);
         let replayed = self.replayed.front().map(|(decision, _)| ns(decision));
@@ -156,12 +157,13 @@ impl Difference {
     }
 }
 
-/// When a selection was, ns.
+/// Returns the time of a selection, in ns.
 fn ns(decision: &Decision) -> Nanos {
     (decision.time_s * 1e9).round() as Nanos
 }
 
-/// Whether two selections are one: all but their numbers and the time the takeover took.
+/// Returns whether two selections are equal, apart from their numbers, their times and the duration of their
+/// takeovers.
 fn same(then: &Decision, now: &Decision) -> bool {
     then.case == now.case
         && then.before == now.before

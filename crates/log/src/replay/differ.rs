@@ -1,8 +1,8 @@
-//! In what two applications differ, in words that a person reads before anything else.
+//! Describes the differences between two applications for the user.
 
 use crate::turns::Cast;
 
-/// In what the second differs from the first.
+/// Describes how the second application differs from the first.
 pub(super) fn casts(then: &Cast, now: &Cast) -> Vec<String> {
     let mut differences = Vec::new();
     for member in &then.schemas {

@@ -1,4 +1,5 @@
-//! A recorded drive: whether everything is there that taking it again needs, and what it says of its application.
+//! A recorded drive: what it states of its application, and whether it contains everything that a replay
+//! needs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use super::differ;
 use crate::turns::TOPIC;
 use crate::{Cast, Recording};
 
-/// Turns among which the start is told: threads that it wakes may tell of themselves first.
+/// The number of turns among which the start must occur: threads that the start wakes may report before it.
 const FIRST_TURNS: usize = 64;
 
 /// A recorded drive.
@@ -26,21 +27,23 @@ pub struct Drive {
     first: BTreeMap<String, Vec<u8>>,
 }
 
-/// The file of an application as a recording has it. Whoever made the recording wrote it, the names of folders included.
+/// The file of an application, as a recording contains it. Its contents are those of the recording's author
+/// and not trusted, including the name of the folder.
 pub struct Attached {
-    /// Its name, without a folder.
+    /// The name of the file, without a folder.
     pub name: String,
-    /// What stood in it.
+    /// The text of the file.
     pub text: String,
-    /// Where it stood, if there is such a folder here.
+    /// The folder of the file, if it exists here.
     pub folder: Option<PathBuf>,
 }
 
 impl Drive {
-    /// Opens a recording of a whole run, from its start on.
+    /// Opens a recording of a whole run, from its start.
     ///
     /// # Errors
-    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] for one without the turns of its schemas.
+    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if the recording does not contain the turns of its
+    /// schemas.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
         let recording = Recording::open(path)?;
         let lacks = |what: &str| ReplayError::Lacks {
@@ -73,40 +76,40 @@ impl Drive {
         Ok(drive)
     }
 
-    /// The recording.
+    /// Returns the recording.
     #[must_use]
     pub fn recording(&self) -> &Recording {
         &self.recording
     }
 
-    /// Who took turns in it.
+    /// Returns the schemas and groups of the recording.
     #[must_use]
     pub fn cast(&self) -> &Cast {
         &self.cast
     }
 
-    /// The name of its application.
+    /// Returns the name of the application.
     #[must_use]
     pub fn name(&self) -> &str {
         self.said("application").unwrap_or_default()
     }
 
-    /// What its randomness started from.
+    /// Returns the seed of the application's random generators.
     #[must_use]
     pub fn seed(&self) -> Option<u64> {
         self.said("seed")?.parse().ok()
     }
 
-    /// When its clock was 0, ns since 1970.
+    /// Returns the time at which the application's clock was 0, in ns since 1970.
     #[must_use]
     pub fn start(&self) -> u64 {
         self.start
     }
 
-    /// The file of its application: where it was, and its text.
+    /// Returns the file of the application: its name, its text and its folder.
     ///
     /// # Errors
-    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if it is not in the recording.
+    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if the recording does not contain it.
     pub fn application(&self) -> Result<Attached, ReplayError> {
         let lacks = || ReplayError::Lacks {
             path: self.recording.path().display().to_string(),
@@ -120,8 +123,8 @@ impl Drive {
         Ok(Attached { name, text, folder })
     }
 
-    /// Gives every modulation and period of an application the value with which the recording starts, but those that `keep` names
-    /// as `schema.variable`.
+    /// Sets every modulation and period of an application to the value with which the recording starts,
+    /// except those for which `keep` returns true, given `schema.variable`.
     pub fn restore(&self, application: &mut Application, keep: impl Fn(&str) -> bool) {
         for instance in &mut application.instances {
             let owner = instance.name.clone();
@@ -144,7 +147,8 @@ impl Drive {
         }
     }
 
-    /// In what an application differs from the recorded one, in words: schemas, groups, what modulations start with.
+    /// Describes how an application differs from the recorded one: schemas, groups, initial values of
+    /// modulations, and periods.
     #[must_use]
     pub fn differences(&self, application: &Application) -> Vec<String> {
         let mut differences = differ::casts(&self.cast, &Cast::of(application, self.cast.lockstep));
@@ -184,7 +188,8 @@ impl Drive {
         self.recording.metadata("jde")?.get(what).map(String::as_str)
     }
 
-    /// The values that were there before anything was: they have the number 0. None if it does not begin with the start.
+    /// Reads the values from before the start, which have the sequence number 0. `None` if the recording does
+    /// not begin with the start.
     fn first_values(&self) -> Result<Option<BTreeMap<String, Vec<u8>>>, ReplayError> {
         let turn_type = Turn::describe();
         let (mut first, mut turns, mut since) = (BTreeMap::new(), 0, None);
@@ -214,7 +219,7 @@ impl Drive {
     }
 }
 
-/// The ns that a message of a period says.
+/// Decodes a message of a period, in ns.
 fn seconds(message: &[u8]) -> Option<Nanos> {
     let bytes = message.get(message.len().checked_sub(8)?..)?;
     let seconds = f64::from_le_bytes(bytes.try_into().ok()?);

@@ -1,8 +1,9 @@
-//! Decision replay: a recorded drive is taken again by the schemas as they are now, and every selection and all that schemas wrote is
-//! held against what was recorded. So a new build of a behaviour is tested against yesterday's drive.
+//! Decision replay: the present schemas repeat a recorded drive. Every selection, and every value that
+//! schemas wrote, is compared with the recorded one. This tests a new build of a behaviour against
+//! yesterday's drive.
 //!
-//! What the drivers exported comes from the recording, every schema takes its turns in the order of then and sees the values of
-//! then (`jde_host::replay`). Starts no driver, moves nothing.
+//! The recording provides what the drivers exported. Every schema takes its turns in the recorded order and
+//! reads the recorded values (`jde_host::replay`). A replay starts no driver and moves nothing.
 
 mod compare;
 mod differ;
@@ -31,31 +32,32 @@ use tape::Tape;
 use values::Held;
 pub use values::{Allowed, Deviation, Tolerance, Values};
 
-/// How far apart two times may be that are one: what happened by itself in a replay, as timers do, has not the machine's delay.
+/// The largest difference between two times that count as equal, in ns. What timers cause has no delay of the
+/// machine in a replay.
 const APART: Nanos = 1_000_000;
-/// How late a thread may be to tell of what it did before the replay goes on without it.
+/// How late a thread may report its actions before the replay continues without it, in ns.
 const SLACK: Nanos = 500_000_000;
 
-/// Why a drive cannot be taken again.
+/// Why a drive cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// It lacks something.
+    /// The recording lacks something that a replay needs.
     #[error("{path} cannot be replayed: {what}")]
     Lacks {
-        /// The recording.
+        /// The path of the recording.
         path: String,
         /// What it lacks.
         what: String,
     },
-    /// A tolerance is stated for a type that nothing is written of.
+    /// A tolerance names a type that no value of the application has.
     #[error("nothing in the application is a {name}{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Tolerance {
         /// The type.
         name: String,
-        /// The nearest there is.
+        /// The most similar type, if one is similar.
         nearest: Option<String>,
     },
     /// The application did not start.
@@ -63,35 +65,37 @@ pub enum ReplayError {
     Start(#[from] StartError),
 }
 
-/// Which part of a drive is compared. All of it is taken again from its beginning, for schemas remember.
+/// The part of a drive that is compared. The whole drive is replayed from its beginning, because schemas have
+/// memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// From then on, ns.
+    /// The first time that is compared, in ns of the application's clock.
     pub from: Nanos,
-    /// Until then.
+    /// The last time that is compared, in ns.
     pub to: Nanos,
 }
 
-/// What came of it.
+/// The result of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The selections, held against each other.
+    /// The comparison of the selections.
     pub comparison: Comparison,
-    /// What schemas did, held against what they did then; none if the recording, of an older version, does not tell.
+    /// The comparison of the values that schemas wrote. `None` if the recording does not contain them, which
+    /// those of older versions do not.
     pub values: Option<Values>,
-    /// How far it went, ns.
+    /// The time at which the replay ended, in ns.
     pub until: Nanos,
-    /// Steps of turns that the recording has lost.
+    /// The number of steps of turns that the recording has lost.
     pub lost_steps: u64,
-    /// Values that were seen and are not in the recording, or have not come to be this time, by variable; the newest were shown
-    /// instead.
+    /// The number of values, by variable, that schemas saw and that are not in the recording or were not
+    /// written in the replay. The newest values were used instead.
     pub missed: Vec<(String, u64)>,
     /// Modulations and periods that operators wrote and that are not in the recording.
     pub unknown: Vec<String>,
-    /// Schemas whose builds changed while it was recorded, and when, ns: before or after that they had another build than now, and
-    /// what is decided otherwise may be that build's doing.
+    /// Schemas whose builds changed during the recording, and when, in ns. Before or after that time another
+    /// build ran than in the replay, which may explain differences.
     pub reloads: Vec<(String, Nanos)>,
-    /// Where the recording ends too soon, if it does.
+    /// Where the recording ends too early, if it does.
     pub damage: Option<String>,
 }
 
@@ -105,14 +109,15 @@ impl Default for Span {
 }
 
 impl Verdict {
-    /// Whether every selection is as it was, and all that schemas did.
+    /// Returns whether all selections and all written values are equal.
     #[must_use]
     pub fn is_same(&self) -> bool {
         self.comparison.different == 0 && self.values.as_ref().is_none_or(|values| values.different == 0)
     }
 }
 
-/// Takes a drive again and compares. `progress` is told the time now and then, and answers whether to go on.
+/// Replays a drive and compares it. `progress` is called now and then with the time, and returns whether to
+/// continue.
 ///
 /// # Errors
 /// [`ReplayError`].
@@ -199,10 +204,10 @@ pub fn decide(
     })
 }
 
-/// How often progress is told, in the time of the drive.
+/// The time of the drive between two calls of `progress`, in ns.
 const TELL: Nanos = 100_000_000;
 
-/// What candidates saw at their last checks.
+/// Returns what candidates saw at their last checks.
 fn sights(
     handle: &Handle,
     replay: &Replay,
@@ -214,5 +219,5 @@ fn sights(
         .collect()
 }
 
-/// A selection, with what its candidates saw.
+/// A selection, and what its candidates saw.
 type Seen = (Decision, Vec<(String, Vec<Sight>)>);

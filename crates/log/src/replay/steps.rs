@@ -1,7 +1,8 @@
-//! Steps in their order. A turn is written when it is over, so its steps come after those of turns that began later.
+//! Puts steps in their order. A turn is recorded at its end, so its steps arrive after those of turns that
+//! began later.
 //!
-//! Transactions are numbered without gaps: a step is next when all before it have been. A number that does not come in time was
-//! lost, and is counted.
+//! Transactions have consecutive numbers: a step is next when all transactions before it have occurred. A
+//! number that does not arrive in time was lost, and is counted.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -11,7 +12,7 @@ use jde_core::Nanos;
 use jde_host::replay::Step;
 use jde_host::turn::Told;
 
-/// Steps that wait for those before them.
+/// Steps that wait for earlier ones.
 pub(super) struct Steps {
     waiting: BinaryHeap<Reverse<Waiting>>,
     count: u64,
@@ -23,26 +24,27 @@ pub(super) struct Steps {
 /// Where the recording ends, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
-    /// There is more; what was before that time and is not here was lost.
+    /// There is more. Steps before the given time that have not arrived were lost.
     Beyond(Option<Nanos>),
-    /// Here.
+    /// It ends here.
     Here,
-    /// Here, because it was cut off: what is missing was under way.
+    /// It ends here because it was cut off. Missing steps were not yet recorded.
     CutOff,
 }
 
-/// What comes next.
+/// The result of a request for the next step.
 #[derive(Debug)]
 pub(super) enum Next {
-    /// That step.
+    /// The next step.
     Step(Step),
-    /// Nobody knows before more has been read.
+    /// It is unknown until more has been read.
     Wait,
-    /// Nothing.
+    /// There are no more steps.
     Over,
 }
 
-/// Transactions come before the calls behind them, and those in the order of their times.
+/// A step with its position. A transaction precedes the calls that follow it, which are in the order of their
+/// times.
 struct Waiting {
     key: (u64, bool, Nanos, u64),
     step: Step,
@@ -58,7 +60,7 @@ impl Steps {
         }
     }
 
-    /// Adds those of a turn.
+    /// Adds the steps of a turn.
     pub(super) fn put(&mut self, turn: &Arc<Told>) {
         for step in Step::of(turn) {
             self.count += 1;
@@ -67,7 +69,7 @@ impl Steps {
         }
     }
 
-    /// The next one.
+    /// Returns the next step.
     pub(super) fn next(&mut self, end: End) -> Next {
         let Some(Reverse(Waiting { step: first, .. })) = self.waiting.peek() else {
             return match end {
@@ -76,7 +78,7 @@ impl Steps {
             };
         };
         let (order, is_transaction) = (first.order, first.is_transaction());
-        // All transactions before this one have to have been.
+        // All transactions before this step must have occurred.
         let needed = if is_transaction { order } else { order + 1 };
         if needed > self.expected {
             match end {
@@ -97,7 +99,7 @@ impl Steps {
         Next::Step(step)
     }
 
-    /// How many transactions never came.
+    /// Returns the number of transactions that never arrived.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
@@ -142,7 +144,7 @@ mod tests {
         })
     }
 
-    /// A turn that looks behind transaction `after` and tells the rules in transaction `checked`.
+    /// Returns a turn that reads after transaction `after` and reports to the rules in transaction `checked`.
     fn check(after: u64, checked: u64, time: Nanos) -> Arc<Told> {
         told(Turn {
             kind: Turn::CYCLED,
@@ -171,7 +173,7 @@ mod tests {
     fn steps_come_in_the_order_of_then_however_turns_were_written() {
         let mut steps = Steps::new();
         let more = End::Beyond(None);
-        // It was held up between looking and telling, and two others came before.
+        // The check was delayed between reading and reporting, and two other transactions occurred between.
         steps.put(&tick(1, 10));
         steps.put(&tick(3, 12));
         assert_eq!(orders(&mut steps, more), [(1, true)], "the second may still come");

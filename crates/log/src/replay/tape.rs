@@ -1,5 +1,5 @@
-//! Reads a recording once from its beginning, and hands out steps in their order and values by time or by number. It holds no more
-//! in memory than it has to read ahead.
+//! Reads a recording once from its beginning. It returns steps in their order, and values by their time or
+//! number. Only what had to be read ahead is in memory.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,16 +20,19 @@ use super::{Drive, ReplayError};
 use crate::recording::{Message, Messages};
 use crate::turns::TOPIC;
 
-/// How long a missing step is waited for, in the time of the drive: longer than any call takes before it is given up.
+/// How long to wait for a missing step, in ns of the drive's time: longer than any call takes before it is
+/// given up.
 const PATIENCE: Nanos = 30_000_000_000;
-/// How much later than it was seen a value may have been published by what its writer says.
+/// How much later than it was seen a value's time of publication may be, in ns. The writer determines that
+/// time.
 const LATE: Nanos = 2_000_000_000;
-/// Fewest values of a variable that are kept for the steps in which they were written: those are read later than the values.
+/// The fewest values of a variable that are kept for the steps in which they were written, because those are
+/// read later than the values.
 const WRITTEN: usize = 64;
-/// Bytes kept of one beyond those.
+/// The bytes of a variable's values that are kept beyond that number.
 const ROOM: usize = 4 << 20;
 
-/// A recording on its way through a replay. Clones are the same one.
+/// A recording during a replay. Clones share their state.
 #[derive(Clone)]
 pub(super) struct Tape {
     inner: Arc<Mutex<Inner>>,
@@ -38,11 +41,11 @@ pub(super) struct Tape {
 struct Inner {
     messages: Messages,
     start: u64,
-    /// How far it has been read.
+    /// The log time of the last message that was read.
     read: Nanos,
     at_end: bool,
     damage: Option<String>,
-    /// When the last step was.
+    /// The time of the last step.
     time: Nanos,
     steps: Steps,
     translation: Translation,
@@ -50,24 +53,24 @@ struct Inner {
     sources: Vec<Lane>,
     source_of: BTreeMap<String, usize>,
     written: BTreeMap<String, Written>,
-    /// Ports that belong to the next turn of a schema, by its number in the recording.
+    /// Further ports of the next turn of a schema, by the schema's number in the recording.
     more: BTreeMap<u32, Vec<u32>>,
-    /// Turns of which not all ports are there.
+    /// The number of turns with missing ports.
     partial: u64,
-    /// What people did to panels and is not taken up again yet, by its number: who, and what.
+    /// Gestures on panels that are not yet repeated, by their numbers: the operator and the gesture.
     touches: BTreeMap<u64, (String, Gesture)>,
     decisions: Vec<Decision>,
     /// Schemas whose builds changed, and when.
     reloads: Vec<(u32, Nanos)>,
 }
 
-/// The last values of a variable that schemas or operators write, by their numbers.
+/// The last values of a variable that schemas or operators write, with their numbers.
 struct Written {
     value_type: Arc<Type>,
     values: VecDeque<(u32, Vec<u8>)>,
 }
 
-/// The values of a source.
+/// The values of a source that are not yet used.
 struct Lane {
     value_type: Arc<Type>,
     waiting: VecDeque<Old>,
@@ -75,10 +78,10 @@ struct Lane {
 }
 
 impl Tape {
-    /// Of a drive, for an application that takes it again.
+    /// Opens a drive, for an application that repeats it.
     ///
     /// # Errors
-    /// [`super::ReplayError::Lacks`] what schemas import.
+    /// [`super::ReplayError::Lacks`] if a variable that schemas import is missing.
     pub(super) fn new(
         drive: &Drive,
         application: &Application,
@@ -161,17 +164,17 @@ impl Tape {
         })
     }
 
-    /// When the last step was.
+    /// Returns the time of the last step.
     pub(super) fn time(&self) -> Nanos {
         self.lock().time
     }
 
-    /// The selections that have been read since the last call.
+    /// Returns the selections that have been read since the last call.
     pub(super) fn decisions(&self) -> Vec<Decision> {
         std::mem::take(&mut self.lock().decisions)
     }
 
-    /// Those that are left, at the end of the replay.
+    /// Returns the remaining selections, at the end of the replay.
     pub(super) fn rest(&self) -> Vec<Decision> {
         let mut inner = self.lock();
         let until = inner.time;
@@ -179,7 +182,7 @@ impl Tape {
         std::mem::take(&mut inner.decisions)
     }
 
-    /// Schemas whose builds changed, and when, as far as it was read.
+    /// Returns the schemas whose builds changed, and when, as far as the recording has been read.
     pub(super) fn reloads(&self) -> Vec<(u32, Nanos)> {
         self.lock().reloads.clone()
     }
@@ -274,12 +277,12 @@ impl Inner {
         }
     }
 
-    /// Reads all that was written until then.
+    /// Reads all messages up to that time.
     fn read_to(&mut self, time: Nanos) {
         while self.read <= time && self.read_one() {}
     }
 
-    /// Reads one message; false at the end.
+    /// Reads one message. Returns false at the end.
     fn read_one(&mut self) -> bool {
         match self.messages.next() {
             Some(Ok(message)) => {
@@ -322,7 +325,7 @@ impl Inner {
             return;
         };
         if turn.kind == Turn::MORE {
-            // A row that is begun anew is that of another turn.
+            // A series that starts again belongs to another turn.
             let row = self.more.entry(turn.schema).or_default();
             row.truncate((turn.detail as usize).saturating_sub(INPUTS));
             row.extend_from_slice(&turn.inputs);
@@ -386,7 +389,7 @@ impl Inner {
     }
 }
 
-/// Whether a number comes before another; they count on from 0.
+/// Returns whether a number precedes another. Numbers restart at 0 after the largest.
 fn before(number: u32, other: u32) -> bool {
     number != other && other.wrapping_sub(number) < u32::MAX / 2
 }

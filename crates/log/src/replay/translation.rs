@@ -1,27 +1,27 @@
-//! From the numbers of schemas, groups and ports in a recording to those of the application that takes its turns again. They are
-//! found by their names; what is not there any more is nobody's.
+//! Translates the numbers of schemas, groups and ports in a recording to those of the application that
+//! repeats it. It matches them by name. What the application no longer has is assigned to no schema.
 
 use jde_host::app::Application;
 use jde_host::turn::{Told, Turn};
 
 use super::Drive;
 
-/// From the numbers of a recording to those of an application.
+/// The translation from the numbers of a recording to those of an application.
 pub(super) struct Translation {
     schemas: Vec<Option<Member>>,
     groups: Vec<u64>,
-    /// Of each schema of the recording, how many ports it has.
+    /// The number of ports of each schema of the recording.
     counts: Vec<usize>,
 }
 
 struct Member {
     number: u32,
-    /// For each port of the application, the one of the recording.
+    /// For each port of the application, the index of the one in the recording.
     ports: Vec<Option<usize>>,
 }
 
 impl Translation {
-    /// From a drive to an application.
+    /// Builds the translation from a drive to an application.
     pub(super) fn new(drive: &Drive, application: &Application) -> Self {
         let cast = drive.cast();
         let schemas = cast.schemas.iter().map(|then| {
@@ -45,7 +45,7 @@ impl Translation {
         }
     }
 
-    /// A turn as the application numbers it.
+    /// Translates a turn.
     pub(super) fn of(&self, told: Told) -> Told {
         let Told { mut turn, ports } = told;
         match turn.kind {
@@ -56,7 +56,7 @@ impl Translation {
             _ => {}
         }
         let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
-            // Its transactions count, and are nobody's.
+            // Its transactions keep their place in the order, and belong to no schema.
             (turn.kind, turn.schema) = (0, u32::MAX);
             return Told { turn, ports };
         };
@@ -93,7 +93,7 @@ impl Translation {
         group.copied().unwrap_or(u64::MAX)
     }
 
-    /// How many ports a schema of the recording has, by its number there.
+    /// Returns the number of ports of a schema of the recording, by its number there.
     pub(super) fn ports_then(&self, schema: u32) -> usize {
         self.counts.get(schema as usize).copied().unwrap_or(0)
     }

@@ -1,5 +1,5 @@
-//! Holds what schemas did against what they did then: every value that they exported, commanded or wrote to a child. Exact to the bit
-//! but for what a [`Tolerance`] allows.
+//! Compares the actions of schemas with the recorded ones: every value that they exported, commanded or wrote
+//! to a child. Values must be equal to the bit, except for what a [`Tolerance`] allows.
 
 use std::collections::BTreeMap;
 
@@ -10,66 +10,67 @@ use jde_host::replay::{Deed, Done, words};
 
 use super::{ReplayError, Span};
 
-/// Bytes of the largest value that is told whole.
+/// The largest value that is shown in full, in bytes.
 const SHORT: usize = 64;
 
-/// What came of holding values against each other.
+/// The result of comparing values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
-    /// Those that are as they were.
+    /// The number of equal values.
     pub same: u64,
-    /// Those that are not: other, missing, or new.
+    /// The number of different, missing and new values.
     pub different: u64,
-    /// Those that the recording does not have, by variable.
+    /// The number of values that the recording does not contain, by variable.
     pub unknown: Vec<(String, u64)>,
-    /// Ports whose values are not as they were, with the first of each, in the order of their times.
+    /// The ports with different values, with the first of each, in the order of their times.
     pub first: Vec<Deviation>,
 }
 
-/// A port that wrote what it did not write then.
+/// A port that wrote other values than recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviation {
-    /// When first, s since the start.
+    /// The time of the first difference, in s since the application's start.
     pub time_s: f64,
-    /// Which schema.
+    /// The schema.
     pub schema: String,
-    /// Its port.
+    /// The port of the schema.
     pub port: String,
     /// The variable.
     pub variable: String,
-    /// The first field that differs, as in `linear.x`; empty for the whole.
+    /// The first field that differs, such as `linear.x`. Empty if it is the whole value.
     pub field: String,
-    /// It then, in words.
+    /// The recorded value of the field, as text.
     pub then: String,
-    /// It now, in words.
+    /// The present value of the field, as text.
     pub now: String,
-    /// How many of the port's values differ.
+    /// The number of the port's values that differ.
     pub count: u64,
 }
 
-/// How far two numbers may be apart that are one, by the types of the values that they are in: absolutely, in the unit of the number.
-/// Only numbers with fractions have one. Without any, values are one to the bit.
+/// The largest difference between two numbers that count as equal, by the types of the values that contain
+/// them. It is absolute, in the unit of the number. It applies to floating-point numbers only. Without a
+/// tolerance, values must be equal to the bit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tolerance {
     all: f64,
     types: BTreeMap<String, f64>,
 }
 
-/// A part of a tolerance: `1e-9` for all types, or `geometry_msgs/msg/Twist=1e-6` for one.
+/// One entry of a tolerance: `1e-9` for all types, or `geometry_msgs/msg/Twist=1e-6` for one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allowed {
     type_name: Option<String>,
     apart: f64,
 }
 
-/// Values on their way to a verdict.
+/// The comparison so far.
 pub(super) struct Held<'a> {
     span: Span,
     tolerance: &'a Tolerance,
     names: Vec<String>,
     same: u64,
     unknown: BTreeMap<String, u64>,
-    /// By schema and port.
+    /// The first deviations, by schema and port.
     first: BTreeMap<(usize, String), Deviation>,
 }
 
@@ -92,10 +93,10 @@ impl std::str::FromStr for Allowed {
 }
 
 impl Tolerance {
-    /// Of its parts, for an application; the last of a type counts.
+    /// Combines entries for an application. The last entry for a type applies.
     ///
     /// # Errors
-    /// [`ReplayError::Tolerance`] of a type that nothing is written of.
+    /// [`ReplayError::Tolerance`] for a type that no value of the application has.
     pub fn new(parts: &[Allowed], application: &Application) -> Result<Self, ReplayError> {
         let mut tolerance = Self::default();
         for Allowed { type_name, apart } in parts {
@@ -175,7 +176,8 @@ impl<'a> Held<'a> {
     }
 }
 
-/// In which field two deeds differ, and what it was and is; nothing if they are one.
+/// Returns the field in which two actions differ, with its recorded and its present value. `None` if they are
+/// equal.
 fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
     let (Done::Wrote(then), Done::Wrote(now)) = (&deed.then, &deed.now) else {
         let told = |done: &Done| told(done, &deed.value_type);
@@ -184,7 +186,7 @@ fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
     if then == now {
         return None;
     }
-    // Bytes between fields may be anything.
+    // The bytes between fields have no meaning.
     let (then, now) = (
         value::decode(&deed.value_type, then),
         value::decode(&deed.value_type, now),
@@ -193,7 +195,7 @@ fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
     Some((field, then.to_string(), now.to_string()))
 }
 
-/// The first place where two values are further apart than allowed, and what is there.
+/// Returns the first place where two values differ by more than allowed, with both values.
 fn first_apart(then: &Value, now: &Value, apart: f64, path: &mut String) -> Option<(String, Value, Value)> {
     let here = |path: &String| Some((path.clone(), then.clone(), now.clone()));
     let length = path.len();

@@ -1,12 +1,12 @@
-//! A condition as it is written: one of a few words, or an expression over variables. Refuses what can never come true before
-//! anything runs: names nobody has, and expressions that are no yes or no.
+//! A condition as text: a keyword, or an expression over variables. It is refused before anything runs if it
+//! can never become true: if it uses an unknown name, or if an expression has no boolean result.
 
 use jde_board::nearest;
 
 use super::Names;
 use super::expression::Expression;
 
-/// The words, for those who mean one of them.
+/// The keywords, to suggest one for a misspelt word.
 const WORDS: [&str; 7] = [
     "collision",
     "absence",
@@ -17,88 +17,89 @@ const WORDS: [&str; 7] = [
     "operator",
 ];
 
-/// A condition that can come true in the application it was checked against.
+/// A condition that can become true in the application against which it was checked.
 ///
-/// `collision`, `absence`, `chatter>N` and each of them with `:GROUP`; `overrun` and `fault`, and with `:SCHEMA`; `refused`;
-/// `operator`; or an expression in CEL, the Common Expression Language, as in `pioneer.laser.ranges.exists(r, r < 0.3)`.
+/// It is `collision`, `absence` or `chatter>N`, each optionally with `:GROUP`; `overrun` or `fault`,
+/// optionally with `:SCHEMA`; `refused`; `operator`; or an expression in CEL, the Common Expression Language,
+/// such as `pioneer.laser.ranges.exists(r, r < 0.3)`.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// As it was written.
+    /// The text of the condition.
     pub(super) text: String,
     pub(super) what: What,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum What {
-    /// Two or more are ready.
+    /// Two or more candidates are READY.
     Collision(Option<String>),
-    /// Somebody is awake and nobody wins.
+    /// A schema of the group is awake, and none is WINNER.
     Absence(Option<String>),
-    /// More switches than that in a second.
+    /// More switches than this number occur within a second.
     Chatter { more_than: usize, group: Option<String> },
-    /// A deadline was missed, or a budget passed.
+    /// A schema misses a deadline or exceeds its budget.
     Overrun(Option<String>),
-    /// It faulted, or does not return.
+    /// A schema is Faulted or does not return.
     Fault(Option<String>),
-    /// A command or a wake was refused.
+    /// A command or a wake is refused.
     Refused,
-    /// An operator acted.
+    /// An operator acts.
     Operator,
     /// An expression over variables.
     Expression(Expression),
 }
 
-/// Why a condition is none.
+/// Why a condition is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{condition}`, column {column}: {reason}")]
 pub struct BadCondition {
-    /// As it was written.
+    /// The text of the condition.
     pub condition: String,
-    /// Where, counted in letters from 1.
+    /// The column of the mistake, counted in characters from 1.
     pub column: usize,
-    /// Why.
+    /// The mistake.
     pub reason: Reason,
 }
 
-/// What is wrong with a condition.
+/// A mistake in a condition.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
-    /// It cannot be read.
+    /// The text cannot be parsed.
     #[error("{0}")]
     Syntax(String),
-    /// It names something that is not there.
+    /// A name does not exist.
     #[error("no {what} is called `{name}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Unknown {
         /// "variable", "group", "schema", "function".
         what: &'static str,
         /// The name.
         name: String,
-        /// The nearest there is.
+        /// The most similar name, if one is similar.
         nearest: Option<String>,
     },
-    /// It asks for a field that a value does not have.
+    /// A value does not have this field.
     #[error("{of} has no field `{field}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Field {
-        /// "a nav_msgs/Odometry".
+        /// The value's type with its article: "a nav_msgs/Odometry".
         of: String,
         /// The field.
         field: String,
-        /// The nearest there is.
+        /// The most similar field, if one is similar.
         nearest: Option<String>,
     },
-    /// Values of these kinds do not go together.
+    /// An operation does not accept values of these kinds.
     #[error("{0}")]
     Kinds(String),
-    /// It is no yes or no.
+    /// The result is not a boolean.
     #[error("it is {0}, not a yes or no: compare it with something, as in `> 0.5`")]
     NotBoolean(String),
 }
 
 impl Condition {
-    /// Reads a condition, and checks it against the names of an application.
+    /// Parses a condition, and checks it against the names of an application.
     ///
     /// # Errors
-    /// [`BadCondition`], with the first thing that is wrong and where.
+    /// [`BadCondition`] with the first mistake and its column.
     pub fn new(text: &str, names: &Names) -> Result<Self, BadCondition> {
         let what = read(text, names).map_err(|(column, reason)| BadCondition {
             condition: text.to_owned(),
@@ -111,14 +112,14 @@ impl Condition {
         })
     }
 
-    /// As it was written.
+    /// Returns the text of the condition.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 }
 
-/// What is wrong, and in which column.
+/// A mistake and its column.
 pub(super) type Wrong = (usize, Reason);
 
 fn read(text: &str, names: &Names) -> Result<What, Wrong> {
@@ -135,7 +136,7 @@ fn read(text: &str, names: &Names) -> Result<What, Wrong> {
         return expression(text, names);
     }
     let column = |part: &str| {
-        // Parts of the text they are cut from.
+        // Both are slices of the same text.
         let before = part.as_ptr() as usize - text.as_ptr() as usize + (part.len() - part.trim_start().len());
         text[..before].chars().count() + 1
     };
@@ -204,7 +205,7 @@ fn expression(text: &str, names: &Names) -> Result<What, Wrong> {
     Expression::new(text, names)
         .map(What::Expression)
         .map_err(|(column, reason)| match reason {
-            // A slip in one of the words reads as the name of a variable.
+            // A misspelt keyword is parsed as the name of a variable.
             Reason::Unknown {
                 what: "variable",
                 name,

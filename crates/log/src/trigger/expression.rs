@@ -1,5 +1,5 @@
-//! An expression over variables, read and checked once and looked at again and again. It sees the variables it names, and of
-//! these the fields.
+//! An expression over variables, parsed and checked once, and evaluated many times. It can read only the
+//! variables that it names, and their fields.
 
 use std::fmt;
 use std::sync::{Arc, LazyLock};
@@ -12,22 +12,23 @@ use super::condition::{Reason, Wrong};
 use super::kind::Kind;
 use super::{Names, view};
 
-/// Longer ones are no conditions that anybody reads again.
+/// The largest length of an expression, in bytes: a longer one is not readable.
 const LONGEST: usize = 1000;
-/// Brackets within brackets: deeper than anybody writes, and nowhere near the end of the stack.
+/// The deepest nesting of brackets: far more than an author writes, and far less than would exhaust the
+/// stack.
 const DEEPEST: usize = 50;
-/// Letters that stand for those which a name may have in an application and not in an expression.
+/// Replacements for characters that are allowed in names of an application and not in an expression.
 const STAND_INS: [char; 4] = ['_', 'x', 'y', 'z'];
 
-/// CEL's own functions and those of its extension `math`.
+/// The functions of CEL and of its extension `math`.
 static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
     let mut env = Env::stdlib();
-    // A fresh environment has nothing that its functions could collide with.
+    // A new environment contains no function with which the extension's functions could collide.
     let _ = env.add_extension(extensions::math);
     Arc::new(env)
 });
 
-/// An expression with the values it was last given.
+/// An expression with the newest values of its variables.
 #[derive(Clone)]
 pub(super) struct Expression {
     program: Arc<Program>,
@@ -45,7 +46,7 @@ struct Held {
 }
 
 impl Expression {
-    /// Reads and checks an expression.
+    /// Parses and checks an expression.
     pub(super) fn new(text: &str, names: &Names) -> Result<Self, Wrong> {
         bounded(text)?;
         let (source, renamed) = plain(text, names);
@@ -99,12 +100,12 @@ impl Expression {
         })
     }
 
-    /// The full names of the variables it reads.
+    /// Returns the full names of the variables that it reads.
     pub(super) fn variables(&self) -> impl Iterator<Item = &str> {
         self.variables.iter().map(|held| held.name.as_str())
     }
 
-    /// Takes the value of a variable, or that there is none any more; answers whether it is one of its own.
+    /// Sets or removes the value of a variable. Returns whether the expression reads that variable.
     pub(super) fn take(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
         let Some(held) = self.variables.iter_mut().find(|held| held.name == variable) else {
             return false;
@@ -117,7 +118,8 @@ impl Expression {
         true
     }
 
-    /// Whether it is true of these values. What has no value, or cannot be worked out, is not.
+    /// Returns whether the expression is true for the present values. It is false if a value is missing or if
+    /// the evaluation fails.
     pub(super) fn is_true(&self) -> bool {
         let mut context = Context::with_env(Arc::clone(&LANGUAGE));
         for held in self.variables.iter().filter(|held| held.there) {
@@ -133,7 +135,7 @@ impl fmt::Debug for Expression {
     }
 }
 
-/// Refuses what would only wear out the parser.
+/// Refuses expressions that would overload the parser.
 fn bounded(text: &str) -> Result<(), Wrong> {
     if text.len() > LONGEST {
         let much = format!(
@@ -159,8 +161,8 @@ fn bounded(text: &str) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// The expression with names that CEL cannot read, such as `left-eye.image`, replaced by others as long, so that columns stay;
-/// and which stands for which.
+/// Replaces names that CEL cannot parse, such as `left-eye.image`, by others of the same length, so that
+/// columns do not change. Returns the expression, and each name with its replacement.
 fn plain(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
     let odd = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
     let mut known: Vec<_> = names
@@ -168,7 +170,7 @@ fn plain(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
         .keys()
         .filter(|name| name.contains(odd) && text.contains(name.as_str()))
         .collect();
-    // A name that is the beginning of another must not take its place.
+    // A name that is a prefix of another must not be replaced inside it.
     known.sort_by_key(|name| std::cmp::Reverse(name.len()));
     let mut source = text.to_owned();
     let mut renamed = Vec::new();
@@ -186,7 +188,7 @@ fn plain(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
     (source, renamed)
 }
 
-/// A place that the parser tells as a line and a column, in letters from the beginning.
+/// Converts the parser's line and column to a column from the beginning, in characters.
 fn column(source: &str, (line, column): (isize, isize)) -> usize {
     let lines = source
         .split_inclusive('\n')
@@ -195,7 +197,7 @@ fn column(source: &str, (line, column): (isize, isize)) -> usize {
     before + usize::try_from(column).unwrap_or(1).max(1)
 }
 
-/// What the parser says, without the names of all its tokens.
+/// Shortens a message of the parser: it omits the list of expected tokens.
 fn words(message: &str) -> String {
     let message = message.strip_prefix("Syntax error: ").unwrap_or(message);
     let message = message.split(" expecting ").next().unwrap_or(message);

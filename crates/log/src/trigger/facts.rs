@@ -1,4 +1,4 @@
-//! What conditions need to know of an event, whether it is heard in the process or read as a message of the story.
+//! The part of an event that conditions use, from an event of this process or from a message of the story.
 
 use jde_board::Nanos;
 use jde_core::{Case, Health};
@@ -7,32 +7,32 @@ use jde_host::story::Line;
 
 use super::Names;
 
-/// Something that a condition may be about.
+/// A fact to which a condition may refer.
 pub(super) enum Fact<'a> {
     /// A selection.
     Selected {
         group: &'a str,
-        /// Two or more are ready.
+        /// Two or more candidates are READY.
         collision: bool,
-        /// Somebody is awake and nobody wins.
+        /// A schema is awake, and none is WINNER.
         absence: bool,
-        /// The choice is another one.
+        /// The choice differs from the one before.
         switched: bool,
     },
-    /// How a schema is.
+    /// The health of a schema.
     Health {
         schema: &'a str,
         overrun: bool,
-        /// Why it can do nothing, if it cannot.
+        /// The reason why it cannot continue, if it cannot.
         fault: Option<&'a str>,
     },
     /// A command or a wake was refused.
     Refused { schema: &'a str, text: &'a str },
-    /// An operator did something: who, and to whom.
+    /// An operator acted: the operator, and the schema concerned.
     Operator(String),
 }
 
-/// What an event says, and when.
+/// Returns the fact of an event, and its time.
 pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos, Fact<'a>)> {
     let name = |schema: usize| names.schemas.get(schema).map(String::as_str);
     Some(match event {
@@ -87,7 +87,7 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
     })
 }
 
-/// What a message says.
+/// Returns the fact of a message.
 pub(super) fn of_line(line: &Line) -> Option<Fact<'_>> {
     match line {
         Line::Decision(decision) => Some(Fact::Selected {

@@ -1,4 +1,4 @@
-//! What kind of value a part of an expression has, as far as that is known before there is a value.
+//! The kind of value of a part of an expression, as far as it is known before there are values.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 /// A kind of value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind {
-    /// Known only once it is there.
+    /// Known only at evaluation.
     Any,
     Bool,
     Int,
@@ -20,7 +20,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Of a variable: one that is a single number is that number, without its field's name.
+    /// Returns the kind of a variable. A type with a single number as its only field counts as that number.
     pub(super) fn of(value_type: &Arc<Type>) -> Self {
         match value_type.as_number() {
             Some(scalar) => Self::scalar(scalar),
@@ -28,7 +28,7 @@ impl Kind {
         }
     }
 
-    /// Of a field.
+    /// Returns the kind of a field.
     pub(super) fn field(field: &Field) -> Self {
         let element = match &field.kind {
             FieldKind::Scalar(scalar) => Self::scalar(*scalar),
@@ -55,7 +55,7 @@ impl Kind {
     }
 }
 
-/// With its article: "a double", "a list".
+/// The kind with its article: "a double", "a list".
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,8 +1,9 @@
-//! Reasons to look: conditions over selections, health and variables, and the moments at which they come true.
+//! Conditions over selections, health and variables, and the moments at which they become true.
 //!
-//! A [`Condition`] is checked against what an application has before it starts; [`Triggers`] hear what happens and answer with
-//! a [`Firing`] whenever one goes from false to true. They see what they are given, in its order, so a run in virtual time
-//! fires the same every time. They have no thread, no clock and no file, and what follows a firing is somebody else's business.
+//! A [`Condition`] is checked against the names of an application before it starts. [`Triggers`] process
+//! events and values, and report a [`Firing`] whenever a condition changes from false to true. They depend
+//! only on what they receive, in its order, so a run in virtual time always fires in the same way. They have
+//! no thread, no clock and no file. The caller decides what follows a firing.
 
 mod check;
 mod condition;
@@ -31,14 +32,14 @@ pub struct Triggers {
     list: Vec<Trigger>,
 }
 
-/// A condition came true.
+/// A condition that became true.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Firing {
-    /// When, ns since the application's start.
+    /// The time, in ns since the application's start.
     pub time: Nanos,
-    /// Place of the condition among those that are watched.
+    /// The index of the condition among those that are watched.
     pub condition: usize,
-    /// What came true, in words: `collision in example/base`, or the expression.
+    /// What became true: `collision in example/base`, or the expression.
     pub text: String,
 }
 
@@ -50,7 +51,7 @@ impl Triggers {
         Self { names, list }
     }
 
-    /// The full names of the variables whose values they must be given, each once.
+    /// Returns the full names of the variables whose values they need, each once.
     #[must_use]
     pub fn variables(&self) -> BTreeSet<&str> {
         let named = self
@@ -63,7 +64,7 @@ impl Triggers {
         named.flatten().collect()
     }
 
-    /// The text of a condition, as it was given.
+    /// Returns the text of a condition.
     #[must_use]
     pub fn condition(&self, place: usize) -> Option<&str> {
         self.list
@@ -71,33 +72,34 @@ impl Triggers {
             .map(|trigger| trigger.condition.text.as_str())
     }
 
-    /// Hears an event of the application whose names these are.
+    /// Processes an event of the application that has these names.
     pub fn event(&mut self, event: &Event, fired: &mut Vec<Firing>) {
         if let Some((time, fact)) = facts::of_event(event, &self.names) {
             each_fact(&mut self.list, time, &fact, fired);
         }
     }
 
-    /// Hears a message of an application elsewhere.
+    /// Processes a message of the story of an application elsewhere.
     pub fn line(&mut self, line: &Line, fired: &mut Vec<Firing>) {
         if let Some(fact) = facts::of_line(line) {
             each_fact(&mut self.list, line.time(), &fact, fired);
         }
     }
 
-    /// Has a new value of a variable: all the bytes of its type.
+    /// Processes a new value of a variable: all bytes of its type.
     pub fn value(&mut self, time: Nanos, variable: &str, bytes: &[u8], fired: &mut Vec<Firing>) {
         self.each(time, fired, |looked| {
             looked.expression.take(variable, Some(bytes))
         });
     }
 
-    /// The value of a variable was taken back: there is none.
+    /// Processes the retraction of a variable's value.
     pub fn retracted(&mut self, time: Nanos, variable: &str, fired: &mut Vec<Firing>) {
         self.each(time, fired, |looked| looked.expression.take(variable, None));
     }
 
-    /// Time goes on: looks at what came too soon after the look before.
+    /// Advances the time, and evaluates expressions that were deferred because values arrived too soon after
+    /// the last evaluation.
     pub fn pass(&mut self, time: Nanos, fired: &mut Vec<Firing>) {
         self.each(time, fired, |_| false);
     }
@@ -107,7 +109,7 @@ impl Triggers {
             let State::Values(looked) = &mut trigger.state else {
                 continue;
             };
-            // What was put off is looked at as it was before this value.
+            // A deferred expression is first evaluated without this value.
             let before = looked.due(time) && looked.look(time);
             looked.put_off |= take(looked);
             let now = looked.due(time) && looked.look(time);

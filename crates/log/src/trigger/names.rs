@@ -1,4 +1,4 @@
-//! What conditions may name: the schemas, groups and variables of an application.
+//! The names that conditions may use: the schemas, groups and variables of an application.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,19 +7,19 @@ use jde_abi::describe::{Role, Type};
 use jde_host::app::Application;
 use jde_types::Value;
 
-/// The names of an application. For one that runs elsewhere, they are filled in by whoever asked it.
+/// The names of an application. For an application elsewhere, the client that queried it fills them in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
-    /// Its schemas, in their order.
+    /// The schemas, in their order.
     pub schemas: Vec<String>,
-    /// Its groups, in their order: `roots`, `example/base`.
+    /// The groups, in their order: `roots`, `example/base`.
     pub groups: Vec<String>,
-    /// The full names of its variables, and what their values are.
+    /// The full names of the variables, and their types.
     pub variables: BTreeMap<String, Arc<Type>>,
 }
 
 impl Names {
-    /// Those of an application once it runs.
+    /// Returns the names of an application, including the variables that it has when it runs.
     #[must_use]
     pub fn of(application: &Application) -> Self {
         let period = Arc::new(f64::describe());

@@ -1,4 +1,4 @@
-//! One condition and where it stands: whether it was true when it was last looked at, and of whom.
+//! The state of one condition: whether it was true at the last evaluation, and for which schemas or groups.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,30 +10,30 @@ use super::condition::What;
 use super::expression::Expression;
 use super::facts::Fact;
 
-/// The least time between two looks at an expression.
+/// The shortest time between two evaluations of an expression, in ns.
 const BETWEEN: Nanos = 10_000_000;
 
-/// One condition, and where it stands.
+/// A condition and its state.
 pub(super) struct Trigger {
     pub(super) condition: Condition,
     pub(super) state: State,
 }
 
 pub(super) enum State {
-    /// Of which groups or schemas it is true now.
+    /// The groups or schemas for which the condition is true now.
     Of(BTreeSet<String>),
     /// The last switches of every group, and whether they are too many.
     Switches(BTreeMap<String, Chatter<()>>),
-    /// An expression's values.
+    /// The values of an expression.
     Values(Box<Looked>),
 }
 
 pub(super) struct Looked {
     pub(super) expression: Expression,
     last: bool,
-    /// When it was last looked at.
+    /// The time of the last evaluation.
     at: Option<Nanos>,
-    /// A value has come that was not looked at.
+    /// Whether a value has arrived since the last evaluation.
     pub(super) put_off: bool,
 }
 
@@ -65,7 +65,7 @@ impl Trigger {
         }
     }
 
-    /// What has come true by a fact, if anything has.
+    /// Returns what became true by a fact, if anything did.
     pub(super) fn fact(&mut self, time: Nanos, fact: &Fact<'_>) -> Option<String> {
         let fits = |only: &Option<String>, name: &str| only.as_deref().is_none_or(|only| only == name);
         match (&self.condition.what, &mut self.state, fact) {
@@ -91,7 +91,7 @@ impl Trigger {
                     ..
                 },
             ) if fits(only, group) => {
-                // A pause in between is a new beginning.
+                // A pause between switches starts a new series.
                 let chatter = groups
                     .entry((*group).to_owned())
                     .or_insert_with(|| Chatter::new(*more_than, *more_than));
@@ -116,7 +116,7 @@ impl Trigger {
     }
 }
 
-/// Whether it becomes true of one of whom it was not.
+/// Returns whether a condition becomes true for a schema or group for which it was false.
 fn rises(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
     if now {
         of.insert(whom.to_owned())
@@ -131,7 +131,7 @@ impl Looked {
         self.put_off && self.at.is_none_or(|at| time >= at.saturating_add(BETWEEN))
     }
 
-    /// Whether it comes true with this look.
+    /// Evaluates the expression. Returns whether it becomes true.
     pub(super) fn look(&mut self, time: Nanos) -> bool {
         self.at = Some(time);
         self.put_off = false;
