@@ -1,5 +1,5 @@
-//! A list that grows widget by widget. What is wrong or too much is refused as soon as it comes, and from then on everything:
-//! who draws without end costs no memory. It refuses to give out a list that is broken.
+//! A list that grows widget by widget. It refuses an error or an excess at once, and everything after it, so
+//! drawing without end uses no memory. It never returns a broken list.
 
 use crate::limits::{Checker, wrong};
 use crate::{Broken, Item, List, Shape, Solid, Trace};
@@ -8,16 +8,16 @@ use crate::{Broken, Item, List, Shape, Solid, Trace};
 #[derive(Default)]
 pub struct Builder {
     items: Vec<Item>,
-    /// What is open, each inside the one before.
+    /// The open widgets, each inside the one before.
     open: Vec<Item>,
     checker: Checker,
     broken: Option<Broken>,
 }
 
-/// What can be added to what is open.
+/// What can be added to the open widget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
-    /// Widgets: nothing is open, or a row or group.
+    /// Widgets: none is open, or a row or group is.
     Widgets,
     /// The curves of a plot.
     Traces,
@@ -28,25 +28,25 @@ pub enum Holds {
 }
 
 impl Builder {
-    /// Of nothing yet.
+    /// Returns an empty builder.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Why the list is broken, if it is.
+    /// Returns why the list is broken, if it is.
     #[must_use]
     pub fn broken(&self) -> Option<&Broken> {
         self.broken.as_ref()
     }
 
-    /// The name of the widget that is open, for messages.
+    /// Returns the name of the open widget, for messages.
     #[must_use]
     pub fn inside(&self) -> &str {
         self.open.last().map_or("", name)
     }
 
-    /// What can be added now.
+    /// Returns what can be added now.
     #[must_use]
     pub fn holds(&self) -> Holds {
         match self.open.last() {
@@ -57,15 +57,16 @@ impl Builder {
         }
     }
 
-    /// Breaks the list, if it is not broken already.
+    /// Breaks the list with this reason, if it is not broken already.
     pub fn refuse(&mut self, why: Broken) {
         self.broken.get_or_insert(why);
     }
 
-    /// Adds a widget below the last, or after it in a row. A row, group, plot, canvas or scene is open until [`Self::end`].
+    /// Adds a widget below the last, or beside it in a row. A row, group, plot, canvas or scene stays open
+    /// until [`Self::end`].
     ///
     /// # Errors
-    /// Why the list is broken; so for the others below.
+    /// Why the list is broken. The same holds for the methods below.
     pub fn add(&mut self, item: Item) -> Result<(), Broken> {
         self.step(|builder| {
             if builder.holds() != Holds::Widgets {
@@ -83,7 +84,7 @@ impl Builder {
         })
     }
 
-    /// Adds a shape to the canvas that is open.
+    /// Adds a shape to the open canvas.
     ///
     /// # Errors
     /// Why the list is broken.
@@ -101,7 +102,7 @@ impl Builder {
         })
     }
 
-    /// Adds a shape to the scene that is open.
+    /// Adds a shape to the open scene.
     ///
     /// # Errors
     /// Why the list is broken.
@@ -119,7 +120,7 @@ impl Builder {
         })
     }
 
-    /// Adds a curve to the plot that is open.
+    /// Adds a curve to the open plot.
     ///
     /// # Errors
     /// Why the list is broken.
@@ -134,7 +135,7 @@ impl Builder {
         })
     }
 
-    /// Ends what was opened last.
+    /// Ends the widget that was opened last.
     ///
     /// # Errors
     /// Why the list is broken.
@@ -148,10 +149,10 @@ impl Builder {
         })
     }
 
-    /// The list, drawn at `time`, ns since the application's start.
+    /// Returns the list, drawn at `time`, in nanoseconds since the application's start.
     ///
     /// # Errors
-    /// Why it is broken.
+    /// Why the list is broken.
     pub fn finish(mut self, time: u64) -> Result<List, Broken> {
         self.step(|builder| match builder.open.last() {
             Some(open) => wrong(name(open), "it was begun and not ended"),
@@ -172,7 +173,7 @@ impl Builder {
             && self.broken.is_none()
         {
             self.broken = Some(broken.clone());
-            // Nobody will see it.
+            // A broken list is never shown.
             (self.items, self.open) = (Vec::new(), Vec::new());
         }
         result
@@ -186,7 +187,7 @@ impl Builder {
     }
 }
 
-/// Whether something can stand inside it.
+/// Returns whether a widget can contain something.
 fn opens(item: &Item) -> bool {
     match item {
         Item::Row { .. }
@@ -205,7 +206,7 @@ fn opens(item: &Item) -> bool {
     }
 }
 
-/// What a widget is called in messages.
+/// Returns the name of a widget in messages.
 fn name(item: &Item) -> &str {
     match item {
         Item::Value { label, .. } => label,

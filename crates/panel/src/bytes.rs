@@ -1,4 +1,4 @@
-//! Lists and gestures as bytes: CBOR, which says itself what it holds and is read in every language.
+//! Lists and gestures as bytes: CBOR, which describes itself and is supported by every language.
 
 mod bounded;
 
@@ -9,10 +9,10 @@ use crate::Broken;
 use crate::limits::MOST_ENCODED;
 pub(crate) use bounded::{cells, items, list, points};
 
-/// How deep what is read may be nested.
+/// The maximum depth of nesting in the input.
 const DEEPEST: usize = 48;
 
-/// The bytes of a list or gesture.
+/// Encodes a list or gesture.
 ///
 /// # Panics
 /// Never for types of this crate.
@@ -23,11 +23,11 @@ pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
     bytes
 }
 
-/// Reads what [`encode`] wrote. A list is to be checked before it is shown ([`crate::check`]).
+/// Decodes the output of [`encode`]. A list must be checked before it is shown ([`crate::check`]).
 ///
 /// # Errors
-/// [`Broken::Encoded`], [`Broken::Bytes`]; of a list [`Broken::Items`] and [`Broken::Points`] as soon as there are too many, so that
-/// a few bytes cannot ask for much memory.
+/// [`Broken::Encoded`], [`Broken::Bytes`]. For a list also [`Broken::Items`] and [`Broken::Points`], as soon
+/// as there are too many, so a few bytes cannot request much memory.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
     if bytes.len() > MOST_ENCODED {
         return Err(Broken::Encoded(bytes.len()));
@@ -38,7 +38,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
     })
 }
 
-/// Pixels as one string of bytes, not as a list of numbers.
+/// Encodes pixels as one byte string, not as a list of numbers.
 pub(crate) mod raw {
     use std::fmt;
 
@@ -62,7 +62,7 @@ pub(crate) mod raw {
             fn visit_byte_buf<E>(self, bytes: Vec<u8>) -> Result<Self::Value, E> {
                 Ok(bytes)
             }
-            // JSON has no bytes.
+            // JSON has no byte strings.
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
                 let mut bytes = Vec::new();
                 while let Some(byte) = seq.next_element()? {

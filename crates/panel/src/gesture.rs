@@ -1,23 +1,24 @@
-//! What people do to a panel.
+//! Gestures of users on a panel.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Broken;
 use crate::limits::wrong;
 
-/// Most bytes of the name of a widget or key in a gesture.
+/// The maximum length of the name of a widget or key in a gesture, in bytes.
 const LONGEST: usize = 256;
 
-/// What somebody did to a widget of a panel.
+/// A user's gesture on a widget of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gesture {
     /// The widget's `id`.
     pub widget: String,
-    /// What was done.
+    /// The kind of the gesture, with its values.
     pub touch: Touch,
 }
 
-/// What was done. Positions are metres in the plane or frame of a canvas or scene, and pixels of an image.
+/// The kind of a gesture. Positions are metres in the plane or frame of a canvas or scene, and pixels of an
+/// image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Touch {
@@ -25,45 +26,45 @@ pub enum Touch {
     Pressed,
     /// A toggle was switched.
     Toggled(bool),
-    /// A slider was moved to a number.
+    /// A slider was moved to this number.
     Moved(f64),
-    /// Of a choice, this one was taken.
+    /// The option with this index was chosen.
     Chose(u32),
-    /// Something was clicked.
+    /// A point was clicked.
     Clicked {
-        /// Where; z is 0 in a plane.
+        /// The position; z is 0 in a plane.
         at: [f64; 3],
-        /// With what.
+        /// The mouse button.
         button: Button,
     },
-    /// Something is dragged.
+    /// A point is dragged.
     Dragged {
-        /// Where it began.
+        /// Where the drag began.
         from: [f64; 3],
-        /// Where it is.
+        /// Where the drag is now.
         to: [f64; 3],
-        /// With what.
+        /// The mouse button.
         button: Button,
-        /// Whether it is over.
+        /// Whether the drag has ended.
         ended: bool,
     },
-    /// A key went down or up, by its name: `a`, `Space`, `ArrowUp`.
+    /// A key was pressed or released, by its name: `a`, `Space`, `ArrowUp`.
     Key {
-        /// Its name.
+        /// The name of the key.
         key: String,
-        /// Whether it went down.
+        /// Whether it was pressed.
         down: bool,
     },
 }
 
 impl Gesture {
-    /// Whether this button was pressed.
+    /// Returns whether this button was pressed.
     #[must_use]
     pub fn pressed(&self, widget: &str) -> bool {
         self.widget == widget && self.touch == Touch::Pressed
     }
 
-    /// To what this toggle was switched.
+    /// Returns the new value of this toggle.
     #[must_use]
     pub fn toggled(&self, widget: &str) -> Option<bool> {
         match self.touch {
@@ -72,7 +73,7 @@ impl Gesture {
         }
     }
 
-    /// To what this slider was moved.
+    /// Returns the new value of this slider.
     #[must_use]
     pub fn moved(&self, widget: &str) -> Option<f64> {
         match self.touch {
@@ -81,7 +82,7 @@ impl Gesture {
         }
     }
 
-    /// Which of this choice was taken.
+    /// Returns the index of the option that was chosen in this choice.
     #[must_use]
     pub fn chose(&self, widget: &str) -> Option<usize> {
         match self.touch {
@@ -90,7 +91,7 @@ impl Gesture {
         }
     }
 
-    /// Where this was clicked with the left button.
+    /// Returns where this widget was clicked with the left button.
     #[must_use]
     pub fn clicked(&self, widget: &str) -> Option<[f64; 3]> {
         match self.touch {
@@ -102,13 +103,15 @@ impl Gesture {
         }
     }
 
-    /// Whether it is a drag that goes on: the next of its widget tells all that this one does.
+    /// Returns whether it is a drag that continues. The next gesture of its widget then contains all that
+    /// this one does.
     #[must_use]
     pub fn goes_on(&self) -> bool {
         matches!(self.touch, Touch::Dragged { ended: false, .. })
     }
 
-    /// What was done to the panel of `owner`, in words after a name: "clicked `field` of example at (1.20, 3.40)".
+    /// Describes the gesture on the panel of `owner`, to be used after a name: "clicked `field` of example at
+    /// (1.20, 3.40)".
     #[must_use]
     pub fn words(&self, owner: &str) -> String {
         let place = |[x, y, z]: [f64; 3]| {
@@ -144,10 +147,11 @@ impl Gesture {
         }
     }
 
-    /// Looks whether it can be handed on as it is.
+    /// Checks whether the gesture can be passed on unchanged.
     ///
     /// # Errors
-    /// What is wrong: a name that is too long or has control characters, which would command a terminal; a number that is none.
+    /// A name is too long or has control characters, which could control a terminal, or a number is not
+    /// finite.
     pub fn check(&self) -> Result<(), Broken> {
         let key = match &self.touch {
             Touch::Key { key, .. } => key,
@@ -172,15 +176,15 @@ impl Gesture {
     }
 }
 
-/// A button of the mouse.
+/// A mouse button.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Button {
-    /// The left one.
+    /// The left button.
     #[default]
     Primary,
-    /// The right one.
+    /// The right button.
     Secondary,
-    /// The one between.
+    /// The middle button.
     Middle,
 }

@@ -4,96 +4,97 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Area, Color, Shape, Solid, Wants};
 
-/// A widget. Those that people can touch have an `id`, unique in the panel and not shown; a gesture names it.
+/// A widget. A widget that accepts gestures has an `id`, which is unique in the panel and not shown. Gestures
+/// name it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Item {
     /// A line or paragraph of text.
     Text {
-        /// What it says.
+        /// The text.
         text: String,
-        /// How it matters.
+        /// Its style.
         words: Words,
     },
-    /// A number with its name; viewers show it in the units their users like.
+    /// A number with its name. Viewers show it in the units that their users prefer.
     Value {
-        /// What it is.
+        /// Its name.
         label: String,
-        /// Finite.
+        /// The number; finite.
         value: f64,
-        /// Unit as the symbols of SI: "m/s", "rad"; empty for none.
+        /// Unit in SI symbols: "m/s", "rad"; empty for none.
         unit: String,
     },
-    /// Something to press.
+    /// A button.
     Button {
-        /// Names it in gestures.
+        /// Identifies it in gestures.
         id: String,
-        /// What is on it.
+        /// The text on it.
         label: String,
         /// Whether it can be pressed now.
         enabled: bool,
     },
-    /// Something that is on or off.
+    /// A switch that is on or off.
     Toggle {
-        /// Names it in gestures.
+        /// Identifies it in gestures.
         id: String,
-        /// What is beside it.
+        /// The text beside it.
         label: String,
-        /// How it is.
+        /// Whether it is on.
         on: bool,
     },
     /// A number to drag or to type.
     Slider {
-        /// Names it in gestures.
+        /// Identifies it in gestures.
         id: String,
-        /// What it is.
+        /// Its name.
         label: String,
-        /// What it is at; finite.
+        /// The present value; finite.
         value: f64,
-        /// Least; finite.
+        /// The least value; finite.
         least: f64,
-        /// Greatest; finite, not below the least.
+        /// The greatest value; finite, not below the least.
         greatest: f64,
         /// Its unit; empty for none.
         unit: String,
     },
-    /// One of several.
+    /// One of several options.
     Choice {
-        /// Names it in gestures.
+        /// Identifies it in gestures.
         id: String,
-        /// What it is.
+        /// Its name.
         label: String,
-        /// What there is; at least one.
+        /// The options; at least one.
         #[serde(deserialize_with = "crate::bytes::items")]
         options: Vec<String>,
-        /// The place of the present one.
+        /// The index of the present option.
         chosen: u32,
     },
-    /// Pixels, shown as large as there is room.
+    /// Pixels, shown as large as the space allows.
     Image {
-        /// Names it in gestures; a click is given in pixels from the upper left corner.
+        /// Identifies it in gestures. A click is in pixels from the upper left corner.
         id: String,
         /// Columns.
         width: u32,
         /// Rows.
         height: u32,
-        /// Bytes of a pixel: 1 (grey), 3 (red, green, blue) or 4 (and how opaque).
+        /// Bytes of a pixel: 1 (grey), 3 (red, green, blue) or 4 (with opacity).
         channels: u8,
         /// Rows from the top, without gaps.
         #[serde(with = "crate::bytes::raw")]
         pixels: Vec<u8>,
-        /// What is handed back.
+        /// The gestures that it accepts.
         wants: Wants,
     },
     /// Curves over an axis.
     Plot {
-        /// Keeps its zoom from list to list.
+        /// Identifies it across lists, so a viewer keeps its zoom.
         id: String,
-        /// What it shows.
+        /// Its title.
         label: String,
         /// Name and unit of the horizontal axis: "time, s".
         across: String,
-        /// Name and unit of the vertical one.
+        /// Name and unit of the vertical axis.
         up: String,
         /// The curves.
         #[serde(deserialize_with = "crate::bytes::items")]
@@ -101,9 +102,9 @@ pub enum Item {
     },
     /// Texts in rows and columns.
     Table {
-        /// Keeps its place from list to list.
+        /// Identifies it across lists, so a viewer keeps its scroll position.
         id: String,
-        /// What is above the columns.
+        /// The headings of the columns.
         #[serde(deserialize_with = "crate::bytes::items")]
         columns: Vec<String>,
         /// The rows, each as long as `columns`.
@@ -112,52 +113,53 @@ pub enum Item {
     },
     /// Widgets beside each other.
     Row {
-        /// From left to right.
+        /// The widgets, from left to right.
         #[serde(deserialize_with = "crate::bytes::items")]
         items: Vec<Item>,
     },
     /// Widgets under a heading that can be folded.
     Group {
-        /// Keeps whether it is folded.
+        /// Identifies it across lists, so a viewer keeps whether it is folded.
         id: String,
         /// The heading.
         label: String,
         /// Whether it is unfolded at first.
         open: bool,
-        /// From top to bottom.
+        /// The widgets, from top to bottom.
         #[serde(deserialize_with = "crate::bytes::items")]
         items: Vec<Item>,
     },
     /// A plane in metres, x to the right and y up unless `forward_up`, with pan and zoom.
     Canvas {
-        /// Names it in gestures, which are in metres.
+        /// Identifies it in gestures, which are in metres.
         id: String,
-        /// What is seen at first; nothing: all that is drawn.
+        /// The area shown at first; `None` shows everything that is drawn.
         area: Option<Area>,
-        /// Shown with x up and y to the left, as a robot that looks up the screen sees its own frame.
+        /// Shows x up and y to the left: the robot's own frame, with the robot facing up the screen.
         forward_up: bool,
-        /// From back to front.
+        /// The shapes, from back to front.
         #[serde(deserialize_with = "crate::bytes::items")]
         shapes: Vec<Shape>,
-        /// What is handed back.
+        /// The gestures that it accepts.
         wants: Wants,
     },
     /// Shapes in space, seen in a view of their own and in the 3D window.
     Scene {
-        /// Names it in gestures, which are in metres.
+        /// Identifies it in gestures, which are in metres.
         id: String,
-        /// The frame of REP-105 in which they are: `odom`, `base_link`.
+        /// The REP-105 frame of its coordinates: `odom`, `base_link`.
         frame: String,
         /// The shapes.
         #[serde(deserialize_with = "crate::bytes::items")]
         solids: Vec<Solid>,
-        /// What is handed back.
+        /// The gestures that it accepts.
         wants: Wants,
     },
 }
 
 impl Item {
-    /// The `id` by which gestures name it, and by which it is the same widget from list to list; texts, numbers and rows have none.
+    /// Returns the `id` that gestures name, which also identifies the widget across lists. Texts, numbers and
+    /// rows have none.
     #[must_use]
     pub fn id(&self) -> Option<&str> {
         match self {
@@ -176,35 +178,35 @@ impl Item {
     }
 }
 
-/// How a text matters.
+/// The style of a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Words {
-    /// As it is.
+    /// Normal text.
     #[default]
     Plain,
     /// A heading.
     Heading,
-    /// Less than the rest.
+    /// Less prominent than normal text.
     Faint,
     /// All is well.
     Good,
-    /// Something is off.
+    /// A warning.
     Warning,
     /// Something failed.
     Error,
-    /// Letters of one width.
+    /// Monospaced text.
     Code,
 }
 
 /// A curve of a plot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// Its color.
     pub color: Color,
-    /// Its points, finite.
+    /// Its points; finite.
     #[serde(deserialize_with = "crate::bytes::points")]
     pub points: Vec<[f64; 2]>,
 }

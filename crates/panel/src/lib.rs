@@ -1,5 +1,6 @@
-//! What a schema's own panel is made of: a [`List`] of widgets and shapes that any viewer can show, and the [`Gesture`]s that it
-//! hands back. Data, its limits, its bytes (CBOR) and its way through the C ABI; it refuses to draw, and to know who does.
+//! The content of a schema's own panel: a [`List`] of widgets and shapes that any viewer can show, and the
+//! [`Gesture`]s that a viewer returns. This crate has the data, its limits, its bytes (CBOR) and its path
+//! through the C ABI. It refuses to draw and to know the viewers.
 
 mod boundary;
 mod builder;
@@ -22,18 +23,19 @@ pub use solid::{Place, Solid};
 
 use serde::{Deserialize, Serialize};
 
-/// What a panel shows at one instant. It replaces what it showed before; a widget is the same one while its `id` is.
+/// The content of a panel at one instant. It replaces the previous content. A widget with the same `id` is
+/// the same widget.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct List {
-    /// When it was drawn, ns since the application's start.
+    /// When it was drawn, in nanoseconds since the application's start.
     pub time: u64,
-    /// From top to bottom.
+    /// The widgets, from top to bottom.
     #[serde(deserialize_with = "crate::bytes::list")]
     pub items: Vec<Item>,
 }
 
 impl List {
-    /// Every widget, each before those that are inside it.
+    /// Returns every widget, each before the widgets inside it.
     pub fn walk(&self) -> impl Iterator<Item = &Item> + Clone {
         let mut open = vec![self.items.iter()];
         std::iter::from_fn(move || {

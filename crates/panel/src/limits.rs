@@ -1,34 +1,35 @@
-//! What a list may hold, so that a broken or huge one is refused with its reason before anybody draws it.
+//! The limits of a list. A broken or huge list is refused, with the reason, before it is drawn.
 
 use std::collections::HashSet;
 
 use crate::{Area, Item, List, Place, Shape, Solid, Trace};
 
-/// Most bytes of the texts and pixels of a list: an image of 1280 by 960 in color and as much again.
+/// The maximum of texts and pixels in a list, in bytes: a 1280 by 960 color image and as much again.
 pub const MOST_BYTES: usize = 8 << 20;
-/// Most bytes of an encoded list: those, and the points and widgets about them.
+/// The maximum size of an encoded list, in bytes: its texts and pixels, with its points and widgets.
 pub const MOST_ENCODED: usize = 32 << 20;
-/// Most widgets and shapes of a list.
+/// The maximum number of widgets and shapes in a list.
 pub const MOST_ITEMS: usize = 20_000;
-/// Most points of all its lines, curves and meshes.
+/// The maximum number of points of all lines, curves and meshes.
 pub const MOST_POINTS: usize = 400_000;
-/// Most pixels of a side of an image: what every graphics card takes that shows these windows at all.
+/// The maximum width and height of an image, in pixels. Every graphics card that can show these windows
+/// supports it.
 pub const MOST_SIDE: u32 = 4096;
-/// Most bytes of a text.
+/// The maximum length of a text, in bytes.
 pub const MOST_TEXT: usize = 4096;
-/// Deepest that rows and groups stand in each other.
+/// The maximum nesting depth of rows and groups.
 const DEEPEST: usize = 8;
 
 /// Why a list is not shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Broken {
-    /// More texts and pixels than any list may have.
+    /// The texts and pixels exceed the limit.
     #[error("its texts and pixels have {0} bytes, and {MOST_BYTES} are allowed")]
     Huge(usize),
-    /// More encoded bytes than any list has.
+    /// The encoded bytes exceed the limit.
     #[error("it comes in {0} bytes, and no list has more than {MOST_ENCODED}")]
     Encoded(usize),
-    /// Not what a list looks like.
+    /// The bytes are not a list.
     #[error("it is no list of widgets: {0}")]
     Bytes(String),
     /// Too many widgets and shapes.
@@ -37,29 +38,29 @@ pub enum Broken {
     /// Too many points.
     #[error("it has more than {MOST_POINTS} points")]
     Points,
-    /// Rows and groups too deep in each other.
+    /// Rows and groups are nested too deeply.
     #[error("rows and groups stand more than {DEEPEST} deep in each other")]
     Deep,
-    /// Something of one widget.
+    /// An error in one widget.
     #[error("{widget}: {reason}")]
     Widget {
-        /// Which.
+        /// The widget.
         widget: String,
         /// What is wrong.
         reason: String,
     },
 }
 
-/// Looks whether a list can be shown as it is.
+/// Checks whether a list can be shown.
 ///
 /// # Errors
-/// [`Broken`], naming the widget.
+/// [`Broken`], with the name of the widget.
 pub fn check(list: &List) -> Result<(), Broken> {
     let mut checker = Checker::default();
     checker.items(&list.items, 0)
 }
 
-/// Counts what a list holds, and refuses what is wrong or too much as soon as it comes.
+/// Counts the contents of a list, and refuses an error or an excess at once.
 #[derive(Default)]
 pub(crate) struct Checker {
     ids: HashSet<String>,
@@ -76,7 +77,7 @@ impl Checker {
         })
     }
 
-    /// A widget, without what is inside it, that stands so deep in others.
+    /// Checks a widget at this depth, without its contents.
     pub(crate) fn item(&mut self, item: &Item, depth: usize) -> Result<(), Broken> {
         if depth > DEEPEST {
             return Err(Broken::Deep);
@@ -199,7 +200,7 @@ impl Checker {
         }
     }
 
-    /// What is inside a widget that stands so deep in others.
+    /// Checks the contents of a widget at this depth.
     pub(crate) fn inside(&mut self, item: &Item, depth: usize) -> Result<(), Broken> {
         match item {
             Item::Row { items } | Item::Group { items, .. } => self.items(items, depth + 1),
@@ -377,7 +378,7 @@ fn finite(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
     }
 }
 
-/// Finite and not negative.
+/// Checks that the numbers are finite and not negative.
 fn size(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
     finite(widget, numbers)?;
     match numbers.iter().find(|number| **number < 0.0) {
@@ -386,7 +387,8 @@ fn size(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
     }
 }
 
-/// Something is wrong with a widget; of a name that is too long its beginning is told, and nothing that commands a terminal.
+/// Reports an error in a widget. Of its name, only the first 40 characters appear, without control characters
+/// that could control a terminal.
 pub(crate) fn wrong<T>(widget: &str, reason: impl Into<String>) -> Result<T, Broken> {
     let bearable = |letter: char| if letter.is_control() { '?' } else { letter };
     let name: String = widget.chars().take(40).map(bearable).collect();

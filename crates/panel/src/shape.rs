@@ -1,4 +1,4 @@
-//! What is drawn on a canvas, in metres and radians.
+//! The shapes of a canvas, in metres and radians.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
-    /// Through points in turn.
+    /// A line through points, in order.
     Line {
-        /// Less than two show nothing.
+        /// The points. Fewer than two show nothing.
         #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
-        /// From the last back to the first.
+        /// Whether the last point is connected to the first.
         closed: bool,
-        /// How.
+        /// Its color and width.
         stroke: Stroke,
     },
-    /// Each by itself.
+    /// Separate points.
     Points {
-        /// Where.
+        /// The positions.
         #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
         /// Color, and diameter in points of the screen.
@@ -26,49 +26,49 @@ pub enum Shape {
     },
     /// A circle.
     Circle {
-        /// Its middle.
+        /// Its center.
         center: [f64; 2],
         /// Its radius, m; not negative.
         radius: f64,
-        /// Filled.
+        /// Whether it is filled.
         filled: bool,
-        /// How.
+        /// Its color and width.
         stroke: Stroke,
     },
-    /// What is between corners, filled; convex.
+    /// A filled convex polygon.
     Polygon {
-        /// Less than three show nothing.
+        /// Its corners. Fewer than three show nothing.
         #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
-        /// Of what.
+        /// Its color.
         color: Color,
     },
-    /// A line with a head.
+    /// A line with an arrowhead.
     Arrow {
-        /// From.
+        /// The start.
         from: [f64; 2],
-        /// To, where the head is.
+        /// The end, with the arrowhead.
         to: [f64; 2],
-        /// How.
+        /// Its color and width.
         stroke: Stroke,
     },
     /// A text of constant size on the screen.
     Label {
-        /// Where its left lower corner is.
+        /// The position of its lower left corner.
         at: [f64; 2],
-        /// What it says.
+        /// The text.
         text: String,
-        /// In what.
+        /// Its color.
         color: Color,
     },
     /// The outline of the robot that the application drives, as the viewer draws it.
     Robot {
-        /// x, y and heading.
+        /// x and y in metres, heading in radians.
         pose: [f64; 3],
     },
 }
 
-/// What part of the plane.
+/// A rectangle of the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Area {
     /// Least x and y, m.
@@ -77,12 +77,12 @@ pub struct Area {
     pub greatest: [f64; 2],
 }
 
-/// How a line is drawn.
+/// The color and width of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stroke {
     /// Its color.
     pub color: Color,
-    /// Its width in points of the screen, whatever the zoom; positive.
+    /// Its width in points of the screen, independent of the zoom; positive.
     pub width: f32,
 }
 
@@ -90,9 +90,9 @@ pub struct Stroke {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Color {
-    /// Readable in light and in dark.
+    /// A color of the theme, readable on light and on dark backgrounds.
     Ink(Ink),
-    /// Red, green, blue, and how opaque.
+    /// Red, green, blue and opacity.
     Exact([u8; 4]),
 }
 
@@ -100,33 +100,33 @@ pub enum Color {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ink {
-    /// As text.
+    /// The color of text.
     #[default]
     Plain,
-    /// Less than the rest.
+    /// Less prominent than the rest.
     Faint,
-    /// What this is about.
+    /// The main subject.
     Accent,
     /// All is well; free.
     Good,
-    /// Something is off; near.
+    /// A warning; near.
     Warn,
-    /// Something failed; in the way.
+    /// Something failed; an obstacle.
     Bad,
-    /// What attracts: targets.
+    /// Targets, which attract.
     Goal,
-    /// What was measured.
+    /// Measurements.
     Seen,
 }
 
-/// What people do that a panel wants to hear of.
+/// The gestures that a widget accepts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Wants {
     /// Clicks.
     pub clicks: bool,
-    /// Drags; without it a drag moves the view.
+    /// Drags; otherwise a drag moves the view.
     pub drags: bool,
-    /// Keys, while it has the focus.
+    /// Keys, while the widget has the focus.
     pub keys: bool,
 }
 

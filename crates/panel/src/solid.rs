@@ -1,16 +1,16 @@
-//! What is drawn in a scene: x ahead, y left, z up (REP-103), metres and radians.
+//! The shapes of a scene: x ahead, y left, z up (REP-103), in metres and radians.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Color;
 
-/// A shape in space. All coordinates are finite, no size negative.
+/// A shape in space. All coordinates are finite, and no size is negative.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solid {
-    /// Through points in turn.
+    /// A line through points, in order.
     Line {
-        /// Less than two show nothing.
+        /// The points. Fewer than two show nothing.
         #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 3]>,
         /// Its color.
@@ -18,9 +18,9 @@ pub enum Solid {
         /// Its width in points of the screen.
         width: f32,
     },
-    /// Each by itself.
+    /// Separate points.
     Points {
-        /// Where.
+        /// The positions.
         #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 3]>,
         /// Their color.
@@ -30,65 +30,65 @@ pub enum Solid {
     },
     /// A box.
     Box {
-        /// Its middle.
+        /// Its center and orientation.
         place: Place,
-        /// Along x, y and z, m.
+        /// Sizes along x, y and z, m.
         size: [f64; 3],
         /// Its color.
         color: Color,
     },
     /// A sphere.
     Sphere {
-        /// Its middle.
+        /// Its center.
         center: [f64; 3],
-        /// m.
+        /// Its radius, m.
         radius: f64,
         /// Its color.
         color: Color,
     },
     /// A cylinder along its z.
     Cylinder {
-        /// Its middle.
+        /// Its center and orientation.
         place: Place,
-        /// m.
+        /// Its radius, m.
         radius: f64,
-        /// m.
+        /// Its height, m.
         height: f64,
         /// Its color.
         color: Color,
     },
-    /// A line with a head.
+    /// A line with an arrowhead.
     Arrow {
-        /// From.
+        /// The start.
         from: [f64; 3],
-        /// To, where the head is.
+        /// The end, with the arrowhead.
         to: [f64; 3],
         /// Its color.
         color: Color,
     },
-    /// Corners of triangles, three by three, counter-clockwise from outside.
+    /// Triangles.
     Mesh {
-        /// A multiple of three.
+        /// Their corners, three per triangle, counter-clockwise as seen from outside.
         #[serde(deserialize_with = "crate::bytes::points")]
         corners: Vec<[f64; 3]>,
         /// Its color.
         color: Color,
     },
-    /// A text that faces whoever looks.
+    /// A text that always faces the viewer.
     Label {
-        /// Where.
+        /// The position.
         at: [f64; 3],
-        /// What it says.
+        /// The text.
         text: String,
-        /// In what.
+        /// Its color.
         color: Color,
     },
 }
 
-/// Where a solid is and how it is turned: about z (yaw), then y (pitch), then x (roll).
+/// The position and orientation of a solid. It is rotated about z (yaw), then y (pitch), then x (roll).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Place {
-    /// Its middle, m.
+    /// Its center, m.
     pub at: [f64; 3],
     /// Roll, pitch and yaw, rad.
     pub turned: [f64; 3],

@@ -1,14 +1,15 @@
-//! Whether what somebody did fits what a panel shows. It knows the list alone: whether anybody takes it up is another matter.
+//! Whether a gesture fits the present content of a panel. It knows the list alone, and refuses to know
+//! whether the schema uses the gesture.
 
 use crate::limits::wrong;
 use crate::{Broken, Gesture, Item, List, Touch, Wants};
 
 impl List {
-    /// Looks whether a gesture fits a widget of this list as it is now.
+    /// Checks whether a gesture fits a widget of this list.
     ///
     /// # Errors
-    /// There is no such widget, it is of another kind, cannot be pressed now, has no such number or option, or does not want to
-    /// hear of it.
+    /// There is no such widget, it is of another kind, it cannot be pressed now, it has no such number or
+    /// option, or it does not accept the gesture.
     pub fn takes(&self, gesture: &Gesture) -> Result<(), Broken> {
         let id = &*gesture.widget;
         let Some(item) = self.walk().find(|item| item.id() == Some(id)) else {
@@ -38,7 +39,7 @@ impl List {
     }
 }
 
-/// Whether a plane, scene or picture wants to hear of it.
+/// Checks whether a canvas, scene or image accepts the gesture.
 fn heard(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
     let (wanted, what) = match touch {
         Touch::Clicked { .. } => (wants.clicks, "clicks"),

@@ -1,4 +1,4 @@
-//! Lists and gestures as bytes: what was written is what is read, and bytes that nobody meant are refused in words.
+//! Lists and gestures as bytes: decoding inverts encoding, and invalid bytes are refused with a reason.
 
 mod common;
 
@@ -154,7 +154,7 @@ fn the_largest_lists_that_can_be_shown_are_read() {
         let json = serde_json::to_string(&list).expect("it has a form in JSON");
         assert_eq!(serde_json::from_str::<List>(&json).ok().as_ref(), Some(&list));
     }
-    // What one list had in it is nothing to the next, nor to a widget by itself.
+    // The counts of one list affect neither the next list nor a single widget.
     let bytes = encode(&one);
     for _ in 0..=MOST_ITEMS {
         assert_eq!(decode::<Item>(&bytes).as_ref(), Ok(&one));

@@ -1,4 +1,4 @@
-//! Every limit of a list refuses with its reason, checked whole or as it grows.
+//! Every limit of a list refuses with its reason, whether the list is checked whole or while it grows.
 
 mod common;
 
@@ -49,7 +49,7 @@ fn line(points: Vec<[f64; 2]>) -> Shape {
     }
 }
 
-/// Checked whole, and built widget by widget.
+/// Checks a list whole, and while it is built widget by widget.
 #[track_caller]
 fn said(items: Vec<Item>) -> Result<(), Broken> {
     let list = List { time: 0, items };
@@ -276,7 +276,7 @@ fn numbers_are_finite_and_sizes_not_negative() {
     }
 }
 
-/// Every shape of a scene, with that number in one place of it.
+/// Returns every shape of a scene, with `number` in one of its places.
 fn broken_solids(number: f64) -> Vec<Solid> {
     let mut solids = common::solids();
     for solid in &mut solids {

@@ -1,4 +1,5 @@
-//! What a plugin may give to a pen, and what is made of what it may not: the list is broken with a reason, and nothing else.
+//! The valid input of a pen, and the result of invalid input: a list that is broken with a reason, and
+//! nothing else.
 
 #![allow(unsafe_code)]
 
@@ -57,12 +58,12 @@ fn shape(kind: u32, points: &[f64], count: u32) -> raw::Shape {
     }
 }
 
-/// What a plugin does with a pen.
+/// A plugin's calls of a pen.
 struct Hand(*const raw::Pen);
 
 impl Hand {
     fn add(&self, widget: *const raw::Widget) -> i32 {
-        // SAFETY: the pen is lent; what is wrong with the widget is what the test is about.
+        // SAFETY: the pen is lent; the test is about what is wrong with the widget.
         unsafe { ((*self.0).add)((*self.0).drawing, widget) }
     }
 
@@ -82,7 +83,7 @@ fn drawn(draw: impl FnOnce(&Hand)) -> Result<List, String> {
     list.map_err(|broken| broken.to_string())
 }
 
-/// One widget that is refused, and so is a good one after it.
+/// Checks that one widget is refused, and so is a valid one after it.
 #[track_caller]
 fn refused(wrong: *const raw::Widget, reason: &str) {
     let said = drawn(|hand| {
@@ -93,7 +94,7 @@ fn refused(wrong: *const raw::Widget, reason: &str) {
     assert_eq!(said, Err(reason.to_owned()));
 }
 
-/// One shape that is refused in a widget of that kind.
+/// Checks that one shape is refused in a widget of that kind.
 #[track_caller]
 fn refused_in(around: u32, wrong: *const raw::Shape, reason: &str) {
     let said = drawn(|hand| {
@@ -279,7 +280,7 @@ fn a_closed_line_in_space_comes_back_to_its_first_point() {
 #[test]
 fn no_pen_draws_without_its_drawing() {
     let ((), list) = lend_pen(0, |pen| {
-        // SAFETY: the pen is lent, and null is what its functions look at first.
+        // SAFETY: the pen is lent, and its functions check for null first.
         unsafe {
             assert_eq!(((*pen).end)(ptr::null_mut()), raw::BAD_ARGUMENT);
             assert_eq!(((*pen).add)(ptr::null_mut(), ptr::null()), raw::BAD_ARGUMENT);
@@ -347,7 +348,7 @@ fn a_gesture_that_was_lent_is_the_one_that_is_read() {
     let read = lend_gesture("", &broken, |table| unsafe { read_gesture(table) });
     let (_, gesture) = read.expect("a gesture").expect("a known one");
     assert_eq!(gesture.widget, "fi", "up to the first NUL");
-    // SAFETY: null is looked at.
+    // SAFETY: null is checked.
     assert!(unsafe { read_gesture(ptr::null()) }.is_err());
 }
 

@@ -1,4 +1,4 @@
-//! A panel takes what it offers, and nothing else.
+//! A panel accepts the gestures that it offers, and no others.
 
 mod common;
 
@@ -38,7 +38,7 @@ fn key() -> Touch {
     }
 }
 
-/// The list with everything, in which the button can be pressed.
+/// Returns the list with every kind of content. `enabled` states whether the button can be pressed.
 fn list(enabled: bool) -> List {
     let mut list = common::all();
     let button = Item::Button {

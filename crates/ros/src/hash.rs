@@ -1,5 +1,6 @@
-//! The hash by which ROS 2 tells types apart (REP-2016, RIHS01). It is that of the type as ROS 2 has it: what a shared value
-//! bounds, because it has a fixed size, is unbounded there, and on the wire both are the same bytes.
+//! The hash by which ROS 2 distinguishes types (REP-2016, RIHS01). It is the hash of the type as defined in
+//! ROS 2. A shared value has a fixed size, so its sequences and texts have bounds; in ROS 2 they have none.
+//! On the wire the bytes are the same.
 
 use std::collections::BTreeMap;
 
@@ -10,11 +11,12 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use crate::definition::name;
 
-/// What is added to the number of a kind for an array of them, and for a sequence without bound.
+/// Offsets from the number of a kind to that of an array and of an unbounded sequence of it.
 const ARRAY: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
 const SEQUENCE: u8 = TypeId::NESTED_TYPE_UNBOUNDED_SEQUENCE - TypeId::NESTED_TYPE;
 
-/// The hash of a type, as in `RIHS01_9c45bf16...`: that of the ROS 2 type of the same name if the type has its fields.
+/// Returns the hash of a type, as in `RIHS01_9c45bf16...`. It equals that of the ROS 2 type of the same name
+/// if the type has the same fields.
 #[must_use]
 pub fn rihs01(value_type: &Type) -> String {
     let mut parts = BTreeMap::new();
@@ -26,7 +28,7 @@ pub fn rihs01(value_type: &Type) -> String {
     calculate_hash(&message).to_rihs_string()
 }
 
-/// What the type is made of, by name, each once.
+/// Collects the types that a type contains, by name, each once.
 fn referenced(value_type: &Type, parts: &mut BTreeMap<String, TypeDescription>) {
     for field in &value_type.fields {
         if let FieldKind::Struct(inner) = &field.kind
@@ -97,7 +99,7 @@ mod tests {
 
     use super::*;
 
-    /// Those of ROS 2 Jazzy, as `rosbags` 0.11.9 computes them from the definitions it brings along.
+    /// The hashes of ROS 2 Jazzy, as `rosbags` 0.11.9 computes them from its own definitions.
     const JAZZY: &[(&str, &str)] = &[
         (
             "std_msgs/msg/Bool",

@@ -1,5 +1,5 @@
-//! How ROS 2 sees the values of variables: the definition of a described type, and its bytes in CDR. The recordings, the link
-//! and the driver of topics all speak by it. Opens nothing and knows no schema.
+//! Values of variables in the form of ROS 2: the definition of a described type, and its bytes in CDR. The
+//! recordings, the link and the driver of topics use it. It refuses to open anything and to know schemas.
 
 pub mod cdr;
 pub mod definition;

@@ -1,11 +1,12 @@
-//! Random types for tests, laid out as C and the sequences and texts of schemas lie in memory. Makes no values.
+//! Random types for tests, with the memory layout of C and of schemas' sequences and texts. It makes no
+//! values.
 
 use std::sync::Arc;
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use proptest::prelude::*;
 
-/// How many elements a field has.
+/// The number of elements of a field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
     One,
@@ -14,7 +15,7 @@ pub(crate) enum Shape {
     Text(usize),
 }
 
-/// A type of these fields; no two types have one name.
+/// Returns a type with these fields. Different types have different names.
 pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
     let (mut at, mut most) = (0_usize, 1);
     let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
@@ -68,7 +69,7 @@ pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
     made
 }
 
-/// Types of up to four fields, three levels deep.
+/// Generates types of up to four fields, three levels deep.
 pub(crate) fn types() -> impl Strategy<Value = Type> {
     let scalar = prop::sample::select(vec![
         Scalar::Bool,

@@ -1,4 +1,4 @@
-//! Numbers of the ABI and what they mean, both ways.
+//! The numbers of the ABI and their meanings, in both directions.
 
 use jde_abi::raw;
 
@@ -43,7 +43,7 @@ fn code<T: PartialEq>(codes: &[(u32, T)], meaning: &T) -> u32 {
 }
 
 impl Words {
-    /// Its number in the ABI.
+    /// Returns its number in the ABI.
     #[must_use]
     pub fn code(self) -> u32 {
         code(&WORDS, &self)
@@ -51,7 +51,8 @@ impl Words {
 }
 
 impl Color {
-    /// Its number in the ABI. An exact one that lets everything through is as good as invisible, and told as nearly so.
+    /// Returns its number in the ABI. An exact color with opacity 0 gets opacity 1, because 0 marks a color
+    /// of the theme.
     #[must_use]
     pub fn code(self) -> u32 {
         match self {

@@ -1,4 +1,4 @@
-//! Gestures as tables of the ABI, and back.
+//! Converts gestures to tables of the ABI, and back.
 
 use std::ffi::CString;
 
@@ -7,7 +7,7 @@ use jde_abi::raw;
 use super::{codes, table, text};
 use crate::{Broken, Gesture, Touch};
 
-/// Lends a gesture of somebody to `call` as the table that a plugin reads, for as long as that takes.
+/// Lends a gesture of the user `by` to `call`, as the table that a plugin reads, until `call` returns.
 pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw::Gesture) -> R) -> R {
     let key = match &gesture.touch {
         Touch::Key { key, .. } => key,
@@ -57,16 +57,16 @@ pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw
     call(&raw const table)
 }
 
-/// A gesture out of its table, and whose it is; nothing if it is of a kind, or made with a button, that is not known here: what
-/// later versions of the ABI add means nothing to who was built before.
+/// Reads a gesture and its user from their table. Returns `None` for an unknown kind or button, which a later
+/// version of the ABI may have added.
 ///
 /// # Errors
-/// It is no such table, or has a text that is none.
+/// It is not such a table, or a text in it is not UTF-8.
 ///
 /// # Safety
 /// `gesture` is null or a table that follows the rules of `raw`.
 pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Result<Option<(String, Gesture)>, Broken> {
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     let table = unsafe { table("a gesture", gesture) }?;
     // SAFETY: as above.
     let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("a gesture", one) });
@@ -77,9 +77,9 @@ pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Result<Option<(Strin
     Ok(Some((by, Gesture { widget, touch })))
 }
 
-/// What was done, if it is known here.
+/// Returns the kind of the gesture, if it is known.
 fn touch(table: &raw::Gesture, key: String) -> Option<Touch> {
-    // What is not done with a button leaves its number to whatever comes later.
+    // Only gestures with a button read the button's number; later versions may use it in others.
     let button = || codes::button(table.button);
     Some(match table.kind {
         raw::TOUCH_PRESSED => Touch::Pressed,

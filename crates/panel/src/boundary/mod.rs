@@ -1,5 +1,5 @@
-//! Lists and gestures on their way through the C ABI, for whoever calls a plugin: a pen that builds a list, and gestures as
-//! tables. Nothing that a plugin gives is believed before it was looked at; whatever was, is copied.
+//! Lists and gestures on their way through the C ABI, for the callers of a plugin: a pen that builds a list,
+//! and gestures as tables. All input of a plugin is checked before it is used, and then copied.
 
 #![allow(unsafe_code)]
 
@@ -19,7 +19,7 @@ use jde_abi::table::Table;
 use crate::Broken;
 use crate::limits::wrong;
 
-/// A text; null is an empty one.
+/// Returns a text; null is an empty one.
 ///
 /// # Safety
 /// `text` is null or ends with a NUL.
@@ -27,17 +27,17 @@ unsafe fn text(widget: &str, text: *const c_char) -> Result<String, Broken> {
     if text.is_null() {
         return Ok(String::new());
     }
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     match unsafe { CStr::from_ptr(text) }.to_str() {
         Ok(text) => Ok(text.to_owned()),
         Err(_) => wrong(widget, "a text is not UTF-8"),
     }
 }
 
-/// An array of the plugin's; nothing if it has no elements.
+/// Returns an array of the plugin; an empty one if it has no elements.
 ///
 /// # Safety
-/// `first` is null, not aligned, or `count` elements.
+/// `first` is null, not aligned, or points to `count` elements.
 unsafe fn array<'a, T>(widget: &str, first: *const T, count: usize) -> Result<&'a [T], Broken> {
     if count == 0 {
         return Ok(&[]);
@@ -48,15 +48,15 @@ unsafe fn array<'a, T>(widget: &str, first: *const T, count: usize) -> Result<&'
             format!("a pointer to {count} elements is null or not aligned"),
         );
     }
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     Ok(unsafe { core::slice::from_raw_parts(first, count) })
 }
 
-/// A table of the plugin, as this ABI has it.
+/// Returns a table of the plugin in the form of this version of the ABI.
 ///
 /// # Safety
-/// `table` is null, not aligned, or begins with a size that is right.
+/// `table` is null, not aligned, or begins with its correct size.
 unsafe fn table<T: Table>(widget: &str, table: *const T) -> Result<T, Broken> {
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     unsafe { jde_abi::table::read(table) }.or_else(|unreadable| wrong(widget, unreadable.to_string()))
 }

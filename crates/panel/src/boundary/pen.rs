@@ -1,4 +1,4 @@
-//! The pen: functions that a plugin calls while it draws, each of which adds to one list.
+//! The pen: functions that a plugin calls while it draws. Each adds to one list.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -9,8 +9,8 @@ use super::{table, widgets};
 use crate::limits::wrong;
 use crate::{Broken, Builder, List};
 
-/// Lends a pen to `draw` for as long as that takes; answers with what it returned, and with what was drawn at `time`, ns since
-/// the application's start.
+/// Lends a pen to `draw` until `draw` returns. Returns its result, and the list that was drawn at `time`, in
+/// nanoseconds since the application's start.
 pub fn lend_pen<R>(time: u64, draw: impl FnOnce(*const raw::Pen) -> R) -> (R, Result<List, Broken>) {
     let mut builder = Builder::new();
     let drawing: *mut Builder = &raw mut builder;
@@ -27,7 +27,7 @@ pub fn lend_pen<R>(time: u64, draw: impl FnOnce(*const raw::Pen) -> R) -> (R, Re
 }
 
 unsafe extern "C" fn add(drawing: *mut raw::Drawing, widget: *const raw::Widget) -> i32 {
-    // SAFETY: the plugin gives the drawing of its pen and a widget.
+    // SAFETY: the plugin passes the drawing of its pen and a widget.
     unsafe {
         within(drawing, |builder| {
             let item = widgets::read(&table("a widget", widget)?)?;
@@ -37,7 +37,7 @@ unsafe extern "C" fn add(drawing: *mut raw::Drawing, widget: *const raw::Widget)
 }
 
 unsafe extern "C" fn shape(drawing: *mut raw::Drawing, shape: *const raw::Shape) -> i32 {
-    // SAFETY: the plugin gives the drawing of its pen and a shape.
+    // SAFETY: the plugin passes the drawing of its pen and a shape.
     unsafe {
         within(drawing, |builder| {
             let inside = builder.inside().to_owned();
@@ -51,19 +51,20 @@ unsafe extern "C" fn shape(drawing: *mut raw::Drawing, shape: *const raw::Shape)
 }
 
 unsafe extern "C" fn end(drawing: *mut raw::Drawing) -> i32 {
-    // SAFETY: the plugin gives the drawing of its pen.
+    // SAFETY: the plugin passes the drawing of its pen.
     unsafe { within(drawing, Builder::end) }
 }
 
-/// Takes a step of a drawing, if it is not broken. No panic leaves through here: it would end the process.
+/// Runs one step of a drawing, unless the drawing is broken. A panic never crosses this boundary: it would
+/// end the process.
 ///
 /// # Safety
-/// `drawing` is null, or that of a pen that is lent, on this thread.
+/// `drawing` is null, or belongs to a pen that is lent on this thread.
 unsafe fn within(drawing: *mut raw::Drawing, step: impl FnOnce(&mut Builder) -> Result<(), Broken>) -> i32 {
     if drawing.is_null() {
         return raw::BAD_ARGUMENT;
     }
-    // SAFETY: the caller's; nothing else uses it meanwhile.
+    // SAFETY: the caller's contract; nothing else uses the builder meanwhile.
     let builder = unsafe { &mut *drawing.cast::<Builder>() };
     if builder.broken().is_some() {
         return raw::BAD_ARGUMENT;

@@ -1,4 +1,4 @@
-//! Shapes out of their table: of a canvas, of a scene, or curves of a plot, as what is open takes them.
+//! Reads shapes from their table: of a canvas, of a scene, or curves of a plot, depending on the open widget.
 
 use jde_abi::raw;
 
@@ -7,39 +7,39 @@ use crate::builder::Holds;
 use crate::limits::{MOST_POINTS, wrong};
 use crate::{Broken, Color, Place, Shape, Solid, Stroke, Trace};
 
-/// What a shape is to the widget that is open.
+/// The shape in the form of the open widget.
 pub(super) enum Drawn {
     Shape(Shape),
     Solid(Solid),
     Trace(Trace),
 }
 
-/// A shape for a widget of this name that holds these.
+/// Reads a shape for a widget of this name, in the form that the widget holds.
 ///
 /// # Safety
-/// What the table points to is as it says.
+/// The pointers of the table follow the rules of `raw`.
 pub(super) unsafe fn read(widget: &str, holds: Holds, shape: &raw::Shape) -> Result<Drawn, Broken> {
     if shape.point_count as usize > MOST_POINTS {
         return Err(Broken::Points);
     }
     let color = codes::color(widget, shape.color)?;
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     let text = unsafe { text(widget, shape.text) }?;
     match holds {
         Holds::Shapes => {
-            // SAFETY: the caller's.
+            // SAFETY: the caller's contract.
             let points = unsafe { points::<2>(widget, shape) }?;
             flat(widget, shape, points, color, text).map(Drawn::Shape)
         }
         Holds::Solids => {
-            // SAFETY: the caller's.
+            // SAFETY: the caller's contract.
             let points = unsafe { points::<3>(widget, shape) }?;
             solid(widget, shape, points, color, text).map(Drawn::Solid)
         }
         Holds::Traces if shape.kind == raw::SHAPE_LINE => Ok(Drawn::Trace(Trace {
             name: text,
             color,
-            // SAFETY: the caller's.
+            // SAFETY: the caller's contract.
             points: unsafe { points::<2>(widget, shape) }?,
         })),
         Holds::Traces => wrong(widget, "a plot holds nothing but lines"),
@@ -155,7 +155,7 @@ fn solid(
 /// # Safety
 /// As [`read`].
 unsafe fn points<const N: usize>(widget: &str, shape: &raw::Shape) -> Result<Vec<[f64; N]>, Broken> {
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     let numbers = unsafe { array(widget, shape.points, shape.point_count as usize * N) }?;
     Ok(numbers.as_chunks().0.to_vec())
 }

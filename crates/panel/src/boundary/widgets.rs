@@ -1,4 +1,4 @@
-//! Widgets out of their table.
+//! Reads widgets from their table.
 
 use jde_abi::raw;
 
@@ -6,12 +6,12 @@ use super::{array, codes, text};
 use crate::limits::{MOST_BYTES, MOST_ITEMS, wrong};
 use crate::{Area, Broken, Item, Wants};
 
-/// A widget.
+/// Reads a widget.
 ///
 /// # Safety
-/// What the table points to is as it says.
+/// The pointers of the table follow the rules of `raw`.
 pub(super) unsafe fn read(widget: &raw::Widget) -> Result<Item, Broken> {
-    // SAFETY: the caller's, here and below.
+    // SAFETY: the caller's contract, here and below.
     let id = unsafe { text("a widget", widget.id) }?;
     // SAFETY: as above.
     let label = unsafe { text(&id, widget.label) }?;
@@ -128,11 +128,11 @@ unsafe fn texts(name: &str, widget: &raw::Widget) -> Result<Vec<String>, Broken>
     if count > MOST_ITEMS {
         return Err(Broken::Items);
     }
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     let all = unsafe { array(name, widget.texts, count) }?;
     let mut bytes = 0;
     let texts = all.iter().map(|one| {
-        // SAFETY: the caller's.
+        // SAFETY: the caller's contract.
         let one = unsafe { text(name, *one) }?;
         bytes += one.len();
         if bytes > MOST_BYTES {
@@ -153,7 +153,7 @@ unsafe fn pixels(name: &str, widget: &raw::Widget) -> Result<Vec<u8>, Broken> {
     if bytes > MOST_BYTES {
         return Err(Broken::Huge(bytes));
     }
-    // SAFETY: the caller's.
+    // SAFETY: the caller's contract.
     Ok(unsafe { array(name, widget.pixels, bytes) }?.to_vec())
 }
 

@@ -1,5 +1,6 @@
-//! Sequences of a list, counted while they are read: what is more than any list may hold is refused before there is memory for it.
-//! It counts no more than [`crate::check`] does, so that nothing is refused here that would pass there.
+//! Sequences of a list, counted while they are decoded. An excess is refused before memory is allocated for
+//! it. The counts are never higher than those of [`crate::check`], so every list that passes there also
+//! passes here.
 
 use std::cell::Cell;
 use std::fmt;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Deserializer};
 use crate::limits::{MOST_ITEMS, MOST_POINTS};
 use crate::{Broken, Item};
 
-/// What else the list that is read may hold.
+/// What the list that is being decoded may still contain.
 #[derive(Clone, Copy)]
 struct Room {
     items: usize,
@@ -19,11 +20,11 @@ struct Room {
 }
 
 thread_local! {
-    /// Nothing while no list is read: a part by itself has no other bound than its bytes.
+    /// `None` while no list is decoded: a single part is bounded by its bytes only.
     static ROOM: Cell<Option<Room>> = const { Cell::new(None) };
 }
 
-/// The widgets of a whole list.
+/// Decodes the widgets of a whole list.
 pub(crate) fn list<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Item>, D::Error> {
     struct Restore(Option<Room>);
     impl Drop for Restore {
@@ -39,21 +40,21 @@ pub(crate) fn list<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ite
     items(deserializer)
 }
 
-/// Widgets, shapes, curves, options or headings.
+/// Decodes widgets, shapes, curves, options or headings.
 pub(crate) fn items<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
     deserializer.deserialize_seq(Counted(|| take(1, 0), PhantomData))
 }
 
-/// Points of a line, curve or mesh.
+/// Decodes the points of a line, curve or mesh.
 pub(crate) fn points<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
     deserializer.deserialize_seq(Counted(|| take(0, 1), PhantomData))
 }
 
-/// The rows of a table; one without cells counts as one with a cell.
+/// Decodes the rows of a table. A row without cells counts as one cell.
 pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<String>>, D::Error> {
     #[derive(Deserialize)]
     struct Row(#[serde(deserialize_with = "items")] Vec<String>);
@@ -61,7 +62,7 @@ pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ve
     let mut before = left();
     let rows = Counted(
         || {
-            // A row takes room for its cells by itself.
+            // The cells of a row are already counted.
             if left() == before {
                 take(1, 0)?;
             }
@@ -74,7 +75,7 @@ pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ve
     Ok(rows.into_iter().map(|Row(cells)| cells).collect())
 }
 
-/// What is wrong, out of the words of whoever read it.
+/// Returns the error that the decoder reported as a text.
 pub(super) fn broken(said: String) -> Broken {
     let known = [Broken::Items, Broken::Points];
     let known = known.into_iter().find(|broken| broken.to_string() == said);
@@ -91,7 +92,7 @@ fn take(items: usize, points: usize) -> Result<(), Broken> {
     Ok(())
 }
 
-/// A sequence each element of which must be granted.
+/// A sequence whose elements are each granted or refused.
 struct Counted<F, T>(F, PhantomData<T>);
 
 impl<'de, F: FnMut() -> Result<(), Broken>, T: Deserialize<'de>> Visitor<'de> for Counted<F, T> {

@@ -1,8 +1,8 @@
-//! What must hold for any bytes; the fuzz targets run the same functions.
+//! What must hold for any bytes. The fuzz targets run the same functions.
 
 use jde_panel::{Gesture, List, check, decode, encode};
 
-/// A list that passes its check is the same after a journey.
+/// A list that passes its check is unchanged by encoding and decoding.
 pub(crate) fn list(data: &[u8]) {
     if let Ok(list) = decode::<List>(data)
         && check(&list).is_ok()
@@ -11,7 +11,7 @@ pub(crate) fn list(data: &[u8]) {
     }
 }
 
-/// A gesture that passes its check is the same after a journey, and has words.
+/// A gesture that passes its check is unchanged by encoding and decoding, and has a description.
 pub(crate) fn gesture(data: &[u8]) {
     if let Ok(gesture) = decode::<Gesture>(data)
         && gesture.check().is_ok()

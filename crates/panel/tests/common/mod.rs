@@ -1,4 +1,4 @@
-//! A list with everything in it.
+//! A list with every kind of content.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -130,7 +130,8 @@ pub(crate) fn solids() -> Vec<Solid> {
     ]
 }
 
-/// A list with every widget, each text's words, and something inside whatever holds something.
+/// Returns a list with every widget and every style of text, and with contents in every widget that can have
+/// them.
 pub(crate) fn all() -> List {
     let wants = |place: usize| Wants {
         clicks: place == 0,

@@ -1,23 +1,24 @@
-//! From a message to the bytes of a value. Bytes that no field has are zero, and so are elements past the end.
+//! Decodes a message as the bytes of a value. Bytes outside of fields are zero, and so are elements past the
+//! end.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::{ENCAPSULATION, Error};
 
-/// The bytes of the value that a message is.
+/// Returns the bytes of the value in a message.
 ///
 /// # Errors
-/// [`Error`]; whatever bytes are given, it does not panic and allocates no more than a value.
+/// [`Error`]. For any input, it does not panic and allocates no more than a value.
 pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
     let mut value = vec![0; value_type.bytes];
     over_zeros(value_type, message, &mut value)?;
     Ok(value)
 }
 
-/// Replaces the bytes of a value by those of the value that a message is; nothing is allocated.
+/// Replaces the bytes of a value by those of the value in a message. It does not allocate.
 ///
 /// # Errors
-/// [`Error`]; the bytes are then those of no particular value.
+/// [`Error`]. The contents of `value` are unspecified then.
 ///
 /// # Panics
 /// If there are not as many bytes as the type has.
@@ -32,24 +33,24 @@ pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Resul
     over_zeros(value_type, message, value)
 }
 
-/// As [`decode_into`], over bytes that are zero.
+/// Decodes as [`decode_into`] does, into bytes that are zero.
 fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(), Error> {
     let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
-    // The second half holds options, which say nothing about what is in the body.
+    // The second half contains options, which do not affect the body.
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
         return Err(Error::Encapsulation(head.to_vec()));
     }
     let mut rest = Body { body, at: 0 };
     structure(value_type, value, &mut rest)?;
     let over = body.len() - rest.at;
-    // Some writers fill up to a multiple of four.
+    // Some writers pad the body to a multiple of four bytes.
     if over >= 4 {
         return Err(Error::Long(over));
     }
     Ok(())
 }
 
-/// What follows the header, and how far it has been read.
+/// The bytes after the header, and the position of the reader.
 struct Body<'a> {
     body: &'a [u8],
     at: usize,
@@ -132,7 +133,7 @@ fn set_length(value: &mut [u8], offset: usize, length: usize) {
 }
 
 impl<'a> Body<'a> {
-    /// So many bytes from the next multiple of `align` on.
+    /// Returns `count` bytes from the next multiple of `align`.
     fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
         let start = self.at.next_multiple_of(align);
         let taken = start

@@ -1,11 +1,12 @@
-//! From the bytes of a value to a message. Never fails: a length past the capacity counts as the capacity, every byte of a
-//! text that is no UTF-8 becomes `?`.
+//! Encodes the bytes of a value as a message. It never fails: a length above the capacity counts as the
+//! capacity, and every byte of a text that is not UTF-8 becomes `?`.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::ENCAPSULATION;
 
-/// Replaces what `message` holds by the value's message. Reuse it: then nothing is allocated once it is large enough.
+/// Replaces the contents of `message` by the message of a value. A reused vector is not reallocated once it
+/// is large enough.
 ///
 /// # Panics
 /// If there are fewer bytes than the type has.
@@ -24,7 +25,7 @@ pub fn encode(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
 
 fn structure(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
     if value_type.fields.is_empty() {
-        // ROS 2 gives a structure without members one, a zero byte.
+        // In ROS 2, a structure without members has one member, a zero byte.
         message.push(0);
     }
     for field in &value_type.fields {
@@ -59,7 +60,7 @@ fn one_field(field: &Field, value: &[u8], message: &mut Vec<u8>) {
 
 fn scalars(scalar: Scalar, elements: &[u8], message: &mut Vec<u8>) {
     if elements.is_empty() {
-        // An empty sequence leaves no gap behind its length.
+        // An empty sequence has no alignment gap after its length.
         return;
     }
     align(scalar.bytes(), message);
@@ -73,7 +74,7 @@ fn scalars(scalar: Scalar, elements: &[u8], message: &mut Vec<u8>) {
     }
 }
 
-/// As many bytes as it has: no replacement may be longer than what it replaces.
+/// Writes a text with its number of bytes unchanged: no replacement is longer than the original.
 fn text(bytes: &[u8], message: &mut Vec<u8>) {
     for chunk in bytes.utf8_chunks() {
         message.extend_from_slice(chunk.valid().as_bytes());
@@ -83,7 +84,7 @@ fn text(bytes: &[u8], message: &mut Vec<u8>) {
 
 fn length(length: usize, message: &mut Vec<u8>) {
     align(4, message);
-    // A capacity is a u32 in the tables.
+    // A capacity is a `u32` in the descriptions.
     message.extend_from_slice(&(length as u32).to_le_bytes());
 }
 

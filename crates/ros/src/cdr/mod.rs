@@ -1,8 +1,9 @@
-//! Values as ROS 2 puts them on the wire and into recordings: plain CDR, little endian, with its encapsulation header. What
-//! the bytes of a value are is said by its description; no Rust type is needed.
+//! Values as ROS 2 transmits and records them: plain CDR, little endian, with its encapsulation header. A
+//! description gives the meaning of the bytes; no Rust type is needed.
 //!
-//! Form: OMG Common Data Representation as DDS-RTPS 2.5, chapter 10, uses it: every number on a multiple of its size from the end
-//! of the header, a sequence behind the number of its elements, a text behind the number of its bytes with a NUL at its end.
+//! Form: OMG Common Data Representation as in DDS-RTPS 2.5, chapter 10. Every number is at a multiple of its
+//! size from the end of the header. A sequence follows the number of its elements. A text follows the number
+//! of its bytes, and ends with a NUL, which is counted.
 
 mod decode;
 mod encode;
@@ -13,29 +14,29 @@ pub use encode::encode;
 /// CDR, little endian, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// Why a message is no value of a type.
+/// Why a message is not a value of a type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// Another encoding, or big endian.
+    /// The encoding is another one, or big endian.
     #[error("the message begins with {0:02x?}; expected 00 01, plain CDR in little endian")]
     Encapsulation(Vec<u8>),
-    /// It ends too soon.
+    /// The message is too short.
     #[error("the message ends within `{0}`; it was cut, or is of another type")]
     Short(String),
-    /// It goes on after the last field.
+    /// The message continues after the last field.
     #[error("the message has {0} bytes too many; it is of another type")]
     Long(usize),
-    /// More elements than there is room for.
+    /// A sequence or text is longer than its capacity.
     #[error("`{field}` has {got} elements, and room for {capacity}")]
     Capacity {
         /// The field.
         field: String,
-        /// Its room.
+        /// Its capacity.
         capacity: usize,
-        /// What the message has.
+        /// The length in the message.
         got: usize,
     },
-    /// A text that is none.
+    /// A text is not valid.
     #[error("`{0}` is no UTF-8 text with a NUL at its end")]
     Text(String),
 }

@@ -1,4 +1,5 @@
-//! Messages against bytes worked out by hand, and there and back for values of every standard and of random types.
+//! Messages are compared with bytes computed by hand. Values of every standard type and of random types are
+//! encoded and decoded.
 
 use std::fmt::Debug;
 
@@ -9,7 +10,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::random::{Shape, of_fields, types};
 
-/// Both ways: the message is the value, and the value is the message.
+/// Checks both directions: encoding gives the message, and decoding gives the value.
 fn is_message<T: Value + PartialEq + Debug>(value: &T, by_hand: &[u8]) {
     let value_type = T::describe();
     let bytes = decode(&value_type, by_hand).unwrap();
@@ -165,7 +166,7 @@ fn what_is_no_message_is_refused_with_its_place() {
     assert_eq!(decode(&text, b"\0\x01\0\0\x01\0\0\0\0....."), Err(Error::Long(5)));
 }
 
-/// Numbers that look random (SplitMix64, Steele, Lea, Flood 2014).
+/// Pseudo-random numbers (SplitMix64; Steele, Lea, Flood 2014).
 struct Random(u64);
 
 impl Random {
@@ -177,7 +178,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A value whose bytes beyond its fields are zero.
+    /// Fills a value. Bytes outside of its fields stay zero.
     fn fill(&mut self, value_type: &Type, value: &mut [u8]) {
         for field in &value_type.fields {
             let capacity = field.form.capacity();
@@ -194,7 +195,7 @@ impl Random {
             match (&field.kind, field.form) {
                 (_, Form::Text { .. }) => {
                     elements.fill_with(|| (self.next() % 127) as u8);
-                    // A letter of two bytes, where there is room for one.
+                    // A letter of two bytes, if the capacity allows.
                     if let Some(letter) = elements.first_chunk_mut() {
                         *letter = [0xc3, 0xa9];
                     }
@@ -241,13 +242,13 @@ proptest! {
     #[test]
     fn bytes_nobody_meant_do_no_harm(value_type in types(), mut message: Vec<u8>) {
         message.splice(..0, ENCAPSULATION);
-        // Whether it is a value does not matter here; a panic would.
+        // The result does not matter here; a panic would.
         let _ = decode(&value_type, &message);
     }
 }
 
 proptest! {
-    // Each case takes all of them, pictures included.
+    // Each case covers all types, images included.
     #![proptest_config(ProptestConfig::with_cases(8))]
 
     #[test]

@@ -1,5 +1,5 @@
-//! The ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own fields, then those of every type it
-//! is made of; and back. Knows messages alone, no services or actions.
+//! Writes and reads the ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own
+//! fields, then those of every type that it contains. It knows messages only, no services or actions.
 
 mod read;
 
@@ -12,17 +12,18 @@ use jde_abi::describe::{Field, FieldKind, Form, Type};
 
 /// The package of types whose names have none.
 const PACKAGE: &str = "jde_msgs";
-/// What stands between two definitions.
+/// The line between two definitions.
 const RULE: &str = "================================================================================";
 
-/// The name of a type's schema, as ROS 2 writes it: `package/msg/Type`. Whatever a ROS name cannot have becomes `_`.
+/// Returns the name of a type's schema in the form of ROS 2: `package/msg/Type`. Characters that a ROS name
+/// cannot have become `_`.
 #[must_use]
 pub fn name(value_type: &Type) -> String {
     let (package, name) = parts(&value_type.name);
     format!("{package}/msg/{name}")
 }
 
-/// The definition of a type with all that it is made of, docs and units as comments.
+/// Returns the definition of a type and of all types that it contains, with docs and units as comments.
 ///
 /// Form: <https://mcap.dev/spec/registry#ros2msg>, and the interface definitions of ROS 2.
 #[must_use]
@@ -45,7 +46,7 @@ pub fn definition(value_type: &Type) -> String {
     text
 }
 
-/// The type's own fields.
+/// Writes the type's own fields.
 fn one(value_type: &Type, text: &mut String) {
     if !value_type.doc.is_empty() {
         comment(&value_type.doc, "", text);
@@ -85,7 +86,7 @@ fn comment(doc: &str, unit: &str, text: &mut String) {
     }
 }
 
-/// The name of a type as definitions write it: `package/Type`.
+/// Returns the name of a type as in definitions: `package/Type`.
 fn short(value_type: &Type) -> String {
     let (package, name) = parts(&value_type.name);
     format!("{package}/{name}")

@@ -1,11 +1,11 @@
-//! Kinds of fields, and where each lies in memory.
+//! The types of fields, and their places in memory.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::section::Line;
 use super::{MOST_BYTES, ReadError};
 
-/// How many elements, before they have a place.
+/// The number of elements, before the field has a place.
 pub(super) enum Shape {
     One,
     Array(usize),
@@ -13,7 +13,7 @@ pub(super) enum Shape {
     Text(usize),
 }
 
-/// What a field is made of, and how many.
+/// Returns the type of a field's elements, and their number.
 pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> {
     let refused = |why| ReadError::Kind {
         line: line.number,
@@ -76,7 +76,7 @@ pub(super) fn scalar(element: &str) -> Option<Scalar> {
     })
 }
 
-/// Fields that have their places.
+/// Fields with their places.
 pub(super) struct Layout {
     fields: Vec<Field>,
     end: usize,
@@ -94,9 +94,9 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// None if that is more than a value may have.
+    /// Adds a field. Returns `None` if the value would exceed its maximum size.
     pub(super) fn push(&mut self, line: &Line<'_>, kind: FieldKind, shape: Shape) -> Option<()> {
-        // A sequence begins with its number and a spare word, a text with its number of bytes.
+        // A sequence begins with its length and a spare word, a text with its length in bytes.
         let (head, align, capacity) = match shape {
             Shape::One => (0, kind.align(), 1),
             Shape::Array(count) => (0, kind.align(), count),

@@ -1,7 +1,8 @@
-//! From a definition to the type it describes, laid out as schemas lay their values out: in the order of the fields, each at
-//! the next multiple of its alignment, as C does. What has no bound is refused, because a shared value has a fixed size.
+//! Reads the type that a definition describes. Its layout is that of schemas' values: in the order of the
+//! fields, each at the next multiple of its alignment, as in C. A field without a bound is refused, because a
+//! shared value has a fixed size.
 //!
-//! The text may come from anybody: what is read is bounded in length, depth, bytes and number of fields.
+//! The text is not trusted: its length, depth, bytes and number of fields are bounded.
 
 mod layout;
 mod section;
@@ -15,70 +16,72 @@ use super::parts;
 use layout::{Layout, scalar, shape};
 use section::{Line, Section, sections};
 
-/// Longest definition, bytes; the standard types need 5 kB at most.
+/// The longest definition, in bytes; the standard types need 5 kB at most.
 const MOST_TEXT: usize = 1 << 20;
-/// Largest value, bytes, and structures within structures: what a plugin may have.
+/// The largest value, in bytes, and the maximum nesting of structures: the limits of a plugin.
 const MOST_BYTES: usize = 256 << 20;
 const DEEPEST: usize = 16;
-/// Fields, those of parts counted wherever they occur: who walks through a type walks no further.
+/// The maximum number of fields. Those of contained types count at each occurrence, so it bounds every walk
+/// through a type.
 const MOST_FIELDS: usize = 1 << 16;
 
-/// Why a text is no definition of a type that can be shared.
+/// Why a text does not define a type that can be shared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
-    /// A line that is neither comment nor field.
+    /// A line is neither a comment nor a field.
     #[error("line {line}: `{text}` is no field; expected a type and a name, as in `float64 x`")]
     Line {
         /// Its number, from 1.
         line: usize,
-        /// What it says.
+        /// Its text.
         text: String,
     },
-    /// A kind that a shared value cannot have.
+    /// The type of a field is not possible in a shared value.
     #[error("line {line}: a field of `{kind}` cannot be shared; {why}")]
     Kind {
         /// Its number, from 1.
         line: usize,
-        /// The kind.
+        /// The type of the field.
         kind: String,
-        /// What it may be instead.
+        /// What to use instead.
         why: &'static str,
     },
-    /// A structure that the text does not define.
+    /// The text does not define a structure.
     #[error("line {line}: `{name}` is not defined; expected it behind a line `MSG: {name}`")]
     Unknown {
-        /// Where it is used.
+        /// The line that uses it.
         line: usize,
         /// Its name.
         name: String,
     },
-    /// Two definitions, or two fields of one, share a name.
+    /// Two definitions, or two fields of one definition, have the same name.
     #[error("line {line}: there is a `{name}` already")]
     Twice {
-        /// Where the second is.
+        /// The line of the second one.
         line: usize,
         /// The name.
         name: String,
     },
-    /// It contains itself, or nearly so.
+    /// A type contains itself, or is nested too deeply.
     #[error("`{0}` nests deeper than {DEEPEST}, or contains itself")]
     Deep(String),
-    /// More than anybody shares.
+    /// A type exceeds the limits of size or fields.
     #[error("`{0}` is too large; at most {MOST_BYTES} bytes and {MOST_FIELDS} fields are shared")]
     Large(String),
-    /// A text of this many bytes.
+    /// The text has this many bytes, which is too long.
     #[error("the definition has {0} bytes; at most {MOST_TEXT} are read")]
     Long(usize),
 }
 
-/// The type that a definition describes: what [`definition`](super::definition()) was given, but for its docs' white space, if
-/// that was laid out as C does and has no padding beyond. `name` becomes the type's; those it is made of are `package/msg/Type`.
+/// Returns the type that a definition describes. This inverts [`definition`](super::definition()), apart from
+/// white space in docs, if that type has the layout of C without further padding. `name` becomes the name of
+/// the type; contained types are `package/msg/Type`.
 ///
-/// Constants and defaults are passed over; `byte` and `char` are `uint8`. A structure named without package is of the package of
-/// the definition it stands in.
+/// Constants and defaults are skipped; `byte` and `char` are `uint8`. A structure without a package has the
+/// package of the definition that uses it.
 ///
 /// # Errors
-/// [`ReadError`], with the line; whatever the text, it ends after time in proportion to its length.
+/// [`ReadError`], with the line. For any text, the time is proportional to its length.
 pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
     if text.len() > MOST_TEXT {
         return Err(ReadError::Long(text.len()));
@@ -96,7 +99,7 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
     })
 }
 
-/// A finished type, what it nests and how many fields it has with those of its parts.
+/// A finished type, its nesting depth, and the number of its fields with those of contained types.
 #[derive(Clone)]
 struct Made {
     value_type: Arc<Type>,
@@ -160,7 +163,7 @@ impl Reader<'_> {
         Ok(made)
     }
 
-    /// The structure that a field is made of.
+    /// Returns the structure that is the type of a field.
     fn inner(
         &mut self,
         section: &Section<'_>,

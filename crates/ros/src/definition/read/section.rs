@@ -1,4 +1,4 @@
-//! The text of a definition, line by line: comments, fields and what is passed over. It knows no kinds.
+//! The text of a definition, line by line: comments, fields and skipped lines. It refuses to know types.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ pub(super) struct Section<'a> {
     pub(super) fields: Vec<Line<'a>>,
 }
 
-/// A field as its line says it.
+/// A field as its line states it.
 pub(super) struct Line<'a> {
     pub(super) number: usize,
     pub(super) kind: &'a str,
@@ -64,7 +64,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Takes one line; `comments` are those since the last field or empty line.
+    /// Processes one line. `comments` are those since the last field or empty line.
     fn line(&mut self, number: usize, line: &'a str, comments: &mut Vec<&'a str>) -> Result<(), ReadError> {
         if line.is_empty() {
             if self.fields.is_empty() && self.doc.is_empty() {
@@ -117,7 +117,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// Takes the unit in brackets off the end of a comment.
+/// Removes the unit in brackets from the end of a comment and returns it.
 fn take_unit<'a>(comment: &mut &'a str) -> &'a str {
     let Some((before, unit)) = comment.strip_suffix(']').and_then(|inner| inner.rsplit_once('[')) else {
         return "";

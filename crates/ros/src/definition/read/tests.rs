@@ -1,4 +1,5 @@
-//! Definitions of every standard and of random types are read back; those of others are read as ROS 2 means them, or refused.
+//! Definitions of every standard type and of random types are read back. Other definitions are read as in ROS
+//! 2, or refused.
 
 use jde_types::standard;
 use proptest::prelude::*;
@@ -140,7 +141,7 @@ fn links_of(text: &str) -> usize {
 
 #[test]
 fn a_type_that_nests_deep_is_refused_however_it_is_reached() {
-    // Shallow first, so that it is finished when the deep way comes to it.
+    // The shallow use is first, so the type is finished when the deep use reaches it.
     let mut text = "a/T8 early\na/T0 first\n".to_owned();
     for n in 0..17 {
         text += &format!("===\nMSG: a/T{n}\na/T{} next\n", n + 1);
