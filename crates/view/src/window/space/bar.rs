@@ -1,4 +1,4 @@
-//! What stands over the picture: buttons, what a click told, and words where there is nothing to be seen.
+//! What lies over the picture: buttons, the point of the last click, and messages.
 
 use eframe::egui::{self, Align2, Ui, vec2};
 use jde_panel::Ink;
@@ -9,7 +9,7 @@ use super::{Space, overlay};
 use crate::style::{Style, color_of};
 
 impl Space {
-    /// Does what a person wants besides moving the eye.
+    /// Performs an action of the user other than moving the eye directly.
     pub(super) fn fulfil(&mut self, wish: ViewAction) {
         let now = self.kept.orbit;
         match wish {
@@ -33,7 +33,7 @@ impl Space {
         }
     }
 
-    /// The buttons over the picture.
+    /// Shows the buttons over the picture.
     pub(super) fn bar(&mut self, ui: &mut Ui, rect: egui::Rect) {
         let area = egui::Rect::from_min_size(rect.min + vec2(8.0, 8.0), vec2(rect.width() - 16.0, 24.0));
         let builder = egui::UiBuilder::new()
@@ -79,7 +79,7 @@ impl Space {
         }
     }
 
-    /// What is to be said in words.
+    /// Shows the messages and the point of the last click.
     pub(super) fn notes(&self, painter: &egui::Painter, rect: egui::Rect, style: &Style) {
         let plain = color_of(Ink::Plain, style);
         if self.seen.is_empty() {
@@ -118,7 +118,7 @@ impl Space {
         }
     }
 
-    /// No picture: why, and another try.
+    /// Shows why there is no picture, and a button that tries again.
     pub(super) fn refused(&mut self, ui: &mut Ui, rect: egui::Rect, reason: &str) {
         let mut area = ui.new_child(egui::UiBuilder::new().max_rect(rect.shrink(16.0)));
         area.vertical_centered(|ui| {

@@ -1,4 +1,4 @@
-//! Puts what is seen on the stage: sensors, ways and targets in the frame of the odometry.
+//! Composes the draw list from the scene data: sensors, routes and targets in the frame of the odometry.
 
 use std::f32::consts::PI;
 
@@ -14,16 +14,16 @@ use super::scene_data::{Camera, RobotData, RouteData, SceneData, frame};
 use super::solids;
 use crate::style::{Style, color_of};
 
-/// How far before a camera its picture stands, m.
+/// Distance of a camera's image from the camera, in m.
 const PICTURE: f32 = 0.7;
-/// Targets nearer to each other than this are one, m.
+/// Targets nearer to each other than this are merged, in m.
 const SAME: f64 = 0.05;
-/// How near a target the robot counts as there in all applications that come with jde, m.
+/// Radius within which a target counts as reached, in all applications that come with jde, in m.
 const REACHED: f32 = 0.3;
-/// Parts of the arc of a sonar's cone.
+/// Number of segments in the arc of a sonar's cone.
 const ARC: usize = 8;
 
-/// All of it, as far as wanted. Answers with what could not be shown, in words.
+/// Draws all selected items. Returns messages about what cannot be shown.
 pub(crate) fn all(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &Style) -> Vec<String> {
     let mut troubles = seen.troubles.clone();
     if items.axes {
@@ -57,7 +57,7 @@ pub(crate) fn all(draw_list: &mut DrawList, seen: &SceneData, items: &Items, sty
     troubles
 }
 
-/// x red, y green, z blue, as everywhere.
+/// Draws a frame's axes: x red, y green, z blue.
 pub(crate) fn axes(draw_list: &mut DrawList, frame: Affine3A, length: f32, style: &Style) {
     for (axis, color) in Vec3::AXES.into_iter().zip(axis_colors(style)) {
         let from = frame.transform_point3(Vec3::Z * 0.012);
@@ -100,7 +100,7 @@ fn walls(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &Styl
     }
 }
 
-/// So that a click finds it, and its name beside it.
+/// Makes a thing clickable, and writes its name beside it.
 fn name(draw_list: &mut DrawList, seen: &SceneData, thing: &Thing, items: &Items, style: &Style) {
     let place = seen.world.frame * frame(thing.pose);
     let middle = place.transform_point3(Vec3::Z * thing.height / 2.0);
@@ -155,7 +155,7 @@ fn show_laser(draw_list: &mut DrawList, laser: Affine3A, scan: &LaserScan, style
     let origin = laser.transform_point3(Vec3::ZERO);
     let mut before: Option<Vec3> = None;
     for (beam, &range) in scan.ranges.iter().enumerate() {
-        // As far as the beam is free: to what it met, to its reach, or nowhere if it measured nothing.
+        // The free length of the beam: to its hit, to the range limit, or none if nothing was measured.
         let free = if range == f32::INFINITY {
             scan.range_max
         } else if range == f32::NEG_INFINITY {
@@ -258,7 +258,7 @@ fn show_way(draw_list: &mut DrawList, way: &RouteData, goal: Color32, faint: Col
     }
 }
 
-/// The picture before the camera, and the pyramid of what it sees.
+/// Draws the image in front of its camera, and the pyramid of the field of view.
 fn show_camera(draw_list: &mut DrawList, camera: &Camera, robots: &[RobotData], style: &Style) {
     let Some(place) = camera.place(robots) else { return };
     let [width, height] = camera.pixels.picture.size.map(|size| size as f32);

@@ -1,7 +1,7 @@
-//! What there is to draw in one frame: shapes in space in a few large lists, as the graphics card takes them. Emptied and filled
-//! anew each frame, so that no memory is asked for once it has grown.
+//! The draw list of one frame: shapes in space, in a few large lists in the format of the graphics card. It
+//! is cleared and filled each frame, so that it allocates no memory once it has grown.
 //!
-//! Knows no robots and no windows.
+//! It knows no robots and no windows.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -12,32 +12,32 @@ use glam::{Affine3A, Mat3A, Quat, Vec3};
 
 use crate::picture;
 
-/// A form whose corners lie ready on the card.
+/// A mesh whose vertices are stored on the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Mesh {
-    /// A cube with edges of 1, about its middle.
+    /// A cube with edges of length 1, centered.
     Box,
-    /// Diameter and height 1, along z, about its middle.
+    /// A cylinder along z of diameter and height 1, centered.
     Cylinder,
-    /// Diameter 1.
+    /// A sphere of diameter 1, centered.
     Sphere,
-    /// Its base of diameter 1 at 0, its tip at z = 1.
+    /// A cone with its base of diameter 1 at z = 0, and its tip at z = 1.
     Cone,
 }
 
-/// The forms, in the order of their numbers.
+/// The meshes, in the order of their numbers.
 pub(crate) const FORMS: [Mesh; 4] = [Mesh::Box, Mesh::Cylinder, Mesh::Sphere, Mesh::Cone];
 
-/// A form at its place.
+/// A mesh with its placement and color.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Instance {
-    /// The rows of the matrix that puts it there.
+    /// The rows of its affine matrix.
     pub(crate) rows: [[f32; 4]; 3],
     pub(crate) color: [u8; 4],
 }
 
-/// A corner of a triangle.
+/// A vertex of a triangle.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Corner {
@@ -46,7 +46,7 @@ pub(crate) struct Corner {
     pub(crate) color: [u8; 4],
 }
 
-/// A straight line, or a dot if both ends are one.
+/// A straight line, or a dot if both ends are equal.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Stroke {
@@ -57,24 +57,24 @@ pub(crate) struct Stroke {
     pub(crate) color: [u8; 4],
 }
 
-/// Pixels; `stamp` differs when they do.
+/// An image. A different `stamp` means different pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Pixels {
     pub(crate) picture: picture::Picture,
     pub(crate) stamp: u64,
 }
 
-/// A picture that stands in space.
+/// An image placed in space.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
-    /// Of whom: its texture is kept from frame to frame.
+    /// Identifies its texture, which is kept from frame to frame.
     pub(crate) name: String,
     pub(crate) pixels: Arc<Pixels>,
     /// Upper left, upper right, lower right, lower left.
     pub(crate) corners: [Vec3; 4],
 }
 
-/// A text at a place.
+/// A text at a position.
 #[derive(Clone, Debug)]
 pub(crate) struct Label {
     pub(crate) at: Vec3,
@@ -82,7 +82,7 @@ pub(crate) struct Label {
     pub(crate) color: Color32,
 }
 
-/// Something with a name that can be pointed at.
+/// A named object that can be clicked.
 #[derive(Clone, Debug)]
 pub(crate) struct Pickable {
     pub(crate) name: String,
@@ -90,12 +90,12 @@ pub(crate) struct Pickable {
     pub(crate) radius: f32,
 }
 
-/// All there is to draw.
+/// Everything to draw in a frame.
 #[derive(Debug, Default)]
 pub(crate) struct DrawList {
-    /// By form, what nothing is seen through.
+    /// Opaque instances, by mesh.
     pub(crate) firm: [Vec<Instance>; FORMS.len()],
-    /// By form, what lets something through.
+    /// Translucent instances, by mesh.
     pub(crate) clear: [Vec<Instance>; FORMS.len()],
     pub(crate) firm_corners: Vec<Corner>,
     pub(crate) clear_corners: Vec<Corner>,
@@ -106,7 +106,7 @@ pub(crate) struct DrawList {
     pub(crate) things: Vec<Pickable>,
 }
 
-/// Turned about z (yaw), then y (pitch), then x (roll), and put somewhere.
+/// The transform that rotates about x (roll), then y (pitch), then z (yaw), and then moves to `at`.
 pub(crate) fn placed(at: Vec3, [roll, pitch, yaw]: [f32; 3]) -> Affine3A {
     let turned = Quat::from_rotation_z(yaw) * Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
     Affine3A::from_rotation_translation(turned, at)
@@ -125,7 +125,7 @@ impl DrawList {
         self.things.clear();
     }
 
-    /// A form of a size, about its middle.
+    /// Adds a mesh scaled to a size, with its origin at `place`.
     pub(crate) fn form(&mut self, form: Mesh, place: Affine3A, size: Vec3, color: Color32) {
         let Affine3A { matrix3, translation } = place;
         let scaled = matrix3 * Mat3A::from_diagonal(size);
@@ -145,13 +145,13 @@ impl DrawList {
         list[form as usize].push(instance);
     }
 
-    /// Upright, with its lowest point in the middle of where `place` is.
+    /// Adds a mesh with the middle of its base at `at` in the frame `place`.
     pub(crate) fn upright(&mut self, form: Mesh, place: Affine3A, at: Vec3, size: Vec3, color: Color32) {
         let middle = at + Vec3::Z * size.z / 2.0;
         self.form(form, place * Affine3A::from_translation(middle), size, color);
     }
 
-    /// A triangle; lit on both sides.
+    /// Adds a triangle that is lit on both sides.
     pub(crate) fn triangle(&mut self, corners: [Vec3; 3], color: Color32) {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
@@ -168,7 +168,7 @@ impl DrawList {
         }));
     }
 
-    /// From one point to another.
+    /// Adds a line between two points. Its width is in points of the screen.
     pub(crate) fn line(&mut self, from: Vec3, to: Vec3, width: f32, color: Color32) {
         self.strokes.push(Stroke {
             from: from.to_array(),
@@ -178,7 +178,7 @@ impl DrawList {
         });
     }
 
-    /// Through points in turn.
+    /// Adds lines through points in turn.
     pub(crate) fn lines(&mut self, points: impl IntoIterator<Item = Vec3>, width: f32, color: Color32) {
         let mut points = points.into_iter();
         let Some(mut before) = points.next() else { return };
@@ -188,7 +188,7 @@ impl DrawList {
         }
     }
 
-    /// A round dot, of a diameter in points of the screen.
+    /// Adds a round dot of a diameter in points of the screen.
     pub(crate) fn dot(&mut self, at: Vec3, width: f32, color: Color32) {
         self.dots.push(Stroke {
             from: at.to_array(),
@@ -198,7 +198,7 @@ impl DrawList {
         });
     }
 
-    /// A shaft with a head.
+    /// Adds an arrow with a shaft of the diameter `thick`.
     pub(crate) fn arrow(&mut self, from: Vec3, to: Vec3, thick: f32, color: Color32) {
         let along = to - from;
         let length = along.length();
@@ -221,7 +221,7 @@ impl DrawList {
         self.form(Mesh::Cone, tip, Vec3::new(wide, wide, head), color);
     }
 
-    /// A circle parallel to the floor.
+    /// Adds a circle parallel to the floor.
     pub(crate) fn ring(&mut self, middle: Vec3, radius: f32, width: f32, color: Color32) {
         const PARTS: usize = 40;
         let point = |part: usize| {
@@ -247,7 +247,7 @@ impl DrawList {
         });
     }
 
-    /// Leaves out the pictures that are larger than a card takes; answers with why, in words.
+    /// Removes the images that exceed a card's limit. Returns the reasons as messages.
     pub(crate) fn leave_out_pictures(&mut self, most: usize) -> Vec<String> {
         let mut reasons = Vec::new();
         self.pictures
@@ -261,7 +261,7 @@ impl DrawList {
         reasons
     }
 
-    /// Differs, but for accidents that nobody meets, when what the card draws does.
+    /// A hash of everything that the card draws. Collisions are improbable.
     pub(crate) fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         for list in self.firm.iter().chain(&self.clear) {
@@ -281,7 +281,7 @@ impl DrawList {
     }
 }
 
-/// As the shaders take it: not multiplied by how opaque it is.
+/// The color for the shaders: not premultiplied by its alpha.
 pub(crate) fn straight(color: Color32) -> [u8; 4] {
     color.to_srgba_unmultiplied()
 }

@@ -1,4 +1,4 @@
-//! Who of an application has what there is to be seen in space. It reads no values.
+//! Finds the variables of an application that the 3D view shows. It reads no values.
 
 use jde_types::{
     Image, LaserScan, Mission, Movers, Odometry, PanTilt, Path, RangeRing, Route, Scenery, Target, Truth,
@@ -7,10 +7,10 @@ use jde_types::{
 
 use crate::session::Session;
 
-/// Who has what: full names, and owners. Made anew when the application's variables change.
+/// Variables by type, each with its full name and its owner. Rebuilt when the number of variables changes.
 #[derive(Default)]
 pub(super) struct Entities {
-    /// Of how many variables it was made.
+    /// The number of variables from which it was built.
     pub(super) made_of: usize,
     pub(super) robots: Vec<[String; 2]>,
     pub(super) lasers: Vec<[String; 2]>,
@@ -28,7 +28,7 @@ pub(super) struct Entities {
 }
 
 impl Entities {
-    /// Of an application as it is now.
+    /// Finds the variables of an application.
     pub(super) fn of(session: &Session) -> Self {
         fn exports<T: Value>(session: &Session) -> Vec<[String; 2]> {
             let names = session.exports::<T>();
@@ -64,7 +64,7 @@ impl Entities {
         }
     }
 
-    /// The robot that something belongs to: its owner, or the first.
+    /// The index of the robot that an owner belongs to: the owner itself, or else the first robot.
     pub(super) fn robot(&self, owner: &str) -> usize {
         self.robots
             .iter()

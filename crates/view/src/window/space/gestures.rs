@@ -1,5 +1,5 @@
-//! What hands do to the scenes of panels, handed back to the schemas that draw them: a click on a shape or on the ground, a drag
-//! that begins on a shape, and keys once a scene was touched.
+//! Gestures on the scenes of panels, which are sent to the schemas that draw them: a click on a shape or on
+//! the ground, a drag that begins on a shape, and keys after a click on the scene.
 
 use eframe::egui::{Pos2, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
@@ -10,27 +10,27 @@ use super::orbit::Eye;
 use super::scene_data::SceneData;
 use crate::canvas::Gestures;
 
-/// A drag ends at the horizon, which is so many times as far away as what is looked at.
+/// Maximum distance of a drag, as a multiple of the distance of the view's target.
 const FAR: f32 = 4.0;
 
-/// What is under way, from frame to frame.
+/// Gestures in progress, kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct SceneGestures {
     hands: Gestures,
     held: Option<TouchedScene>,
 }
 
-/// The scene that a hand touched last.
+/// The scene of the last click or drag.
 struct TouchedScene {
     schema: String,
     scene: String,
-    /// Where, in the frame of the odometry.
+    /// The position in the frame of the odometry.
     at: Vec3,
-    /// A shape, and not the ground.
+    /// Whether a shape was hit rather than the ground.
     shape: bool,
 }
 
-/// A scene that wants to hear of hands.
+/// A scene that requests gestures.
 struct Scene<'a> {
     schema: &'a str,
     id: &'a str,
@@ -40,17 +40,17 @@ struct Scene<'a> {
 }
 
 impl SceneGestures {
-    /// A drag is handed back: the eye stays.
+    /// Whether a drag is sent to a scene, so that the eye stays.
     pub(crate) fn drags(&self) -> bool {
         self.hands.drags()
     }
 
-    /// Keys are handed back.
+    /// Whether keys are sent to a scene.
     pub(crate) fn types(&self, seen: &SceneData) -> bool {
         self.scene(&scenes(seen)).is_some_and(|scene| scene.wants.keys)
     }
 
-    /// What was done in this frame, each with the schema that it is for.
+    /// The gestures of this frame, each with its schema.
     pub(crate) fn gestures(
         &mut self,
         ui: &Ui,
@@ -74,7 +74,7 @@ impl SceneGestures {
                 now == Some((&before.schema, &before.scene))
             };
             if !self.held.as_ref().is_some_and(same) {
-                // The keys that are down there come up.
+                // Releases the keys that are down in the scene before.
                 self.hand_back(ui, response, eye, &scenes, Wants::default(), &mut gestures);
                 self.hands = Gestures::default();
             }
@@ -82,12 +82,12 @@ impl SceneGestures {
         }
         let wants = match (self.scene(&scenes), &self.held) {
             (Some(scene), Some(held)) => Wants {
-                // The ground is what the eye is turned by.
+                // Drags on the ground turn the view.
                 drags: scene.wants.drags && held.shape,
                 ..scene.wants
             },
             _ => {
-                // Nobody is there any more to whom the end of a drag could be told.
+                // The scene is gone, so the end of a drag has no receiver.
                 self.hands = Gestures::default();
                 return gestures;
             }
@@ -96,7 +96,7 @@ impl SceneGestures {
         gestures
     }
 
-    /// Adds what was done to the scene that is held.
+    /// Adds the gestures on the current scene.
     fn hand_back(
         &mut self,
         ui: &Ui,
@@ -134,7 +134,7 @@ fn screen(response: &Response, at: Pos2) -> Vec2 {
     Vec2::new(at.x, at.y)
 }
 
-/// The scenes that want anything, where their frames are known.
+/// The scenes that request gestures and whose frames are known.
 fn scenes(seen: &SceneData) -> Vec<Scene<'_>> {
     let mut scenes = Vec::new();
     for (schema, list) in &seen.panels {
@@ -168,7 +168,8 @@ fn collect<'a>(into: &mut Vec<Scene<'a>>, seen: &SceneData, schema: &'a str, ite
     }
 }
 
-/// What a hand touches: the nearest shape; else the ground, if there is one scene alone that wants clicks on it.
+/// The scene at a point of the screen: that of the nearest shape, or else of the ground, if exactly one scene
+/// requests clicks.
 fn found(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScene> {
     let held = |scene: &Scene<'_>, at: Vec3, shape: bool| TouchedScene {
         schema: scene.schema.to_owned(),
@@ -190,7 +191,7 @@ fn found(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScene> 
     Some(held(alone, eye.ray(screen).floor()?, false))
 }
 
-/// The place at a point of the screen that is as high as another.
+/// The position at a point of the screen with the height of another position.
 fn level(eye: &Eye, screen: Vec2, as_high_as: Vec3) -> Option<Vec3> {
     let ray = eye.ray(screen);
     let way = (as_high_as.z - ray.from.z) / ray.along.z;

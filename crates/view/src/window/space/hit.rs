@@ -1,4 +1,4 @@
-//! Where a ray meets the shapes of a panel's scene. It draws nothing and hands nothing back.
+//! Intersections of rays with the shapes of a panel's scene. It neither draws nor reports gestures.
 
 use glam::{Affine3A, Vec2, Vec3};
 use jde_panel::Solid;
@@ -6,10 +6,11 @@ use jde_panel::Solid;
 use super::orbit::{Eye, Ray};
 use super::solids::{at, vector};
 
-/// What is thin is met this near to it, points of the screen.
+/// Distance within which thin shapes are hit, in points of the screen.
 const NEAR: f32 = 6.0;
 
-/// Where what is seen at a point of the screen meets a shape that is told in a frame: how far from the eye, and the place.
+/// Intersects the ray through a point of the screen with a shape given in `frame`. Returns the distance from
+/// the eye and the position, in m.
 pub(crate) fn meet(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> Option<(f32, Vec3)> {
     let ray = eye.ray(screen);
     let point = |point: &[f64; 3]| frame.transform_point3(vector(*point));
@@ -35,13 +36,13 @@ pub(crate) fn meet(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> O
             .filter_map(|at| thin(eye, screen, [point(at), point(at)]))
             .min_by(f32::total_cmp),
         Solid::Arrow { from, to, .. } => thin(eye, screen, [point(from), point(to)]),
-        // A text says something of a place and is none.
+        // A text is not an object.
         Solid::Label { .. } => None,
     }?;
     (way.is_finite() && way > 0.0).then(|| (way, ray.from + ray.along * way))
 }
 
-/// How far along a ray a box begins, of half these sizes.
+/// Distance along a ray to a box with these half sizes.
 fn slabs(ray: &Ray, place: Affine3A, half: Vec3) -> Option<f32> {
     let (from, along) = inside(ray, place);
     let (one, other) = ((-half - from) / along, (half - from) / along);
@@ -49,7 +50,7 @@ fn slabs(ray: &Ray, place: Affine3A, half: Vec3) -> Option<f32> {
     (near <= far && far > 0.0).then_some(near)
 }
 
-/// How far along a ray a cylinder along z begins, of half this height.
+/// Distance along a ray to a cylinder along z with this half height.
 fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
     let (from, along) = inside(ray, place);
     let (flat, way) = (from.truncate(), along.truncate());
@@ -58,7 +59,7 @@ fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
         flat.dot(way),
         flat.length_squared() - radius * radius,
     );
-    // Beside it the root is of less than nothing, and the way no number.
+    // If the ray misses, the root is NaN, and the comparisons below are false.
     let side = (-b - (b * b - a * c).sqrt()) / a;
     let side = (side > 0.0 && (from.z + along.z * side).abs() <= half).then_some(side);
     let lids = [-half, half].map(|lid| (lid - from.z) / along.z);
@@ -68,13 +69,13 @@ fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
     side.into_iter().chain(lids).min_by(f32::total_cmp)
 }
 
-/// A ray in the frame of a shape; lengths along it stay.
+/// A ray in the frame of a shape. Lengths along it are preserved.
 fn inside(ray: &Ray, place: Affine3A) -> (Vec3, Vec3) {
     let back = place.inverse();
     (back.transform_point3(ray.from), back.transform_vector3(ray.along))
 }
 
-/// How far along a ray a triangle is, from whichever side (Möller and Trumbore).
+/// Distance along a ray to a triangle, from either side (Möller and Trumbore).
 fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     let (ab, ac) = (b - a, c - a);
     let across = ray.along.cross(ac);
@@ -89,7 +90,7 @@ fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| ac.dot(over) / size)
 }
 
-/// How far from the eye a stretch is that is near a point of the screen.
+/// Distance from the eye to a line segment that is near a point of the screen.
 fn thin(eye: &Eye, screen: Vec2, [from, to]: [Vec3; 2]) -> Option<f32> {
     let (begin, end) = (eye.project(from)?, eye.project(to)?);
     let along = end - begin;
@@ -125,7 +126,7 @@ mod tests {
             turned: [0.0, 0.0, 0.7],
         };
         let middle = Vec3::new(1.0, 0.0, 0.5);
-        /// How far a place is from the surface, seen from the form's middle.
+        /// Distance of a position from the surface. The position is relative to the middle of the shape.
         type Off = fn(Vec3) -> f32;
         let forms: [(Solid, Off); 4] = [
             (

@@ -1,8 +1,8 @@
-//! What a person wants to see in the 3D view.
+//! The items that the user shows in the 3D view.
 
 use serde::{Deserialize, Serialize};
 
-/// Each item, shown or not.
+/// Whether each item is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 pub(crate) struct Items {
@@ -15,7 +15,7 @@ pub(crate) struct Items {
     pub(crate) targets: bool,
     pub(crate) cameras: bool,
     pub(crate) walls: bool,
-    /// As tall as they are, not cut off.
+    /// Walls and furniture in full height, not cut off.
     pub(crate) tall: bool,
     pub(crate) movers: bool,
     pub(crate) panels: bool,
@@ -43,7 +43,7 @@ impl Default for Items {
 }
 
 impl Items {
-    /// Each with its label and what it says of itself.
+    /// The items, each with its label and description.
     pub(crate) fn each(&mut self) -> [(&mut bool, &'static str, &'static str); 13] {
         [
             (&mut self.grid, "Grid", "The floor, with a line every metre or so"),

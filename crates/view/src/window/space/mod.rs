@@ -1,5 +1,5 @@
-//! The robot and what it senses in space: a picture that is turned, moved and brought nearer by hand. It refuses to compute: all it
-//! shows was told by the application.
+//! The 3D view: the robot and its sensor data in space, with a view that the user turns, moves and zooms. It
+//! refuses to compute: it shows only data of the application.
 
 mod bar;
 mod compose;
@@ -45,13 +45,13 @@ pub(crate) use scene_data::frame;
 /// The window.
 pub(crate) struct Space {
     kept: SavedState,
-    /// Where the eye goes, if it is on its way.
+    /// The view towards which the eye moves, if it is moving.
     goal: Option<Orbit>,
-    /// Where the robot that is followed was.
+    /// The last position of the followed robot.
     robot: Option<Vec3>,
     pointed: Option<Pointed>,
     touch: SceneGestures,
-    /// What could not be shown, in words.
+    /// What cannot be shown, as messages.
     troubles: Vec<String>,
     gather: Sampler,
     seen: SceneData,
@@ -59,7 +59,7 @@ pub(crate) struct Space {
     card: Option<Result<Card, String>>,
 }
 
-/// What is kept from one start to the next.
+/// The state saved for the next start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 struct SavedState {
@@ -79,7 +79,7 @@ impl Default for SavedState {
 }
 
 impl Space {
-    /// With what one kept before.
+    /// Opens the window with its saved state.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
         let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
         if !kept.orbit.is_sound() {
@@ -99,31 +99,31 @@ impl Space {
         }
     }
 
-    /// What is seen.
+    /// The data of the scene.
     #[cfg(test)]
     pub(crate) fn seen(&self) -> &SceneData {
         &self.seen
     }
 
-    /// From where.
+    /// The current view.
     #[cfg(test)]
     pub(crate) fn orbit(&self) -> &Orbit {
         &self.kept.orbit
     }
 
-    /// Changes what is wanted.
+    /// Changes the items to show.
     #[cfg(test)]
     pub(crate) fn want(&mut self, change: impl FnOnce(&mut Items)) {
         change(&mut self.kept.items);
     }
 
-    /// Follows no robot.
+    /// Stops following the robot.
     #[cfg(test)]
     pub(crate) fn stay(&mut self) {
         self.kept.follow = false;
     }
 
-    /// Draws what is seen; answers with what hands did to the scenes of panels, each with the schema that it is for.
+    /// Draws the scene. Returns the gestures on the scenes of panels, each with its schema.
     fn picture(&mut self, ui: &mut Ui, style: &Style) -> Vec<(String, Gesture)> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| {
@@ -206,13 +206,13 @@ impl Space {
         gestures
     }
 
-    /// Where the robot that is followed is now.
+    /// The current position of the followed robot.
     fn present(&self) -> Option<Vec3> {
         let place = self.seen.robots.iter().find_map(scene_data::RobotData::place)?;
         Some(place.transform_point3(Vec3::Z * 0.2))
     }
 
-    /// Takes the eye along with the robot.
+    /// Moves the view along with the robot.
     fn follow(&mut self) {
         let robot = self.present();
         if self.kept.follow
@@ -225,14 +225,14 @@ impl Space {
                         goal.target += now - before;
                     }
                 }
-                // The first time that it is seen.
+                // The robot's first position centers the view.
                 None => self.kept.orbit.target = now,
             }
         }
         self.robot = robot;
     }
 
-    /// Goes a part of the way to where the eye is to be; asks for the next frame only while there is a way.
+    /// Moves the eye a step towards its goal. Requests a repaint only while it moves.
     fn glide(&mut self, ui: &Ui) {
         let Some(goal) = self.goal else { return };
         let time = ui.style().animation_time;
@@ -256,7 +256,7 @@ impl Window for Space {
         self.gather.update(&mut self.seen, session, &self.kept.items);
         for (schema, gesture) in self.picture(ui, style) {
             if !session.is_gone() && !session.is_recording() {
-                // What comes of it the schema draws, and what is refused is among the notices.
+                // The schema draws the effect. A refusal is added to the notices.
                 session.touch(&schema, gesture);
             }
         }
@@ -267,7 +267,7 @@ impl Window for Space {
     }
 }
 
-/// A cross where somebody pointed.
+/// Draws a cross at the point that the user clicked.
 fn mark(draw_list: &mut DrawList, pointed: &Pointed, style: &Style) {
     let color = color_of(Ink::Plain, style);
     for axis in [Vec3::X, Vec3::Y, Vec3::Z] {

@@ -1,5 +1,5 @@
-//! What things look like: the robot, people, what stands in a simulated world. The cameras of a simulated world see figures of their
-//! own (`camera/figure.rs` of `crates/sim`), which are simpler, and of which nothing here depends.
+//! Models of the robot, of people, and of things in a simulated world. Simulated cameras use their own
+//! simpler models (`camera/figure.rs` of `crates/sim`), on which nothing here depends.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -9,13 +9,13 @@ use jde_types::Thing;
 
 use super::draw_list::{DrawList, Mesh, placed};
 
-/// Where the rays of a laser on a Pioneer's plate leave it, above the floor, m.
+/// Height of the rays of a laser on a Pioneer's plate above the floor, in m.
 pub(crate) const LASER_HEIGHT: f32 = 0.277;
-/// Where its sonars sit, m.
+/// Height of its sonars, in m.
 pub(crate) const SONAR_HEIGHT: f32 = 0.165;
-/// Where the axes of its pan-tilt head cross, m: ahead, to the left, up.
+/// Where the axes of its pan-tilt head cross, in m: ahead, to the left, up.
 pub(crate) const HEAD: Vec3 = Vec3::new(0.05, 0.0, 0.35);
-/// Where its laser sits, m ahead of its middle.
+/// Distance of its laser ahead of its middle, in m.
 pub(crate) const LASER_AHEAD: f32 = 0.018;
 
 const SHELL: Color32 = Color32::from_rgb(196, 38, 32);
@@ -29,27 +29,28 @@ const HEAD_SHELL: Color32 = Color32::from_rgb(206, 208, 212);
 const SKIN: Color32 = Color32::from_rgb(222, 178, 146);
 const HAIR: Color32 = Color32::from_rgb(66, 48, 38);
 const TROUSERS: Color32 = Color32::from_rgb(58, 62, 76);
-/// How much lower than it is a thing is drawn when all are cut off, m: above the robot, below most that would hide it.
+/// Maximum height of things when they are cut off, in m: above the robot, below most things that would hide
+/// it.
 pub(crate) const CUT: f32 = 0.5;
 
-/// What a robot carries.
+/// The devices that a robot carries.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Payload {
     pub(crate) laser: bool,
     pub(crate) sonars: bool,
-    /// Pan and tilt, if there is a head.
+    /// Pan and tilt in rad, if there is a head.
     pub(crate) head: Option<[f32; 2]>,
-    /// Angles of both wheels, rad.
+    /// Angles of the left and right wheel, in rad.
     pub(crate) wheels: [f32; 2],
 }
 
-/// A Pioneer: a red body between two wheels under a dark plate.
+/// Draws a Pioneer: a red body between two wheels under a dark plate.
 pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload) {
     let body = |draw_list: &mut DrawList, ahead: f32, size: [f32; 3], up: f32, color| {
         let size = Vec3::from_array(size);
         draw_list.upright(Mesh::Box, place, Vec3::new(ahead, 0.0, up), size, color);
     };
-    // The body narrows where the wheels are, and is round ahead and behind.
+    // The body is narrower at the wheels, and round in front and at the rear.
     body(draw_list, -0.045, [0.31, 0.26, 0.165], 0.055, SHELL);
     body(draw_list, -0.02, [0.24, 0.29, 0.10], 0.115, SHELL);
     for (ahead, wide) in [(0.075, 0.27), (-0.165, 0.25)] {
@@ -79,7 +80,7 @@ pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload
     let castor = place * placed(Vec3::new(-0.2, 0.0, 0.0375), [FRAC_PI_2, 0.0, 0.0]);
     draw_list.form(Mesh::Cylinder, castor, Vec3::new(0.075, 0.075, 0.03), TYRE);
     if carried.sonars {
-        // Eight ahead and eight behind, as they sit on a P3-DX.
+        // Eight in front and eight at the rear, as on a P3-DX.
         for degrees in [90.0_f32, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0] {
             for (middle, turned) in [(0.05, 0.0), (-0.14, 180.0)] {
                 let heading = (degrees + turned).to_radians();
@@ -106,7 +107,7 @@ pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload
 }
 
 fn wheel(draw_list: &mut DrawList, place: Affine3A, at: Vec3, angle: f32) {
-    // Its axle is its own z.
+    // The axle is the z axis of the wheel's frame.
     let wheel = place * placed(at, [FRAC_PI_2, 0.0, 0.0]) * Affine3A::from_rotation_z(-angle);
     draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.195, 0.195, 0.045), TYRE);
     draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.115, 0.115, 0.05), RIM);
@@ -117,7 +118,7 @@ fn wheel(draw_list: &mut DrawList, place: Affine3A, at: Vec3, angle: f32) {
     }
 }
 
-/// A scanner with its head above its dark window.
+/// Draws a laser scanner: its head above its dark window.
 fn laser(draw_list: &mut DrawList, place: Affine3A) {
     let at = |up: f32| Vec3::new(LASER_AHEAD, 0.0, up);
     draw_list.upright(Mesh::Box, place, at(0.234), Vec3::new(0.14, 0.145, 0.026), LASER);
@@ -131,7 +132,8 @@ fn laser(draw_list: &mut DrawList, place: Affine3A) {
     draw_list.upright(Mesh::Box, place, at(0.294), Vec3::new(0.14, 0.145, 0.014), LASER);
 }
 
-/// A thing of a simulated world, in the frame that it is told in; cut off at a height, if so.
+/// Draws a thing of a simulated world, in the frame in which it is given, cut off at a height if `cut` has
+/// one.
 pub(crate) fn thing(
     draw_list: &mut DrawList,
     frame: Affine3A,
@@ -164,7 +166,7 @@ pub(crate) fn thing(
             };
             robot(draw_list, scaled, &carried);
         }
-        // A box, or something of a later day.
+        // A box, or a form that this version does not know.
         _ => {
             draw_list.upright(Mesh::Box, place, Vec3::ZERO, size, color);
             outline(draw_list, place, size, edge);
@@ -172,7 +174,7 @@ pub(crate) fn thing(
     }
 }
 
-/// The upper edges of a box, which tell what is what where everything is lit alike.
+/// Draws the upper edges of a box, which separate things that are lit alike.
 fn outline(draw_list: &mut DrawList, place: Affine3A, size: Vec3, edge: Color32) {
     let half = size / 2.0;
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]];

@@ -1,5 +1,5 @@
-//! From where space is looked at: around a target, from a distance. Pure geometry in metres and radians; points of the screen are
-//! counted from the upper left corner of the picture.
+//! The view of space: an eye around a target, at a distance. Pure geometry in metres and radians. Points of
+//! the screen are relative to the upper left corner of the picture.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,42 +8,42 @@ use glam::camera::rh::view::look_to_mat4;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// The vertical angle of the picture: that of a normal lens, which distorts little.
+/// Vertical field of view, in rad: that of a normal lens, with little distortion.
 const FIELD: f32 = 40.0 * PI / 180.0;
-/// Nearest thing that is drawn, beside the distance of the target.
+/// Distance of the near plane, as a fraction of the distance of the target.
 const NEAR: f32 = 0.02;
-/// Farthest thing that is drawn, m: beyond any building.
+/// Distance of the far plane, in m: beyond any building.
 const FAR: f32 = 2000.0;
-/// Nearest and farthest that the eye goes, m.
+/// Least and greatest distance of the eye from its target, in m.
 const DISTANCES: (f32, f32) = (0.3, 400.0);
-/// Just under the floor is the lowest view: from below nothing is to be seen.
+/// Least and greatest pitch, in rad. The eye stays above the floor, below which nothing is visible.
 const PITCHES: (f32, f32) = (0.02, FRAC_PI_2);
 
 /// An eye that looks at a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Orbit {
-    /// What it looks at, m.
+    /// The target, in m.
     pub(crate) target: Vec3,
-    /// Where the eye is as seen from the target: its direction in the plane, from x to the left.
+    /// Direction from the target to the eye in the plane, in rad counterclockwise from x.
     pub(crate) yaw: f32,
-    /// How far above the plane; a quarter of a turn is straight above.
+    /// Elevation of the eye above the plane, in rad: π/2 is vertically above.
     pub(crate) pitch: f32,
-    /// How far from the target, m.
+    /// Distance of the eye from the target, in m.
     pub(crate) distance: f32,
 }
 
-/// An orbit and the size of the picture: what takes points of space to points of the screen and back.
+/// The view of an orbit for a picture of a size. It maps points of space to points of the screen and back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Eye {
     pub(crate) place: Vec3,
     pub(crate) size: Vec2,
     pub(crate) view_projection: Mat4,
-    /// How far away what the orbit looks at is, m.
+    /// Distance of the target, in m.
     pub(crate) distance: f32,
-    /// The middle of the picture: what the orbit looks at.
+    /// The target, in the middle of the picture.
     pub(crate) target: Vec3,
-    /// To the right and up on the screen, of length 1.
+    /// Unit vectors to the right and up on the screen.
     pub(crate) right: Vec3,
     pub(crate) up: Vec3,
 }
@@ -52,11 +52,11 @@ pub(crate) struct Eye {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     pub(crate) from: Vec3,
-    /// Of length 1.
+    /// The direction, of length 1.
     pub(crate) along: Vec3,
 }
 
-/// From behind the robot and above it, as one follows a toy.
+/// From behind and above the robot.
 impl Default for Orbit {
     fn default() -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Default for Orbit {
 }
 
 impl Orbit {
-    /// The same as a map: x to the right and y up.
+    /// The same view from vertically above, as a map: x to the right and y up.
     pub(crate) fn above(self) -> Self {
         Self {
             yaw: -FRAC_PI_2,
@@ -78,23 +78,23 @@ impl Orbit {
         }
     }
 
-    /// Goes around the target, by parts of the picture's height.
+    /// Turns around the target, by fractions of the picture's height.
     pub(crate) fn turn(&mut self, by: Vec2) {
         self.yaw = (self.yaw - by.x * PI + PI).rem_euclid(TAU) - PI;
         self.pitch = (self.pitch + by.y * PI).clamp(PITCHES.0, PITCHES.1);
     }
 
-    /// Takes the target along with the pointer, by parts of the picture's height.
+    /// Moves the target with the pointer, by fractions of the picture's height.
     pub(crate) fn pan(&mut self, by: Vec2) {
         let (right, up) = (self.right(), self.up());
         let scale = 2.0 * (FIELD / 2.0).tan() * self.distance;
-        // What is dragged up moves away on the floor, however flat one looks at it.
+        // An upward drag moves away on the floor, limited at flat angles.
         let ahead = Vec3::new(-self.yaw.cos(), -self.yaw.sin(), 0.0);
         let lift = up.dot(ahead).max(0.35);
         self.target -= right * (by.x * scale) - ahead * (by.y * scale / lift);
     }
 
-    /// Nearer with factors below 1; what lies at `fixed` stays where it is on the screen.
+    /// Zooms: factors below 1 move nearer. The point `fixed` stays in place on the screen.
     pub(crate) fn zoom(&mut self, factor: f32, fixed: Option<Vec3>) {
         let distance = (self.distance * factor).clamp(DISTANCES.0, DISTANCES.1);
         let done = distance / self.distance;
@@ -104,7 +104,7 @@ impl Orbit {
         self.distance = distance;
     }
 
-    /// Part of the way to another view, from 0 to 1; turns by the shorter way.
+    /// Interpolates to another view by a fraction from 0 to 1. Turns the shorter way.
     pub(crate) fn toward(&self, goal: &Self, part: f32) -> Self {
         let turn = (goal.yaw - self.yaw + PI).rem_euclid(TAU) - PI;
         Self {
@@ -115,7 +115,7 @@ impl Orbit {
         }
     }
 
-    /// Whether nobody would see the difference.
+    /// Whether the view is indistinguishable from `goal`.
     pub(crate) fn is_at(&self, goal: &Self) -> bool {
         let turn = (goal.yaw - self.yaw + PI).rem_euclid(TAU) - PI;
         let small = 1e-3;
@@ -125,7 +125,7 @@ impl Orbit {
             && (self.distance - goal.distance).abs() < small * goal.distance
     }
 
-    /// Whether every number is one; a file may say anything.
+    /// Whether all numbers are finite and within their limits. Saved state may contain anything.
     pub(crate) fn is_sound(&self) -> bool {
         self.target.is_finite()
             && self.yaw.is_finite()
@@ -133,7 +133,7 @@ impl Orbit {
             && (DISTANCES.0..=DISTANCES.1).contains(&self.distance)
     }
 
-    /// With a picture of so many points.
+    /// The eye for a picture of a size in points.
     pub(crate) fn eye(&self, size: Vec2) -> Eye {
         let size = size.max(Vec2::ONE);
         let place = self.target + self.back() * self.distance;
@@ -150,7 +150,7 @@ impl Orbit {
         }
     }
 
-    /// From the target to the eye.
+    /// The unit vector from the target to the eye.
     fn back(&self) -> Vec3 {
         let (sin, cos) = self.pitch.sin_cos();
         Vec3::new(cos * self.yaw.cos(), cos * self.yaw.sin(), sin)
@@ -166,7 +166,7 @@ impl Orbit {
 }
 
 impl Eye {
-    /// Where a point of space is on the screen, if it is before the eye.
+    /// The point of the screen that shows a point of space, if it is in front of the eye.
     pub(crate) fn project(&self, point: Vec3) -> Option<Vec2> {
         let clip = self.view_projection * point.extend(1.0);
         (clip.w > 1e-4).then(|| {
@@ -175,7 +175,7 @@ impl Eye {
         })
     }
 
-    /// What a point of the screen may show.
+    /// The ray through a point of the screen.
     pub(crate) fn ray(&self, at: Vec2) -> Ray {
         let at = (at / self.size) * 2.0 - 1.0;
         let far = self.view_projection.inverse() * Vec4::new(at.x, -at.y, 1.0, 1.0);
@@ -186,7 +186,7 @@ impl Eye {
         }
     }
 
-    /// Points of the screen that a metre takes at a place.
+    /// Points of the screen per metre at a position.
     pub(crate) fn scale(&self, at: Vec3) -> f32 {
         let depth = (at - self.place).length().max(1e-3);
         self.size.y / (2.0 * (FIELD / 2.0).tan() * depth)
@@ -194,7 +194,7 @@ impl Eye {
 }
 
 impl Ray {
-    /// Where it meets the floor, if it does so within reach.
+    /// The point where the ray meets the floor, if it is nearer than [`FAR`].
     pub(crate) fn floor(&self) -> Option<Vec3> {
         let way = -self.from.z / self.along.z;
         (way.is_finite() && way > 0.0 && way < FAR).then(|| {
@@ -203,7 +203,7 @@ impl Ray {
         })
     }
 
-    /// How far along it a ball begins.
+    /// Distance along the ray to a sphere.
     pub(crate) fn ball(&self, center: Vec3, radius: f32) -> Option<f32> {
         let to = center - self.from;
         let middle = to.dot(self.along);

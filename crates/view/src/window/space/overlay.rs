@@ -1,4 +1,4 @@
-//! What is written and drawn over the picture: names at their places, ticks of the grid, the axes in a corner.
+//! Text and signs over the picture: labels at their positions, ticks of the grid, and the axes in a corner.
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, vec2};
 use glam::{Vec2, Vec3};
@@ -9,21 +9,21 @@ use super::draw_list::DrawList;
 use super::orbit::Eye;
 use crate::style::{Style, color_of};
 
-/// Room around the letters of a label.
+/// Margin around the text of a label.
 const ROOM: egui::Vec2 = vec2(4.0, 1.5);
-/// How far the axes of the corner reach, points.
+/// Length of the axes in the corner, in points.
 const GIZMO: f32 = 30.0;
-/// Ticks on one side of an axis.
+/// Number of ticks on each side of an axis.
 const TICKS: i32 = 20;
 
-/// From line to line of the grid, m, so that lines are neither crowded nor lost: a power of ten.
+/// The distance of the grid's lines, in m: a power of ten that suits the distance of the eye.
 pub(crate) fn step(distance: f32) -> f32 {
     10_f32
         .powf((distance / 25.0).max(0.05).log10().ceil())
         .clamp(0.1, 100.0)
 }
 
-/// The labels of a stage, near ones over far ones.
+/// Draws the labels of a draw list, near ones over far ones.
 pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawList, style: &Style) {
     let mut order: Vec<_> = draw_list.labels.iter().collect();
     order.sort_by(|a, b| {
@@ -44,7 +44,7 @@ pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawL
     }
 }
 
-/// How far it is along the axes of the floor.
+/// Draws the distances along the axes of the floor.
 pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: &Style) {
     let faint = color_of(Ink::Faint, style);
     let mut last: [Option<Pos2>; 2] = [None; 2];
@@ -52,14 +52,14 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: 
         for axis in 0..2 {
             let mut place = Vec3::ZERO;
             place[axis] = number as f32 * step;
-            // Where the floor fades nobody reads them.
+            // The floor fades out there.
             if place.distance(eye.target) > 2.5 * eye.distance {
                 continue;
             }
             let Some(at) = on_screen(rect, eye, place) else {
                 continue;
             };
-            // None on top of the last: what is far is close together.
+            // Skips ticks that would overlap the last one.
             if last[axis].is_some_and(|last| last.distance(at) < 44.0) {
                 continue;
             }
@@ -76,7 +76,7 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: 
     }
 }
 
-/// Which way x, y and z point, in the lower right corner.
+/// Draws the directions of x, y and z in the lower right corner.
 pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
     let middle = rect.right_bottom() - vec2(GIZMO + 16.0, GIZMO + 16.0);
     let ground = if style.dark {
@@ -111,7 +111,7 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
     }
 }
 
-/// A text on a ground that keeps it readable.
+/// Draws a text on a background that keeps it readable.
 pub(crate) fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Color32, style: &Style) {
     let ground = if style.dark {
         Color32::from_black_alpha(150)

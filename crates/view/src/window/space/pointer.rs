@@ -1,4 +1,4 @@
-//! What a person's hand does to the view: drags, wheel and keys move the eye; a click points at something.
+//! The user's control of the view: drags, wheel and keys move the eye, and a click selects a point.
 
 use eframe::egui::{self, Key, Modifiers, PointerButton, Response, Ui};
 use glam::{Vec2, Vec3};
@@ -6,45 +6,45 @@ use glam::{Vec2, Vec3};
 use super::draw_list::Pickable;
 use super::orbit::{Eye, Orbit};
 
-/// Parts of the picture's height that a key moves.
+/// Fraction of the picture's height by which a key moves.
 const KEY: f32 = 0.06;
-/// By how much a key goes nearer.
+/// Factor of the distance by which a key zooms in.
 const KEY_ZOOM: f32 = 0.85;
-/// A full turn of the wheel is about 100 points.
+/// Logarithm of the zoom per point of the wheel. A full turn of the wheel is about 100 points.
 const WHEEL: f32 = 0.0022;
 
-/// What a person asked for besides moving the eye.
+/// A request of the user other than moving the eye directly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ViewAction {
-    /// Follow the robot, or stop following it.
+    /// Starts or stops following the robot.
     Follow,
-    /// Look from above.
+    /// Looks from above.
     Top,
-    /// As at the beginning.
+    /// Restores the initial view.
     Reset,
 }
 
-/// What of a hand is not for the eye.
+/// The input that a scene takes, and that does not move the eye.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PointerInput {
-    /// The drag that is under way.
+    /// The drag in progress.
     pub(crate) drag: bool,
     /// Keys.
     pub(crate) keys: bool,
 }
 
-/// What a person points at.
+/// The point that the user clicked.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pointed {
-    /// What it is, if it has a name.
+    /// The name of the object there, if any.
     pub(crate) name: Option<String>,
-    /// Where, in the frame of the odometry.
+    /// The position in the frame of the odometry.
     pub(crate) at: Vec3,
 }
 
-/// Moves the eye as the hand does; answers with what else is wanted, and whether the hand moved the target away.
+/// Moves the eye by this frame's input. Returns the requested action, and whether the user moved the target.
 ///
-/// Drags or keys that are somebody else's, `taken`, do not move it.
+/// Input that a scene takes, `taken`, does not move the eye.
 pub(crate) fn steer(
     ui: &Ui,
     response: &Response,
@@ -61,7 +61,7 @@ pub(crate) fn steer(
         || response.dragged_by(PointerButton::Secondary)
         || (response.dragged_by(PointerButton::Primary) && shift);
     if taken.drag {
-        // The eye stays.
+        // The drag belongs to a scene.
     } else if pans && moved != Vec2::ZERO {
         orbit.pan(moved);
         away = true;
@@ -75,7 +75,8 @@ pub(crate) fn steer(
         let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         let factor = (-wheel * WHEEL).exp() / pinch.max(0.01);
         if factor != 1.0 {
-            // Followed, the robot stays where it is on the screen; else what is under the pointer does.
+            // While following, the robot stays in place on the screen; otherwise the point under the pointer
+            // does.
             let eye = eye(orbit, response);
             let at = pointer - response.rect.min;
             let fixed = eye.ray(Vec2::new(at.x, at.y)).floor();
@@ -145,11 +146,11 @@ fn wishes(ui: &Ui) -> Option<ViewAction> {
     }
 }
 
-/// What is at a point of the picture: the nearest thing with a name, else the floor.
+/// The nearest named object at a point of the picture, or else the floor.
 pub(crate) fn point(eye: &Eye, things: &[Pickable], at: Vec2) -> Option<Pointed> {
     let ray = eye.ray(at);
     let hits = things.iter().filter_map(|thing| {
-        // Nothing is too small for a hand: six points of the screen at least.
+        // Small objects have a radius of at least six points of the screen.
         let radius = thing.radius.max(6.0 / eye.scale(thing.at));
         Some((ray.ball(thing.at, radius)?, thing))
     });
@@ -163,7 +164,7 @@ pub(crate) fn point(eye: &Eye, things: &[Pickable], at: Vec2) -> Option<Pointed>
     }
 }
 
-/// The eye of an orbit in a picture.
+/// The eye of an orbit for the picture of a response.
 pub(crate) fn eye(orbit: &Orbit, response: &Response) -> Eye {
     let size = response.rect.size();
     orbit.eye(Vec2::new(size.x, size.y))

@@ -1,4 +1,4 @@
-//! Asks the session for what is to be seen, and for nothing that nobody looks at.
+//! Reads the data of the scene from the session. It requests only the data that is shown.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
@@ -18,29 +18,29 @@ use super::scene_data::{Camera, RobotData, RouteData, SceneData, frame};
 use crate::picture::Picture;
 use crate::session::Session;
 
-/// What moves with a robot is asked for so often: people see it flow.
+/// Rate of data that moves with a robot: smooth to the eye.
 const FLOWING: Rate = Rate::Hz(20);
-/// Pictures are large.
+/// Rate of images and scenes, which are large.
 const PICTURES: Rate = Rate::Hz(10);
-/// What changes now and then.
+/// Rate of data that changes rarely.
 const SELDOM: Rate = Rate::Hz(5);
-/// The angle of a camera that does not tell: that of a Canon VC-C4.
+/// Field of view of a camera that does not declare it, in rad: that of a Canon VC-C4.
 const FIELD: f64 = 0.829;
-/// Poses that wait for what is true at their time.
+/// Maximum number of poses kept to be compared with the true pose of the same time.
 const POSES: usize = 40;
 
-/// What is remembered from frame to frame.
+/// State kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct Sampler {
     entities: Entities,
     poses: VecDeque<(u64, Pose2D)>,
     pixels: HashMap<String, Arc<Pixels>>,
-    /// Schemas whose panels have had scenes in them.
+    /// Schemas whose panels have had scenes.
     scenes: HashSet<String>,
 }
 
 impl Sampler {
-    /// Brings `seen` up to now, as far as people want to see it.
+    /// Updates `seen` with the newest data of the shown items.
     pub(crate) fn update(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
         if self.entities.made_of != session.variables().len() {
             self.entities = Entities::of(session);
@@ -170,7 +170,7 @@ impl Sampler {
                 Some(known) => Arc::clone(known),
                 None => {
                     self.pixels.remove(name);
-                    // None at all is nothing to complain of: the camera may sleep.
+                    // No image is not an error: the camera may be SLEPT.
                     if sample.bytes.is_none() {
                         continue;
                     }
@@ -213,7 +213,8 @@ impl Sampler {
         }
     }
 
-    /// Panels that never had a scene are looked at once a second only: their schemas draw for whoever looks.
+    /// Reads the panels with scenes. A panel without a scene so far is requested only once a second, because
+    /// its schema draws it for this request.
     fn panels(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
         seen.panels.clear();
         if !items.panels {
@@ -258,7 +259,7 @@ impl Sampler {
         if let Some(name) = &entities.truth
             && let Some((truth, sample)) = session.read::<Truth>(name, FLOWING)
         {
-            // Only what is of one instant tells by how much the wheels are wrong.
+            // Only poses of the same instant show the error of the odometry.
             let same = self.poses.iter().find(|(time, _)| *time == sample.time);
             if let Some((_, pose)) = same {
                 seen.world.frame = frame(*pose) * frame(truth.pose).inverse();
@@ -267,7 +268,7 @@ impl Sampler {
     }
 }
 
-/// Whether there is anything to show in space.
+/// Whether a list contains a scene.
 fn has_scene(items: &[Item]) -> bool {
     items.iter().any(|item| match item {
         Item::Scene { .. } => true,
@@ -285,7 +286,7 @@ fn has_scene(items: &[Item]) -> bool {
     })
 }
 
-/// A modulation of a schema, if it has it.
+/// The value of a schema's modulation, if the schema has it.
 fn told<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
     let schema = session.schema(owner)?;
     schema

@@ -1,4 +1,5 @@
-//! What is there to be seen: the newest values of what an application has, as the view needs them. It knows nothing of drawing.
+//! The data that the 3D view shows: the newest values of an application, in the form that the view needs. It
+//! does not draw.
 
 use std::sync::Arc;
 
@@ -12,86 +13,86 @@ use super::super::trail::Trail;
 use super::draw_list::{Pixels, placed};
 use super::models::{HEAD, LASER_AHEAD, LASER_HEIGHT, Payload};
 
-/// Radius of a Pioneer's wheels, m.
+/// Radius of a Pioneer's wheels, in m.
 const WHEEL: f64 = 0.0975;
 
-/// All there is.
+/// All data of the scene.
 #[derive(Debug, Default)]
 pub(crate) struct SceneData {
     pub(crate) robots: Vec<RobotData>,
     pub(crate) cameras: Vec<Camera>,
-    /// With the names of those who have them.
+    /// The targets, each with the schema that it belongs to.
     pub(crate) targets: Vec<(String, Target)>,
     pub(crate) missions: Vec<(String, Mission)>,
     pub(crate) routes: Vec<RouteData>,
     pub(crate) world: WorldData,
-    /// Panels with scenes in them, by schema.
+    /// Panels with scenes, by schema.
     pub(crate) panels: Vec<(String, Arc<List>)>,
-    /// What cannot be shown, in words.
+    /// What cannot be shown, as messages.
     pub(crate) troubles: Vec<String>,
 }
 
-/// A robot and what moves along with it.
+/// A robot and the data that moves with it.
 #[derive(Debug, Default)]
 pub(crate) struct RobotData {
     pub(crate) name: String,
-    /// Where its wheels say it is; none while nothing says so.
+    /// The pose by odometry. `None` until a value arrives.
     pub(crate) pose: Option<Pose2D>,
     pub(crate) lasers: Vec<(String, Box<LaserScan>)>,
     pub(crate) sonars: Vec<(String, Box<RangeRing>)>,
-    /// Whether it has them, be they heard or not.
+    /// The devices of the robot, whether their data is shown or not.
     pub(crate) carries: Payload,
     pub(crate) trail: Trail,
 }
 
-/// A camera on a robot, and what it saw last.
+/// A camera on a robot, and its newest image.
 #[derive(Clone, Debug)]
 pub(crate) struct Camera {
     pub(crate) name: String,
-    /// The place of its robot among all.
+    /// The index of its robot.
     pub(crate) robot: usize,
     pub(crate) on_head: bool,
-    /// On the head or, if it is not on one, on the body.
+    /// The position on the head, or on the body if it is not on a head, in m.
     pub(crate) at: Vec3,
     pub(crate) yaw: f32,
-    /// From the left edge of the picture to the right one, rad.
+    /// Horizontal field of view, in rad.
     pub(crate) field: f32,
     pub(crate) pixels: Arc<Pixels>,
 }
 
-/// Places to go through.
+/// A route or path.
 #[derive(Clone, Debug)]
 pub(crate) struct RouteData {
     pub(crate) name: String,
     pub(crate) points: Vec<Pose2D>,
-    /// How many of them are behind the robot.
+    /// Number of points that the robot has passed.
     pub(crate) reached: usize,
 }
 
-/// What a simulator tells of its world.
+/// The world that a simulator exports.
 #[derive(Debug, Default)]
 pub(crate) struct WorldData {
-    /// The world's frame in that of the odometry: the identity but for what the wheels got wrong.
+    /// The world's frame in that of the odometry: the identity except for the error of the odometry.
     pub(crate) frame: Affine3A,
     pub(crate) scenery: Option<Box<Scenery>>,
     pub(crate) movers: Option<Box<Movers>>,
 }
 
 impl RobotData {
-    /// Its base in the frame of the odometry.
+    /// The base in the frame of the odometry. `None` without a finite pose.
     pub(crate) fn place(&self) -> Option<Affine3A> {
         let pose = self.pose?;
         let finite = pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite();
         finite.then(|| frame(pose))
     }
 
-    /// Its laser there.
+    /// The laser in the frame of the odometry.
     pub(crate) fn laser(&self) -> Option<Affine3A> {
         let mount = Affine3A::from_translation(Vec3::new(LASER_AHEAD, 0.0, LASER_HEIGHT));
         Some(self.place()? * mount)
     }
 
-    /// Takes its wheels' angles from what they counted.
+    /// Sets the angles of the wheels from the encoders' counts.
     pub(crate) fn roll(&mut self, encoders: &WheelEncoders) {
         if encoders.ticks_per_meter > 0.0 {
             let angle = |ticks: i64| {
@@ -104,7 +105,7 @@ impl RobotData {
 }
 
 impl Camera {
-    /// Where it is and looks (along x), in the frame of the odometry.
+    /// The camera in the frame of the odometry. It looks along x.
     pub(crate) fn place(&self, robots: &[RobotData]) -> Option<Affine3A> {
         let robot = robots.get(self.robot)?;
         let on = if self.on_head {
@@ -136,7 +137,7 @@ impl RouteData {
 }
 
 impl SceneData {
-    /// A frame of REP-105 in that of the odometry.
+    /// A frame of REP 105 in that of the odometry. `None` if it is not known.
     pub(crate) fn frame(&self, name: &str) -> Option<Affine3A> {
         let first = self.robots.first();
         match name {
@@ -148,7 +149,7 @@ impl SceneData {
         }
     }
 
-    /// What moves and is not shown as a robot of its own.
+    /// The movers that are not shown as robots.
     pub(crate) fn movers(&self) -> impl Iterator<Item = &Thing> {
         let movers = self.world.movers.iter().flat_map(|movers| movers.things.iter());
         movers.filter(|thing| {
@@ -156,13 +157,13 @@ impl SceneData {
         })
     }
 
-    /// Whether nothing at all is there to be seen.
+    /// Whether there is nothing to show.
     pub(crate) fn is_empty(&self) -> bool {
         self.robots.iter().all(|robot| robot.pose.is_none()) && self.world.scenery.is_none()
     }
 }
 
-/// A pose of the plane as a frame.
+/// A planar pose as a transform.
 pub(crate) fn frame(pose: Pose2D) -> Affine3A {
     let at = Vec3::new(pose.x as f32, pose.y as f32, 0.0);
     placed(at, [0.0, 0.0, pose.theta as f32])

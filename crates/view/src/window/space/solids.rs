@@ -1,4 +1,4 @@
-//! The shapes of schemas' own panels, put among the rest.
+//! Adds the shapes of schemas' panels to the draw list.
 
 use glam::{Affine3A, Vec3};
 use jde_panel::{Place, Solid};
@@ -6,10 +6,10 @@ use jde_panel::{Place, Solid};
 use super::draw_list::{DrawList, Mesh, placed};
 use crate::style::{Style, exact};
 
-/// How thick the shaft of an arrow is, beside its length, and at most, m.
+/// Diameter of an arrow's shaft: as a fraction of its length, and its maximum in m.
 const SHAFT: (f32, f32) = (0.04, 0.06);
 
-/// Puts a shape that is told in a frame where that frame is. The list it is from has been checked.
+/// Adds a shape that is given in `frame`. Its list has been validated.
 pub(crate) fn put(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, style: &Style) {
     let point = |point: &[f64; 3]| frame.transform_point3(vector(*point));
     match solid {

@@ -1,4 +1,4 @@
-//! The corners of the forms that are drawn again and again.
+//! The vertices of the meshes that are drawn many times.
 
 use std::f32::consts::TAU;
 use std::ops::Range;
@@ -7,12 +7,12 @@ use glam::Vec3;
 
 use super::super::draw_list::{Corner, FORMS, Mesh};
 
-/// Sides of what is round: smooth at the size of a robot on a screen.
+/// Sides of round meshes: smooth at the size of a robot on a screen.
 const SIDES: usize = 28;
 /// Rings of a sphere from pole to pole.
 const RINGS: usize = 14;
 
-/// The corners of all forms, and which are whose.
+/// The vertices of all meshes, and the range of each.
 pub(super) fn corners() -> (Vec<Corner>, [Range<u32>; FORMS.len()]) {
     let mut all = Vec::new();
     let ranges = FORMS.map(|form| {
@@ -51,7 +51,7 @@ fn cube(all: &mut Vec<Corner>) {
     }
 }
 
-/// A wall around z, from the lower to the upper end of each side, closed by discs.
+/// Adds a surface around z, from the lower to the upper end of each side, closed by discs.
 fn turned(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
     for side in 0..SIDES {
         let [low, high] = ends(side);

@@ -1,7 +1,7 @@
-//! Draws a stage on the graphics card, into a texture that egui shows like any other. Nothing is drawn twice: while stage, eye and
-//! size stay, so does the texture.
+//! Draws a draw list on the graphics card, into a texture that egui shows. An unchanged picture is not drawn
+//! again: the texture stays while the draw list, the eye and the size stay.
 //!
-//! It knows no robots. What the card refuses is an answer in words, never a panic.
+//! It knows no robots. An error of the card is returned as a message, never a panic.
 
 mod meshes;
 mod pipelines;
@@ -22,17 +22,18 @@ use super::orbit::Eye;
 use pipelines::Pipelines;
 use target::{GrowingBuffer, Shown, Target, answer};
 
-/// How much goes into a picture.
+/// The quality of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// Every pixel of the screen, edges from several samples of it, where the card can.
+    /// All pixels of the screen, with several samples per pixel if the card supports that.
     Fine,
-    /// Fewer pixels than the screen has, one sample each: for processors that draw in a card's place, so that the picture moves.
+    /// Fewer pixels than the screen has, and one sample per pixel: keeps the picture fluid on software
+    /// renderers.
     Quick,
 }
 
 impl Quality {
-    /// What suits a card.
+    /// The quality for a card.
     pub(crate) fn of(state: &RenderState) -> Self {
         match state.adapter.get_info().device_type {
             wgpu::DeviceType::Cpu => Self::Quick,
@@ -47,7 +48,7 @@ impl Quality {
         }
     }
 
-    /// Of a row of pixels of the screen, how many are drawn.
+    /// The number of pixels to draw for a row of pixels of the screen.
     fn pixels(self, pixels: u32) -> u32 {
         match self {
             Self::Fine => pixels,
@@ -56,18 +57,18 @@ impl Quality {
     }
 }
 
-/// The colors of what is drawn everywhere, and how bright it is.
+/// The background: its colors and the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Background {
     pub(crate) floor: egui::Color32,
     pub(crate) beyond: egui::Color32,
     pub(crate) lines: egui::Color32,
-    /// From line to line, m.
+    /// Distance of the grid's lines, in m.
     pub(crate) step: f32,
     pub(crate) shown: bool,
 }
 
-/// The card, and what lies ready on it.
+/// The graphics card, and the resources on it.
 pub(crate) struct Card {
     state: RenderState,
     effort: Quality,
@@ -85,11 +86,11 @@ pub(crate) struct Card {
     pictures: HashMap<String, Shown>,
     target: Option<Target>,
     drawn: Option<u64>,
-    /// How often it had to draw.
+    /// Number of pictures drawn.
     times: u64,
 }
 
-/// What the shaders know of a frame; laid out as there.
+/// The uniforms of a frame. The layout must match the shaders.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Frame {
@@ -109,16 +110,16 @@ struct Frame {
     step: f32,
 }
 
-/// Lets windows find the card on which they are drawn, and says how much it is to be asked for.
+/// Stores the card and its quality in the context, where [`Card::find`] reads them.
 pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, effort: Quality) {
     ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, (state.clone(), effort)));
 }
 
 impl Card {
-    /// The card on which the windows are drawn.
+    /// Prepares the card on which the windows are drawn.
     ///
     /// # Errors
-    /// There is none, or it cannot do what is needed; in words for people.
+    /// There is no card, or it lacks a required feature; a message for the user.
     pub(crate) fn find(ctx: &egui::Context) -> Result<Self, String> {
         let (state, effort): (RenderState, Quality) = ctx
             .data(|data| data.get_temp(egui::Id::NULL))
@@ -183,10 +184,11 @@ impl Card {
         }
     }
 
-    /// The texture in which the stage is drawn, of so many pixels.
+    /// Draws into a texture for a picture of `pixels` on the screen, and returns it. Does nothing if the
+    /// picture is unchanged.
     ///
     /// # Errors
-    /// What the card refused, in words for people.
+    /// The error of the card, as a message for the user.
     pub(crate) fn draw(
         &mut self,
         draw_list: &DrawList,
@@ -214,7 +216,7 @@ impl Card {
         Ok(id)
     }
 
-    /// The most pixels that a picture may have to a side.
+    /// Maximum width and height of an image, in pixels.
     pub(crate) fn most_pixels(&self) -> usize {
         self.state.device.limits().max_texture_dimension_2d as usize
     }
@@ -314,7 +316,7 @@ impl Card {
         self.draw_forms(pass, &self.pipes.clear_forms, &draw_list.clear, firm);
     }
 
-    /// The forms of some lists, which begin at an instance.
+    /// Draws the instances of `lists`, which begin at the instance `first` in the buffer.
     fn draw_forms(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -326,7 +328,7 @@ impl Card {
         for (list, corners) in lists.iter().zip(&self.forms.1) {
             if !list.is_empty() {
                 pass.set_vertex_buffer(0, self.forms.0.slice(..));
-                // Cards without a first instance count from the beginning of the buffer.
+                // Some cards cannot start at a first instance, so the buffer is bound with an offset instead.
                 let from = (first * size_of::<Instance>()) as u64;
                 pass.set_vertex_buffer(1, self.instances.slice_from(from));
                 pass.draw(corners.clone(), 0..list.len() as u32);
@@ -342,7 +344,7 @@ impl Card {
         let mut corners: Vec<[f32; 5]> = Vec::new();
         for picture in pictures {
             let [upper_left, upper_right, lower_right, lower_left] = picture.corners;
-            // As a strip.
+            // The order of a triangle strip.
             for (at, [u, v]) in [
                 (upper_left, [0.0, 0.0]),
                 (upper_right, [1.0, 0.0]),

@@ -1,4 +1,4 @@
-//! The pipelines of the 3D view: how the lists of a stage become pixels. Made once for a card.
+//! The pipelines of the 3D view, which turn the draw list into pixels. Created once per card.
 
 use std::mem::size_of;
 
@@ -9,11 +9,11 @@ use wgpu::{
 
 use super::super::draw_list::{Corner, Instance, Stroke};
 
-/// What egui takes textures in.
+/// The format in which egui takes textures.
 pub(super) const COLOR: TextureFormat = TextureFormat::Rgba8Unorm;
 pub(super) const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
-/// A corner of a picture: where, and where in its pixels.
+/// Size of an image's vertex, in bytes: its position and texture coordinate.
 pub(super) const PICTURE_CORNER: usize = 5 * size_of::<f32>();
 
 pub(super) struct Pipelines {
@@ -29,13 +29,13 @@ pub(super) struct Pipelines {
     pub(super) picture: wgpu::BindGroupLayout,
 }
 
-/// What one pipeline has that others have not.
+/// The properties in which the pipelines differ.
 struct Kind<'a> {
     vertex: &'a str,
     fragment: &'a str,
     buffers: &'a [Option<VertexBufferLayout<'a>>],
     topology: PrimitiveTopology,
-    /// Whether what is drawn later behind it is hidden.
+    /// Whether it writes depth, and so hides what is drawn later behind it.
     hides: bool,
     pictures: bool,
 }

@@ -1,4 +1,5 @@
-//! What the card keeps from frame to frame: the texture that is drawn into, buffers that grow, the pixels of pictures.
+//! Resources that stay on the card from frame to frame: the target texture, buffers that grow, and textures
+//! of images.
 
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
@@ -11,7 +12,7 @@ use wgpu::{Buffer, BufferUsages, Device, ErrorFilter, Queue};
 use super::super::draw_list::Pixels;
 use super::pipelines::{COLOR, DEPTH};
 
-/// Does something with the card; what it refuses comes back in words.
+/// Runs `work` with the card. Returns the first error of the card as a message.
 pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, String> {
     let scopes = [
         ErrorFilter::Internal,
@@ -23,7 +24,7 @@ pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, 
     let mut refused = None;
     for scope in scopes.into_iter().rev() {
         let mut popped = std::pin::pin!(scope.pop());
-        // Ready at once on everything but the web.
+        // The result is available at once on all platforms except the web.
         if let Poll::Ready(Some(error)) = popped.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
             refused.get_or_insert(error.to_string());
         }
@@ -34,7 +35,7 @@ pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, 
     }
 }
 
-/// A buffer that grows.
+/// A buffer that grows as needed.
 pub(super) struct GrowingBuffer {
     label: &'static str,
     usage: BufferUsages,
@@ -50,7 +51,7 @@ impl GrowingBuffer {
         }
     }
 
-    /// Puts lists into it, one after the other.
+    /// Writes lists into the buffer, one after the other.
     pub(super) fn put(&mut self, device: &Device, queue: &Queue, lists: &[&[u8]]) {
         let bytes: usize = lists.iter().map(|list| list.len()).sum();
         if self
@@ -92,10 +93,10 @@ impl GrowingBuffer {
     }
 }
 
-/// The texture that is drawn into, registered with egui for as long as it lives.
+/// The target texture. It is registered with egui until dropped.
 pub(super) struct Target {
     pixels: [u32; 2],
-    /// With several samples a pixel, which are then brought together in `whole`.
+    /// The multisampled texture, which is resolved into `whole`.
     many: Option<wgpu::TextureView>,
     whole: wgpu::TextureView,
     depth: wgpu::TextureView,
@@ -114,7 +115,7 @@ impl Drop for Registered {
 }
 
 impl Target {
-    /// In the place of another, whose name egui goes on using.
+    /// Creates a target. It takes over the texture id of `before`, so that egui continues to use it.
     pub(super) fn new(state: &RenderState, pixels: [u32; 2], samples: u32, before: Option<Self>) -> Self {
         let texture = |format, samples, usage| {
             let texture = state.device.create_texture(&wgpu::TextureDescriptor {
@@ -136,7 +137,7 @@ impl Target {
         let whole = texture(COLOR, 1, wgpu::TextureUsages::TEXTURE_BINDING);
         let none = wgpu::TextureUsages::empty();
         let mut renderer = state.renderer.write();
-        // With one sample a pixel it is made larger on the screen, and smoothed by that.
+        // With one sample per pixel, the picture is smoothed when it is scaled up to the screen.
         let filter = if samples > 1 {
             wgpu::FilterMode::Nearest
         } else {
@@ -171,7 +172,7 @@ impl Target {
         self.pixels
     }
 
-    /// Begins to draw, on a color.
+    /// Begins a render pass that clears to a color.
     pub(super) fn pass<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
@@ -210,7 +211,7 @@ impl Target {
     }
 }
 
-/// The pixels of a picture.
+/// The texture of an image.
 pub(super) struct Shown {
     texture: wgpu::Texture,
     stamp: u64,
@@ -218,7 +219,8 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// These pixels, in the texture of those before if they are as many.
+    /// Uploads pixels, into the texture of `before` if the size is the same. Unchanged pixels are not
+    /// uploaded again.
     pub(super) fn with(
         before: Option<Self>,
         device: &Device,
