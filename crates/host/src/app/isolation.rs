@@ -1,4 +1,4 @@
-//! What a schema's `isolate` says: that it runs in a process of its own, and what that may use.
+//! The `isolate` key of a schema: it runs in a process of its own, with limits. Starts no process.
 
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
@@ -7,16 +7,16 @@ use super::document::{Node, Section, whole, wrong};
 use super::report::{Report, quote};
 use super::time;
 
-/// A process of its own, and what that may use.
+/// A process of its own, and its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Isolation {
-    /// Most memory, bytes: heap and stacks. No limit if none is stated.
+    /// The most memory, bytes: heap and stacks. No limit if `None`.
     pub memory: Option<u64>,
-    /// Most processor time from the beginning of one call to that of the next, s. No limit if none is stated.
+    /// The most processor time from the start of one call to the start of the next, s. No limit if `None`.
     pub cpu: Option<u64>,
-    /// Whether it may reach beyond the machine.
+    /// Whether it may use the network beyond this machine.
     pub network: bool,
-    /// Whether files are only for reading.
+    /// Whether it may only read files.
     pub read_only: bool,
 }
 
@@ -31,7 +31,7 @@ impl Default for Isolation {
     }
 }
 
-/// `isolate = "process"`, or `{ memory = "200 MB", cpu = "2s", network = false, files = "read-only" }`.
+/// Reads `isolate = "process"`, or `{ memory = "200 MB", cpu = "2s", network = false, files = "read-only" }`.
 pub(super) fn isolation(report: &mut Report, section: &Section) -> Option<Isolation> {
     let what = section.key("isolate");
     let node = section.get("isolate")?;
@@ -100,7 +100,7 @@ fn read_only(report: &mut Report, table: &Section) -> bool {
     true
 }
 
-/// A number of bytes, or a text such as "200 MB".
+/// Reads a number of bytes, or a text such as "200 MB".
 fn memory(report: &mut Report, what: &str, node: &Node) -> Option<u64> {
     let bytes = match node.get_ref() {
         DeValue::String(text) => bytes(text),

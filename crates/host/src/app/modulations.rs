@@ -1,4 +1,5 @@
-//! Initial values of modulations: the type's default, then the file's, then an option's.
+//! Initial values of modulations: the type's default, overridden by the file, overridden by an option. Writes
+//! no variable.
 
 use jde_abi::describe::{Limits, Role, Schema};
 use jde_abi::read::RESERVED;
@@ -13,10 +14,10 @@ use super::settings::Settings;
 use super::values::{Paths, Target};
 use super::{Binding, Override, time};
 
-/// The one key that is reserved and yet may be given as an option.
+/// The only reserved key that an option may set.
 const PERIOD: &str = "period";
 
-/// Reads every key of a schema that is a modulation of its type, and reports the others that mean nothing.
+/// Reads every key of a schema that is a modulation of its type, and reports the unknown ones.
 pub(super) fn from_file(
     report: &mut Report,
     section: &Section,
@@ -32,7 +33,7 @@ pub(super) fn from_file(
     }
 }
 
-/// Sets what an option says; spans mean nothing to the report then.
+/// Sets the value of an option; spans have no meaning for the report then.
 pub(super) fn from_option(
     report: &mut Report,
     given: &Override,
@@ -151,7 +152,7 @@ fn set(
     }
 }
 
-/// One of several, by its name.
+/// Reads one of the choices, by its name.
 fn choice(report: &mut Report, section: &Section, name: &str, limits: &Limits, node: &Node) -> Option<Value> {
     let choices = limits.choices.iter().map(String::as_str);
     let Some(word) = node.get_ref().as_str() else {

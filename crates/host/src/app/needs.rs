@@ -1,4 +1,5 @@
-//! Who keeps whom awake (R6), and that perceptive schemas do not keep each other awake for ever.
+//! Which schemas keep each other awake (R6), and the check that perceptive schemas do not keep each other
+//! awake for ever.
 
 use jde_abi::describe::{Kind, Role, Schema};
 
@@ -9,13 +10,13 @@ use super::drafts::Drafts;
 use super::report::{Report, quote};
 use super::{Binding, Instance, Source};
 
-/// Whether whoever is bound to this port of a schema keeps the schema awake. A motor schema is woken by its father alone,
-/// and a modulation has its value whether its owner is awake or not.
+/// Whether a schema that is bound to this port keeps the port's owner awake. A motor schema is woken by its
+/// father alone, and a modulation has its value whether its owner is awake or not.
 pub(super) fn keeps_awake(schema: &Schema, port: usize) -> bool {
     schema.kind != Kind::Motor && !matches!(schema.ports[port].role, Role::Modulation { .. })
 }
 
-/// Reports imports by which perceptive schemas need each other in a circle: none of them could ever go to sleep.
+/// Reports imports by which perceptive schemas need each other in a cycle: none of them could ever sleep.
 pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>]) {
     let edges: Vec<Vec<Edge>> = instances
         .iter()
@@ -41,9 +42,10 @@ pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[O
     }
 }
 
-/// Reports schemas that trigger themselves: each value would have them look again at once, and export the next. Who imports from each
-/// other in a circle is refused above already, triggered or not, unless a motor schema is among them; that one iterates at its period
-/// whatever triggers it (R12), so nothing goes round faster than that.
+/// Reports schemas that trigger themselves: each value would cause another check at once, which exports the
+/// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema is among
+/// them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no faster than
+/// that.
 pub(super) fn refuse_echoes(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>]) {
     for (index, instance) in instances.iter().enumerate() {
         let Some(instance) = instance else { continue };

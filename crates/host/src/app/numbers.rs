@@ -1,4 +1,4 @@
-//! Numbers as a file writes them, in the units and within the bounds of the fields they are for.
+//! Numbers of a file, in the units and within the bounds of their fields. Encodes nothing.
 
 use jde_abi::describe::Scalar;
 use jde_board::value::Value;
@@ -38,7 +38,7 @@ impl Target<'_> {
     ) -> Option<Value> {
         let number = match node.get_ref() {
             DeValue::Integer(_) => document::whole(node.get_ref()),
-            // Exact where the guard holds: whole numbers of a float below 2^64 are whole numbers of 128 bits.
+            // The guard makes this exact: a whole float below 2^64 is a whole number of 128 bits.
             DeValue::String(_) => Some(self.quantity(report, unit, node)?)
                 .filter(|number| number.fract() == 0.0 && number.abs() < 2f64.powi(64))
                 .map(|number| number as i128),
@@ -73,7 +73,7 @@ impl Target<'_> {
         value
     }
 
-    /// A text such as "30 cm".
+    /// Reads a text such as "30 cm".
     fn quantity(&self, report: &mut Report, unit: &str, node: &Node) -> Option<f64> {
         let expected = format!("a number{}", in_unit(unit));
         let Some(text) = node.get_ref().as_str() else {

@@ -1,4 +1,5 @@
-//! The top of an application file: its own keys, and which schemas it defines. Looks into no schema and at no plugin.
+//! The top level of an application file: its own keys, and the names of its schemas. Reads no schema and no
+//! plugin.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,7 @@ const KEYS: &[&str] = &[
     "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
 ];
 
-/// What the top of a file says.
+/// The contents of the top level.
 pub(super) struct Outline<'a> {
     pub(super) name: String,
     pub(super) doc: String,
@@ -27,29 +28,29 @@ pub(super) struct Outline<'a> {
     pub(super) executor: Executor,
     pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
-    /// Files that have to be there are looked for.
+    /// Files that the application names must exist.
     pub(super) look: bool,
 }
 
 /// The top of the hierarchy.
 pub(super) struct Roots<'a> {
-    /// One, or as many as the file names.
+    /// One level, or as many as the file names.
     pub(super) levels: Vec<Level<'a>>,
-    /// No name was lost, as is one that is no text.
+    /// No name was dropped because it is no text.
     pub(super) complete: bool,
 }
 
-/// Roots that compete with each other, and with nobody else.
+/// Roots that compete with each other and with no other schema.
 pub(super) struct Level<'a> {
     /// `roots`, or `roots/left`.
     pub(super) name: String,
     pub(super) members: Vec<Text<'a>>,
-    /// What else the file says of it.
+    /// The other settings of the level.
     pub(super) section: Option<Section<'a>>,
 }
 
 impl<'a> Outline<'a> {
-    /// Reads it; `file` is absolute.
+    /// Reads the top level; `file` is absolute.
     pub(super) fn read(report: &mut Report, document: &'a DeTable<'a>, file: &Path) -> Self {
         let top = Section::new("the application", 0..0, document);
         top.refuse_unknown(report, KEYS);
@@ -126,7 +127,7 @@ fn roots<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
     }
 }
 
-/// The levels of `[roots.NAME]`, each of which has a winner of its own.
+/// Reads the levels of `[roots.NAME]`, each of which has a winner of its own.
 fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
     const ADVICE: &str =
         "name its motor schemas, such as members = [\"teleop\", \"example\"]; the first wins a collision";
@@ -182,7 +183,7 @@ fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
     Roots { levels, complete }
 }
 
-/// The mission's export, and how long it may not come nearer before that is told.
+/// Reads the mission's export, and the time without progress after which that is reported.
 fn mission<'a>(report: &mut Report, top: &Section<'a>) -> (Option<Text<'a>>, Option<u64>) {
     if top.get("mission").is_none_or(|node| !node.get_ref().is_table()) {
         return (top.text(report, "mission"), None);

@@ -1,5 +1,5 @@
-//! Imports of variables that another application exports: `robot2:pioneer.odometry`. What they are is known from the ports that
-//! take them; whether the other has such a thing shows when it is there.
+//! Imports of variables that another application exports: `robot2:pioneer.odometry`. Their types are those of
+//! the importing ports. Whether the other application has such a variable is known only once it is connected.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,32 +14,33 @@ use super::link::Link;
 use super::report::{Report, quote};
 use super::{time, variable};
 
-/// A variable of another application that is imported here. On the board it is an export that the link writes, and that has no
-/// value while nobody vouches for it: before the first arrives, and when the last is too old or the other is gone.
+/// An imported variable of another application. On the board it is an export that the link writes. It has no
+/// value before the first one arrives, after the last one has expired, and while the other application is
+/// gone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remote {
-    /// The other's name on the link.
+    /// The other application's name on the link.
     pub peer: String,
     /// The variable's full name there: `pioneer.odometry`.
     pub variable: String,
     /// Its full name here, on the board: `robot2:pioneer.odometry`.
     pub local: String,
-    /// The type that those who import it take.
+    /// The type of the importing ports.
     pub value_type: Arc<Type>,
-    /// The unit that they take, where they name one.
+    /// The unit of the importing ports; empty if none of them names one.
     pub unit: String,
-    /// The age at which a value is taken back, ns.
+    /// The age at which a value is retracted, ns.
     pub stale_ns: Nanos,
 }
 
 impl Remote {
-    /// Who writes it, as stamps say.
+    /// The writer in the stamps of such values.
     pub const WRITER: u32 = u32::MAX - 2;
 
-    /// Owner and name of the variable here: `robot2:pioneer` and `odometry`.
+    /// Returns owner and name of the variable here: `robot2:pioneer` and `odometry`.
     #[must_use]
     pub fn parts(&self) -> (&str, &str) {
-        // Both are checked when it is read.
+        // Both parts are checked when the file is read.
         self.local.split_once('.').unwrap_or((&self.local, ""))
     }
 }
@@ -51,7 +52,7 @@ pub(super) struct Entry<'a> {
     stale: Option<(Nanos, Range<usize>)>,
 }
 
-/// The remote variables of an application, as they are found.
+/// The remote variables of an application, collected while the imports are read.
 pub(super) struct Remotes<'l> {
     link: &'l Link,
     list: Vec<Found>,
@@ -59,7 +60,7 @@ pub(super) struct Remotes<'l> {
 
 struct Found {
     remote: Remote,
-    /// Whether an import stated its age limit.
+    /// Whether an import states the age limit.
     stated: bool,
 }
 
@@ -130,7 +131,7 @@ impl Entry<'_> {
         self.from.text.contains(':')
     }
 
-    /// Reports an age limit where there is nothing to grow old on the way.
+    /// Reports an age limit of a variable that does not cross the link.
     pub(super) fn refuse_stale(&self, report: &mut Report, what: &str) {
         if let Some((_, span)) = &self.stale {
             report
@@ -153,7 +154,7 @@ impl<'l> Remotes<'l> {
         self.list.into_iter().map(|found| found.remote).collect()
     }
 
-    /// The place of the variable that an import names, for a port; reports what is wrong with it.
+    /// Returns the place of the variable that an import names, for a port; reports its faults.
     pub(super) fn find(
         &mut self,
         report: &mut Report,
@@ -230,7 +231,7 @@ impl<'l> Remotes<'l> {
 }
 
 impl Found {
-    /// Whether another import means the same variable; reports why not.
+    /// Checks that another import agrees on the variable; reports differences.
     fn agree(&mut self, report: &mut Report, what: &str, entry: &Entry, port: &Port, unit: &str) -> bool {
         let remote = &mut self.remote;
         let (span, full) = (&entry.from.span, quote(&remote.local));

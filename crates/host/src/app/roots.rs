@@ -1,5 +1,5 @@
-//! Roots that exclude each other for nothing: they compete in one group, and no actuator is commanded by two of them, so that one
-//! stands still while another acts. That may be meant; so it is said and not refused. So is a plugin in C++ that may throw.
+//! Warnings. Roots that compete in one group although they share no actuator exclude each other without need;
+//! this may be intended, so it is a warning and not a fault. The same holds for a C++ plugin that may throw.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -10,7 +10,8 @@ use super::{Application, Binding, Group, Instance};
 type Share = (Vec<usize>, BTreeSet<(usize, usize)>);
 
 impl Application {
-    /// What may not be meant although nothing is wrong with it, a sentence or two each, with the line.
+    /// Returns warnings about settings that are valid but may not be intended: a sentence or two each, with
+    /// the line.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let levels = self.groups.iter().filter(|group| group.father.is_none());
@@ -21,7 +22,8 @@ impl Application {
             .collect()
     }
 
-    /// Says so of plugins in C++ that run in the host's process and do not say that they catch what they throw.
+    /// Warns of C++ plugins that run in the host's process and do not declare that they catch their
+    /// exceptions.
     fn throwers(&self) -> impl Iterator<Item = String> {
         let numbers = 0..self.plugins.len();
         numbers.filter(|number| self.plugins[*number].throws).filter_map(|number| {
@@ -37,7 +39,7 @@ impl Application {
         })
     }
 
-    /// Says so where the members of a level share nothing.
+    /// Warns of a level whose members share no actuator.
     fn strangers(&self, level: &Group) -> Option<String> {
         let mut below: HashMap<usize, BTreeSet<(usize, usize)>> = HashMap::new();
         for (number, instance) in self.instances.iter().enumerate() {
@@ -82,7 +84,7 @@ impl Application {
         ))
     }
 
-    /// The root above a schema, or itself.
+    /// Returns the root above a schema, or the schema itself.
     fn root(&self, mut number: usize) -> usize {
         while let Some(father) = self.instances[number].father {
             number = father;

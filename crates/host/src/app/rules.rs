@@ -1,5 +1,5 @@
-//! How a group competes: the policy for collisions, what happens when nobody wins, patience and budget. A key that would
-//! mean nothing is refused.
+//! How a group competes: the policy for collisions, the absence policy, patience and budget. Refuses keys
+//! without effect.
 
 use jde_core::{Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, Policy, SchemaId};
 
@@ -23,7 +23,7 @@ const KEYS: &[&str] = &[
 const POLICIES: &[&str] = &["priority", "urgency", "sticky", "round-robin", "father"];
 const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
 
-/// What a group's own keys say.
+/// The contents of a group's own keys.
 pub(super) struct Rules {
     policy: Policy,
     absence: Absence,
@@ -31,20 +31,20 @@ pub(super) struct Rules {
     budget_ns: Nanos,
 }
 
-/// Whom the rules are for.
+/// The group that the rules are for.
 pub(super) struct Among<'n> {
-    /// Whether the father can arbitrate itself.
+    /// Whether the father has an arbitration function.
     pub(super) arbitrates: bool,
-    /// Whether the file says who they are, as `members`.
+    /// Whether the file lists the members, as `members`.
     pub(super) lists: bool,
-    /// What the names of the members are: "roles of this group".
+    /// What the names of the members denote: "roles of this group".
     pub(super) members_are: &'n str,
-    /// The names that a fallback may have.
+    /// The members by name, as possible fallbacks.
     pub(super) members: &'n [(&'n str, usize)],
 }
 
 impl Rules {
-    /// Reads them.
+    /// Reads the keys of a group; without a section, returns the defaults.
     pub(super) fn read(report: &mut Report, section: Option<&Section>, among: &Among) -> Self {
         let arbitrates = among.arbitrates;
         let default = if arbitrates {
@@ -230,7 +230,7 @@ fn hysteresis(report: &mut Report, section: &Section) -> f64 {
     }
 }
 
-/// Reports a key that means nothing without another.
+/// Reports a key that has no meaning without a certain value of another.
 fn only_with(report: &mut Report, section: &Section, key: &str, of: &str, needed: &str, given: Option<&str>) {
     if section.get(key).is_some()
         && given != Some(needed)
@@ -245,7 +245,7 @@ fn only_with(report: &mut Report, section: &Section, key: &str, of: &str, needed
     }
 }
 
-/// Reports a key that is missing beside another.
+/// Reports a key that another one requires and that is missing.
 fn needs(report: &mut Report, section: &Section, key: &str, word: &str, needed: &str, example: &str) {
     if section.get(needed).is_none() {
         let span = section.get(key).map_or(section.span.clone(), |node| node.span());

@@ -1,4 +1,5 @@
-//! The reserved keys of a schema that need no other schema: period, budget, restart and the like.
+//! The reserved keys of a schema that concern no other schema: period, budget, restart and the like. Binds
+//! nothing.
 
 use jde_abi::describe::Schema;
 use jde_core::{Nanos, Restart};
@@ -10,16 +11,17 @@ use super::isolation::{Isolation, isolation};
 use super::report::{Report, quote};
 use super::time;
 
-/// First back-off of a restart that states none: long enough that a device can come back and that a person sees the
-/// fault, short enough that a robot is not left without a behaviour for a second.
+/// The default first back-off of a restart, ns: long enough for a device to recover and for a person to
+/// notice the fault, short enough that a robot is not without a behaviour for a second.
 const BACK_OFF: Nanos = 500_000_000;
-/// Restarts that a schema gets if it states none: with a back-off that doubles, the fifth comes after 15 s, and what still
-/// fails then is broken.
+/// The default number of restarts. The back-off doubles, so the fifth restart follows after 15 s; a schema
+/// that still fails then is broken.
 const LIMIT: u32 = 5;
-/// Time in which it gets them if it states none: what fails once in a while, on a robot that runs for days, is not broken.
+/// The default time within which restarts are counted, ns. On a robot that runs for days, a schema that fails
+/// now and then is not broken.
 const WITHIN: Nanos = 60_000_000_000;
 
-/// What a schema's own keys say.
+/// The contents of a schema's own keys.
 pub(super) struct Settings {
     pub(super) doc: String,
     pub(super) period_ns: Nanos,
@@ -30,7 +32,7 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Reads them; what is left out is the type's.
+    /// Reads the keys; missing ones are the type's.
     pub(super) fn read(report: &mut Report, section: &Section, schema: Option<&Schema>) -> Self {
         let type_period = schema.map_or(0, |schema| schema.period_ns);
         let type_budget = schema.and_then(|schema| schema.budget_ns);
@@ -41,7 +43,7 @@ impl Settings {
         let budget_ns = section
             .get("budget")
             .and_then(|node| time::time(report, &section.key("budget"), node));
-        // A type that states no budget has its period's, whatever the period is here.
+        // A type without a budget has the period as its budget, also if the file changes the period.
         let budget_ns = budget_ns.or(type_budget).unwrap_or(period_ns);
         Self {
             doc: section
@@ -57,7 +59,8 @@ impl Settings {
     }
 }
 
-/// How long a call may take before it counts as hung: longer than a budget, which may well be missed.
+/// Reads how long a call may take before it counts as hung. It must be longer than the budget, which a call
+/// may exceed.
 fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nanos> {
     let node = section.get("hang")?;
     let what = section.key("hang");
@@ -74,7 +77,7 @@ fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nano
     Some(hang_ns)
 }
 
-/// `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5, within = "60s" }`.
+/// Reads `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5, within = "60s" }`.
 fn restart(report: &mut Report, section: &Section) -> Restart {
     let on_fault = |backoff, limit, within| Restart::OnFault {
         backoff,

@@ -1,14 +1,15 @@
-//! Finds the name that was meant. It guesses only what is near, and never acts on a guess.
+//! Finds the known name that a misspelt one probably means. Suggests only similar names, and never acts on a
+//! suggestion.
 
 use super::fault::Fault;
 use super::report::{quote, quote_all};
 
-/// Most names that are listed where none is near.
+/// The most names that are listed if none is similar.
 const MOST_LISTED: usize = 12;
-/// Longer ones are no slips of names.
+/// Longer texts are not misspelt names.
 const LONGEST: usize = 80;
 
-/// The known name that is near enough to be meant: a third of its letters may differ.
+/// Returns the most similar known name; at most a third of its letters may differ.
 pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     if name.len() > LONGEST {
         return None;
@@ -26,7 +27,7 @@ pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
 }
 
 impl Fault {
-    /// Helps with the nearest known name or, where none is near and they are few, with all of them.
+    /// Suggests the most similar known name; if there is none and the names are few, all of them.
     pub(super) fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
         if self.counted {
             return;

@@ -1,5 +1,5 @@
-//! Times that a file states: periods, budgets, patience. A number is in seconds, a text has a unit. Refuses what no clock
-//! here can keep.
+//! Times in a file: periods, budgets, patience. A number is in seconds, a text has a unit. Refuses times
+//! outside the range of periods.
 
 use jde_core::Nanos;
 
@@ -19,7 +19,7 @@ pub(super) fn time(report: &mut Report, what: &str, node: &Node) -> Option<Nanos
     )
 }
 
-/// Reads the period of a schema in ns; a frequency will do.
+/// Reads the period of a schema in ns, also from a frequency.
 pub(super) fn period(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
     read(
         report,
@@ -71,7 +71,7 @@ fn read(
         wrong(report, what, expected, node);
         return None;
     };
-    // Budgets and patience are no longer or shorter than periods can be.
+    // Budgets and patience have the same range as periods.
     match period::of_seconds(seconds) {
         Ok(time) => Some(time),
         Err(OutOfRange { seconds }) => {

@@ -1,4 +1,4 @@
-//! Finds the type that each instance names, in the catalogue of plugins.
+//! Finds the type that each instance names, in the catalogue of plugins. Loads nothing itself.
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
@@ -55,7 +55,7 @@ struct Types<'c> {
     plugins: Vec<Arc<Plugin>>,
     asked: HashMap<String, Result<usize, String>>,
     known: OnceCell<Vec<String>>,
-    /// So that instances of one type share its description.
+    /// Lets instances of one type share its description.
     found: HashMap<(usize, usize), Found>,
 }
 
@@ -90,12 +90,12 @@ impl Types<'_> {
         Some(found.clone())
     }
 
-    /// What there is, for suggestions, and the catalogue asked once only.
+    /// Returns the names for suggestions; asks the catalogue only once.
     fn known(&self) -> &[String] {
         self.known.get_or_init(|| self.catalogue.known())
     }
 
-    /// The plugin's place, and the catalogue asked once only.
+    /// Returns the plugin's place; asks the catalogue for each plugin only once.
     fn plugin(&mut self, name: &str) -> Result<usize, String> {
         if let Some(known) = self.asked.get(name) {
             return known.clone();
@@ -149,7 +149,8 @@ impl Types<'_> {
     }
 }
 
-/// The known type that was meant by one whose plugin cannot be used; none if it is that very plugin.
+/// Returns the known type that a name with an unusable plugin probably means; `None` if that plugin itself is
+/// known.
 fn meant(known: &[String], plugin: &str, written: &str) -> Option<String> {
     let halves = |known: &String| {
         let (plugin, schema) = known.split_once('/').unwrap_or((known, known));
@@ -158,7 +159,7 @@ fn meant(known: &[String], plugin: &str, written: &str) -> Option<String> {
     if known.iter().any(|known| halves(known).0 == plugin) {
         return None;
     }
-    // Just the schema, where just the plugin is expected.
+    // The name of the schema alone, where a plugin is expected.
     if let Some(full) = known.iter().find(|known| halves(known).1 == written) {
         return Some(full.clone());
     }

@@ -1,19 +1,20 @@
-//! Quantities with units, as people write them: "75 ms", "0.4 m/s", "90deg". Which units there are is [`jde_abi::unit`]'s.
+//! Quantities with units, as people write them: "75 ms", "0.4 m/s", "90deg". The units are defined in
+//! [`jde_abi::unit`].
 
 use jde_abi::unit::parse;
 
-/// Why a text is no quantity in the unit asked for.
+/// Why a text is no quantity in the requested unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum QuantityError {
     /// It does not begin with a number.
     NotANumber,
-    /// What follows the number is no unit that is known here.
+    /// The text after the number is no known unit.
     UnknownUnit(String),
-    /// The unit is of another dimension.
+    /// The unit has another dimension.
     OtherDimension(String),
 }
 
-/// Reads a number with a unit and gives it in `unit`; without a unit the number is in `unit` already.
+/// Parses a number with a unit and converts it to `unit`; a number without a unit is in `unit` already.
 pub(super) fn quantity(text: &str, unit: &str) -> Result<f64, QuantityError> {
     let (number, written) = split(text.trim()).ok_or(QuantityError::NotANumber)?;
     if written.is_empty() || written == unit {
@@ -28,7 +29,7 @@ pub(super) fn quantity(text: &str, unit: &str) -> Result<f64, QuantityError> {
     }
 }
 
-/// A number and what follows it.
+/// Splits a text into a number and the rest.
 fn split(text: &str) -> Option<(f64, &str)> {
     let digits = |from: usize| {
         let rest = &text.as_bytes()[from..];

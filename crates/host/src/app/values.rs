@@ -1,5 +1,6 @@
-//! Turns what a file says into a value of a port's type: units into the port's, paths into absolute ones, lists and tables
-//! into structures. Says exactly where a value does not fit; the bytes are the board's business.
+//! Converts a value of a file into a value of a port's type: units into the port's, paths into absolute ones,
+//! lists and tables into structures. Reports the exact position of a value that does not fit; the board
+//! encodes it.
 
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use super::report::{Report, quote};
 
 /// The unit of a text that is a path.
 const PATH: &str = "path";
-/// The unit of a text that is the path of a file which has to be there before the application starts.
+/// The unit of a text that is the path of a file which must exist before the application starts.
 const FILE: &str = "file";
 
 /// Whether a text of that unit is a path.
@@ -21,17 +22,17 @@ pub fn is_path(unit: &str) -> bool {
     [PATH, FILE].contains(&unit)
 }
 
-/// Where the paths of a file begin, and what is looked for there.
+/// How the paths of a file are resolved and checked.
 #[derive(Clone, Copy)]
 pub(super) struct Paths<'p> {
-    /// Where relative ones begin.
+    /// The folder of relative paths.
     pub(super) folder: &'p Path,
-    /// Files that have to be there are looked for.
+    /// Whether files of unit [`FILE`] must exist.
     pub(super) look: bool,
 }
 
 impl Paths<'_> {
-    /// Whether a value names a file that has to be there and is not, and which.
+    /// Returns the path in a value if it names a required file that does not exist.
     pub(super) fn absent<'v>(self, unit: &str, value: &'v Value) -> Option<&'v str> {
         let Value::Map(fields) = value else { return None };
         let [(_, Value::Text(path))] = fields.as_slice() else {
@@ -42,19 +43,20 @@ impl Paths<'_> {
     }
 }
 
-/// What a value is for.
+/// The destination of a value.
 pub(super) struct Target<'t> {
-    /// What messages call it: "`speed` of schema `goon`", and inside of it "`start.theta` of ...".
+    /// Its name in messages: "`speed` of schema `goon`", and for a field "`start.theta` of ...".
     pub(super) name: String,
     pub(super) owner: &'t str,
-    /// Unit of a plain number or text; empty where the type's fields have their own.
+    /// The unit of a plain number or text; empty if the type's fields have units of their own.
     pub(super) unit: &'t str,
-    /// Where relative paths begin.
+    /// The folder of relative paths.
     pub(super) folder: &'t Path,
 }
 
 impl Target<'_> {
-    /// The value, as [`jde_board::value::encode`] takes it for `ty`; reports what does not fit.
+    /// Converts a value into the form that [`jde_board::value::encode`] takes for `ty`; reports what does not
+    /// fit.
     pub(super) fn value(&self, report: &mut Report, ty: &Type, node: &Node) -> Option<Value> {
         match node.get_ref() {
             DeValue::Table(table) => self.by_name(report, ty, table),
@@ -81,7 +83,7 @@ impl Target<'_> {
         format!("{} of {}", quote(&self.name), self.owner)
     }
 
-    /// The single field of a type, without its name.
+    /// Converts the single field of a type, given without its name.
     fn only(&self, report: &mut Report, field: &Field, node: &Node) -> Option<Value> {
         let value = self.field(report, field, node)?;
         Some(Value::Map(vec![(field.name.clone(), value)]))

@@ -1,4 +1,5 @@
-//! Finds the variable that a file names as `instance.variable`, and says whether a port may be bound to it.
+//! Finds the variable that a file names as `instance.variable`, and checks whether a port may be bound to it.
+//! Binds nothing.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,7 +10,7 @@ use super::document::Text;
 use super::drafts::Drafts;
 use super::report::{Report, quote, quote_all};
 
-/// What kind of variable is looked for.
+/// The kind of variable that is wanted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wanted {
     /// An export or a modulation, to read.
@@ -21,7 +22,7 @@ pub(super) enum Wanted {
 }
 
 impl Wanted {
-    /// Whether a port of that role will do.
+    /// Whether a port of that role is of this kind.
     pub(super) fn admits(self, role: &Role) -> bool {
         match role {
             Role::Export => self != Self::Command,
@@ -31,7 +32,7 @@ impl Wanted {
         }
     }
 
-    /// What was most likely meant.
+    /// Returns the kind that was most likely intended.
     fn likely(self) -> &'static str {
         match self {
             Self::Readable | Self::Export => "exports",
@@ -48,8 +49,8 @@ impl Wanted {
     }
 }
 
-/// Finds `instance.variable`; reports what is wrong with it, except for an instance whose own type is unknown. `reader` is
-/// the port it is for, where there is one.
+/// Finds `instance.variable`; reports its faults, except for an instance whose own type is unknown. `reader`
+/// is the port that reads it, if there is one.
 pub(super) fn find(
     report: &mut Report,
     drafts: &Drafts,
@@ -79,7 +80,7 @@ pub(super) fn find(
         };
         return None;
     };
-    // Only admitted ports: an export and an import may share a name.
+    // Only ports of the wanted kind: an export and an import may have the same name.
     let place = schema
         .ports
         .iter()
@@ -91,7 +92,7 @@ pub(super) fn find(
         Some(port) => {
             let message = format!("{what} is {}, which is {}", quote(written.text), noun(&port.role));
             let fault = report.fault(&written.span, message);
-            // Modulations may be read too, but are hardly ever what was meant.
+            // Modulations can be read too, but are rarely intended.
             let likely = admitted().filter(|port| !matches!(port.role, Role::Modulation { .. }));
             let likely = quote_all(likely.map(|port| port.name.as_str()));
             fault.advise(format!("{} of {owner}: {likely}", wanted.likely()));
@@ -103,7 +104,8 @@ pub(super) fn find(
     None
 }
 
-/// Whether `port` may be bound to a variable: the same type and, for plain numbers, the same unit. Reports why not.
+/// Whether `port` may be bound to a variable: both have the same type and, for plain numbers, the same unit.
+/// Reports a difference.
 pub(super) fn fits(
     report: &mut Report,
     drafts: &Drafts,
@@ -133,7 +135,7 @@ pub(super) fn fits(
     let (Some(takes), Some(has)) = (unit(port), unit(other)) else {
         return true;
     };
-    // A port that names no unit takes any: a plotter, a filter.
+    // A port without a unit accepts any: a plotter, a filter.
     if takes.is_empty() || jde_abi::unit::same(takes, has) {
         return true;
     }
@@ -146,7 +148,7 @@ pub(super) fn fits(
     false
 }
 
-/// The unit of a plain number: the port's own, or that of the only field of its type.
+/// Returns the unit of a plain number: the port's own, or that of the only field of its type.
 pub(super) fn unit(port: &Port) -> Option<&str> {
     port.value_type.as_number()?;
     Some(match port.unit.as_str() {

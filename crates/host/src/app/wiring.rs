@@ -1,4 +1,5 @@
-//! Binds the imports and actuators of an instance to variables of others, and chooses its triggers.
+//! Binds the imports and actuators of an instance to variables of other instances, and sets its triggers.
+//! Children are bound in `children`.
 
 use jde_abi::describe::{Kind, Port, Role, Schema};
 
@@ -10,7 +11,7 @@ use super::report::{Report, quote};
 use super::variable::{self, Wanted};
 use super::{Binding, Source};
 
-/// The type of the variable that says when an application is done.
+/// The type of the variable that states when an application is done.
 const MISSION: &str = "jde_msgs/msg/Mission";
 
 /// A table of roles and variables: `imports` or `actuators`.
@@ -21,7 +22,7 @@ struct Table {
     wanted: Wanted,
 }
 
-/// Every port as its type has it: modulations at their defaults, everything else unbound.
+/// Returns the ports as the type defines them: modulations at their defaults, all others unbound.
 pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
     schema
         .ports
@@ -98,7 +99,7 @@ pub(super) fn actuators(report: &mut Report, here: &Here, bindings: &mut [Bindin
     table.refuse_unbound(report, here);
 }
 
-/// Reads `triggers`; without the key, each import is as the type says.
+/// Reads `triggers`; without the key, each import triggers as the type states.
 pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding]) {
     let section = here.section();
     let Some(names) = section.texts(report, "triggers") else {
@@ -146,7 +147,7 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
     }
 }
 
-/// Finds the variable that says when the application is done.
+/// Finds the variable that states when the application is done.
 pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> Option<(usize, usize)> {
     let what = "`mission` of the application";
     let (instance, port) = variable::find(report, drafts, what, written, Wanted::Export, None)?;
@@ -169,7 +170,7 @@ pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> O
 }
 
 impl Table {
-    /// The port in that role, and what messages call the entry; reports it if there is none.
+    /// Returns the port in that role, and the name of the entry in messages; reports a missing role.
     fn port(self, report: &mut Report, here: &Here, role: &Text) -> Option<(usize, String)> {
         let what = here.section().key(self.key);
         let port = position(here.schema, self.is_role, role.text);
@@ -182,7 +183,7 @@ impl Table {
         Some((port?, format!("{} in {what}", quote(role.text))))
     }
 
-    /// The variable of that name, if it fits the port; reports what does not.
+    /// Returns the variable of that name if it fits the port; reports what does not fit.
     fn find(
         self,
         report: &mut Report,
@@ -196,7 +197,7 @@ impl Table {
         variable::fits(report, here.drafts, what, port, found, &written.span).then_some(found)
     }
 
-    /// Reports what the table should have and has not.
+    /// Reports required ports that the table leaves unbound.
     fn refuse_unbound(self, report: &mut Report, here: &Here) {
         let ports = here.schema.ports.iter();
         for port in ports.filter(|port| (self.is_role)(port) && !port.optional) {
@@ -213,7 +214,7 @@ fn missing(report: &mut Report, here: &Here, key: &str, port: &Port, wanted: Wan
         .filter(|index| *index != here.index)
         .find_map(|index| {
             let other = here.drafts.schema(index)?.ports.iter().find(|other| {
-                // A modulation may be read, but is hardly ever what is meant.
+                // A modulation can be read, but is rarely intended.
                 wanted.admits(&other.role)
                     && !matches!(other.role, Role::Modulation { .. })
                     && port.value_type.same_as(&other.value_type)
