@@ -1,5 +1,5 @@
 //! Where the functions of an instance run: in this process, or in one of their own. The rest of the host
-//! makes no difference.
+//! treats both alike.
 
 #![allow(unsafe_code)]
 

@@ -1,9 +1,9 @@
-//! Plugins in C, made by cc.
+//! Plugins in C, built by `cc`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Makes a library from a file of `tests/c`, with these macros.
+/// Builds a library from a file of `tests/c`, with these macros.
 pub(crate) fn make(source: &str, macros: &[String], to: &Path) {
     let root = env!("CARGO_MANIFEST_DIR");
     let done = Command::new("cc")

@@ -1,4 +1,4 @@
-//! A motor schema with a panel, which shows what the test says.
+//! A motor schema with a panel, which draws what the test defines.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub(crate) struct Easel {
     /// The number of its stage.
     #[modulation(default = 0, fixed)]
     stage: Modulation<u32>,
-    /// Something to look at.
+    /// An input.
     #[import(optional)]
     pub(crate) input: Import<f64>,
     /// A child.
@@ -22,7 +22,7 @@ pub(crate) struct Easel {
     /// Speeds of the base.
     #[actuator(optional)]
     pub(crate) base: Actuator<Twist>,
-    /// What it did last.
+    /// The value of `input` at the last iteration.
     pub(crate) seen: Option<f64>,
     pub(crate) iterations: u64,
     pub(crate) ready: Ready,

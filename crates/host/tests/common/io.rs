@@ -7,7 +7,7 @@ use jde_schema::prelude::*;
 use super::schemas::Motor;
 use super::stage::{Stage, lock};
 
-/// A call of a schema, as its part sees it.
+/// A call of a schema, as its part receives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
     Awake,
@@ -22,16 +22,16 @@ pub(crate) enum Call {
 pub(crate) struct Io<'a> {
     pub(crate) stage: &'a Arc<Stage>,
     pub(crate) name: &'a str,
-    /// Calls of this instance before this one: 0 again in a fresh one.
+    /// Calls of this instance before this one; 0 again in a new instance.
     pub(crate) memory: u64,
-    /// None while it is dropped.
+    /// `None` while the instance is dropped.
     inner: Option<Inner<'a>>,
     pub(super) answer: Precondition,
     pub(super) verdict: Option<Verdict>,
     then: Option<Then>,
 }
 
-/// What is done when the part has been played.
+/// What is done after the part has returned.
 type Then = Box<dyn FnOnce(&mut Io<'_>)>;
 
 pub(super) struct Inner<'a> {
@@ -72,7 +72,7 @@ impl<'a> Io<'a> {
         result
     }
 
-    /// Does something more in this call, while other instances can play the part: for those who hang.
+    /// Does something more in this call, while other instances can run the part. For calls that hang.
     pub(crate) fn then(&mut self, then: impl FnOnce(&mut Io<'_>) + 'static) {
         self.then = Some(Box::new(then));
     }
@@ -85,22 +85,22 @@ impl<'a> Io<'a> {
         self.inner().motor.expect("a motor schema")
     }
 
-    /// The present call.
+    /// The context of the present call.
     pub(crate) fn cx(&self) -> &'a Context<'a> {
         self.inner().cx
     }
 
-    /// Notes what it does.
+    /// Records what the instance does.
     pub(crate) fn say(&self, what: impl AsRef<str>) {
         self.stage.note(|| format!("{} {}", self.name, what.as_ref()));
     }
 
-    /// The answer of a check.
+    /// Sets the result of a check.
     pub(crate) fn ready(&mut self, ready: impl Into<Precondition>) {
         self.answer = ready.into();
     }
 
-    /// The answer of an arbitration.
+    /// Sets the result of an arbitration.
     pub(crate) fn choose(&mut self, role: &str) {
         self.verdict = Some(Verdict::choose(
             self.child(role),
@@ -108,12 +108,12 @@ impl<'a> Io<'a> {
         ));
     }
 
-    /// What is to be arbitrated.
+    /// The level to arbitrate.
     pub(crate) fn level(&self) -> &'a Level<'a> {
         self.inner().level.expect("it arbitrates")
     }
 
-    /// ns since the start.
+    /// Time since the start, ns.
     pub(crate) fn now(&self) -> u64 {
         self.cx().now().as_nanos() as u64
     }
@@ -128,13 +128,13 @@ impl<'a> Io<'a> {
         self.motor().arm.command(self.cx(), Twist::planar(speed, 0.0))
     }
 
-    /// What a motor schema looks at, with the number of the value.
+    /// The input of a motor schema, with the sequence number of its value.
     pub(crate) fn input(&self) -> Option<(f64, u64)> {
         let sample = self.motor().input.get(self.cx())?;
         Some((*sample, sample.sequence()))
     }
 
-    /// The other that it looks at.
+    /// The other input.
     pub(crate) fn other(&self) -> Option<f64> {
         self.motor().other.get(self.cx()).map(|sample| *sample)
     }
@@ -144,7 +144,7 @@ impl<'a> Io<'a> {
         self.motor().gain.get(self.cx())
     }
 
-    /// Its modulation that is fixed.
+    /// Its fixed modulation.
     pub(crate) fn grip(&self) -> f64 {
         self.motor().grip.get(self.cx())
     }
@@ -166,24 +166,24 @@ impl<'a> Io<'a> {
         self.child(role).wake(self.cx())
     }
 
-    /// Writes the modulation of a.
+    /// Writes the modulation of child `a`.
     pub(crate) fn modulate_a(&self, gain: f64) -> Outcome {
         self.motor().gain_of_a.set(self.cx(), gain)
     }
 
-    /// Writes the period of a, seconds.
+    /// Writes the period of child `a`, seconds.
     pub(crate) fn retime_a(&self, period: f64) -> Outcome {
         self.motor().period_of_a.set(self.cx(), period)
     }
 
-    /// Publishes what an eye sees.
+    /// Publishes the export of an eye.
     pub(crate) fn publish(&mut self, value: f64) {
         let inner = self.inner.as_mut().expect("nothing can be done while dropped");
         let out = inner.perceptive.as_mut().expect("an eye");
         out.write(inner.cx, value);
     }
 
-    /// Takes back what an eye saw.
+    /// Retracts the export of an eye.
     pub(crate) fn retract(&mut self) {
         let inner = self.inner.as_mut().expect("nothing can be done while dropped");
         let out = inner.perceptive.as_mut().expect("an eye");

@@ -1,5 +1,6 @@
-//! What the tests of running applications share: schemas whose parts are written in the test, a stage that remembers what they
-//! did, and one way to run an application on each executor. It waits for conditions, never for time.
+//! Shared by the tests of running applications: schemas whose behaviour the test defines, a stage that
+//! records what they did, and one way to run an application on each executor. Tests wait for conditions,
+//! never for a time.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -22,7 +23,7 @@ pub(crate) use stage::Stage;
 
 pub(crate) const MS: u64 = 1_000_000;
 
-/// Makes a test of each function for every executor.
+/// Creates a test of each function for every executor.
 #[allow(unused_macros, reason = "each test file uses its part")]
 macro_rules! on_every_executor {
     ($($name:ident),+ $(,)?) => {
@@ -32,7 +33,7 @@ macro_rules! on_every_executor {
     };
 }
 
-/// Makes a test of each function for the executors in which calls take time.
+/// Creates a test of each function for the executors in which calls take time.
 #[allow(unused_macros, reason = "each test file uses its part")]
 macro_rules! in_real_time {
     ($($name:ident),+ $(,)?) => {

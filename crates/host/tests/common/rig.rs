@@ -22,10 +22,10 @@ pub(crate) static TEST: raw::Plugin = jde_schema::plugin!(
     [Motor, Eye, Robot, Stillborn, Easel]
 );
 
-/// The time that lockstep gives a condition to come true, ns: far beyond every period of the tests.
+/// The time within which a condition must become true in lockstep, ns: far beyond every period of the tests.
 const LONGEST: u64 = 10_000 * MS;
 
-/// Who runs the schemas.
+/// The executor of the schemas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Executor {
     Threads,
@@ -33,7 +33,7 @@ pub(crate) enum Executor {
     Lockstep,
 }
 
-/// An application that runs.
+/// A running application.
 pub(crate) struct Rig {
     pub(crate) stage: Arc<Stage>,
     pub(crate) handle: Handle,
@@ -51,14 +51,14 @@ pub(crate) fn plugins() -> Plugins {
     plugins_along(SearchPath::default())
 }
 
-/// The same, and those in these folders.
+/// The plugins of the tests, and those in these folders.
 pub(crate) fn plugins_along(path: SearchPath) -> Plugins {
     let mut plugins = Plugins::new(path);
     plugins.link(&TEST).expect("the plugin of the tests is right");
     plugins
 }
 
-/// An application's text, for an executor and on a stage.
+/// The text of an application for an executor and a stage.
 pub(crate) fn text(executor: Executor, stage: &Stage, body: &str) -> String {
     let head = match executor {
         Executor::Threads | Executor::Lockstep => "",
@@ -82,7 +82,7 @@ impl Rig {
         Self::start_with(executor, stage, body, Options::default())
     }
 
-    /// The same with options.
+    /// Like [`Self::start`], with options.
     #[track_caller]
     pub(crate) fn start_with(executor: Executor, stage: &Arc<Stage>, body: &str, options: Options) -> Self {
         match Self::try_start(executor, stage, body, options) {
@@ -91,7 +91,7 @@ impl Rig {
         }
     }
 
-    /// The same, where it may not start.
+    /// Like [`Self::start_with`], for applications that may fail to start.
     #[track_caller]
     pub(crate) fn try_start(
         executor: Executor,
@@ -110,7 +110,7 @@ impl Rig {
         Self::run(executor, stage, application, &plugins, options)
     }
 
-    /// Starts an application that was read before.
+    /// Starts a parsed application.
     #[track_caller]
     pub(crate) fn run(
         executor: Executor,
@@ -145,7 +145,7 @@ impl Rig {
         })
     }
 
-    /// Goes on until `done`.
+    /// Runs until `done`.
     #[track_caller]
     pub(crate) fn until(&mut self, mut done: impl FnMut(&Self) -> bool) {
         if let Run::Real(_) = self.run {
@@ -160,7 +160,8 @@ impl Rig {
         }
     }
 
-    /// Goes on until `done`, which depends on the machine's time also in lockstep: how often a panel is drawn does.
+    /// Runs until `done`, for conditions that depend on the machine's time even in lockstep, such as the rate
+    /// of a panel.
     pub(crate) fn patiently(&mut self, mut done: impl FnMut(&Self) -> bool) {
         if let Run::Real(_) = self.run {
             return self.until(done);
@@ -170,13 +171,13 @@ impl Rig {
         }
     }
 
-    /// Goes on until that was done.
+    /// Runs until the line was recorded.
     #[track_caller]
     pub(crate) fn until_did(&mut self, line: &str) {
         self.until(|rig| rig.stage.did(line));
     }
 
-    /// Goes on until virtual time is `then`; lockstep only.
+    /// Runs until virtual time is `then`. Lockstep only.
     pub(crate) fn advance(&mut self, then: u64) -> Option<Outcome> {
         match &mut self.run {
             Run::Lockstep(lockstep) => lockstep.run_until(then),
@@ -184,13 +185,13 @@ impl Rig {
         }
     }
 
-    /// Asks it to end, and brings it to rest.
+    /// Requests the end, and waits until the application is at rest.
     pub(crate) fn stop(self) -> Outcome {
         self.handle.stop();
         self.wait()
     }
 
-    /// Goes on until it ends by itself, and brings it to rest.
+    /// Runs until the application ends by itself and is at rest.
     pub(crate) fn wait(self) -> Outcome {
         let Self { run, _watchdog, .. } = self;
         match run {
@@ -199,25 +200,25 @@ impl Rig {
         }
     }
 
-    /// An instance's place.
+    /// The index of an instance.
     #[track_caller]
     pub(crate) fn place(&self, name: &str) -> usize {
         let place = self.handle.application().instance(name);
         place.unwrap_or_else(|| panic!("there is no {name}"))
     }
 
-    /// An instance as the tools see it.
+    /// An instance as tools see it.
     #[track_caller]
     pub(crate) fn see(&self, name: &str) -> SchemaView {
         self.handle.snapshot().schemas.swap_remove(self.place(name))
     }
 
-    /// An operator of it.
+    /// An operator of the application.
     pub(crate) fn operator(&self) -> Operating {
         self.handle.operator("ana@laptop")
     }
 
-    /// A group as the tools see it.
+    /// A group as tools see it.
     #[track_caller]
     pub(crate) fn group(&self, name: &str) -> GroupView {
         let groups = self.handle.snapshot().groups.into_iter();

@@ -1,4 +1,4 @@
-//! The schemas of the tests: they have every kind of port and child, and do what their part says.
+//! The schemas of the tests. They have every kind of port and child, and behave as their part defines.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use super::io::{Call, Inner, Io};
 use super::stage::Stage;
 
 thread_local! {
-    /// Instances of the test plugin that this thread made and nobody ended yet.
+    /// Instances of the test plugin that this thread created and that have not ended.
     pub(crate) static LIVE: Cell<i64> = const { Cell::new(0) };
 }
 
-/// Counts the instances that live.
+/// Counts the live instances.
 struct Alive;
 
 impl Default for Alive {
@@ -25,12 +25,12 @@ impl Default for Alive {
 
 impl Drop for Alive {
     fn drop(&mut self) {
-        // A thread that ends has no count any more, and nobody to read it.
+        // A thread that ends has no count any more.
         let _ = LIVE.try_with(|live| live.set(live.get() - 1));
     }
 }
 
-/// What every instance of the tests remembers.
+/// The state of every instance of the tests.
 #[derive(Default)]
 struct Own {
     alive: Alive,
@@ -46,43 +46,43 @@ pub(crate) struct Motor {
     /// The number of its stage.
     #[modulation(default = 0, fixed)]
     stage: Modulation<u32>,
-    /// Something to look at.
+    /// An input.
     #[import(optional)]
     pub(super) input: Import<f64>,
-    /// Something else to look at.
+    /// Another input.
     #[import(optional)]
     pub(super) other: Import<f64>,
-    /// Something a father or an operator writes.
+    /// A modulation for a father or an operator.
     #[modulation(default = 0.0)]
     pub(super) gain: Modulation<f64>,
-    /// Something that is taken when it awakes.
+    /// A modulation that is read at the awakening.
     #[modulation(default = 0.0, fixed)]
     pub(super) grip: Modulation<f64>,
     /// A command with a long validity.
     #[actuator(optional)]
     pub(super) base: Actuator<Twist>,
-    /// A command with a short one.
+    /// A command with a short validity.
     #[actuator(optional)]
     pub(super) arm: Actuator<Twist>,
-    /// Whether all is done.
+    /// The progress of the mission.
     #[export]
     mission: Export<Mission>,
     /// A child.
     #[child(group = "base", optional)]
     pub(super) a: Child,
-    /// Another.
+    /// Another child.
     #[child(group = "base", optional)]
     pub(super) b: Child,
-    /// A third.
+    /// A third child.
     #[child(group = "base", optional)]
     pub(super) c: Child,
-    /// One that perceives.
+    /// A perceptive child.
     #[child(perceptive, optional)]
     pub(super) helper: Child,
-    /// What it writes to a.
+    /// The modulation of child a.
     #[modulates(child = "a", name = "gain", optional)]
     pub(super) gain_of_a: Modulates<f64>,
-    /// How often a is to run.
+    /// The period of child a.
     #[modulates(child = "a", name = "period", optional)]
     pub(super) period_of_a: Modulates<f64>,
     own: Own,
@@ -95,36 +95,36 @@ pub(crate) struct Eye {
     /// The number of its stage.
     #[modulation(default = 0, fixed)]
     stage: Modulation<u32>,
-    /// Something an operator writes.
+    /// A modulation for an operator.
     #[modulation(default = 0.0)]
     gain: Modulation<f64>,
-    /// What it looks at.
+    /// An input.
     #[import(optional)]
     input: Import<f64>,
-    /// What it saw.
+    /// The value that the test publishes.
     #[export]
     out: Export<f64>,
     own: Own,
 }
 
-/// A driver; notes each change of what it is commanded.
+/// A driver. It records each change of its commands.
 #[derive(Describe)]
 #[schema(driver, period = "10ms")]
 pub(crate) struct Robot {
     /// The number of its stage.
     #[modulation(default = 0, fixed)]
     stage: Modulation<u32>,
-    /// A command that stands for long.
+    /// A command that is in force for long.
     #[command(neutral = Twist::ZERO, validity = "1000s")]
     velocity: Command<Twist>,
-    /// A command that has to be repeated.
+    /// A command that must be repeated.
     #[command(neutral = Twist::ZERO, validity = "50ms")]
     reach: Command<Twist>,
     last: [Option<f64>; 2],
     own: Own,
 }
 
-/// One that cannot be made.
+/// A schema that cannot be created.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub(crate) struct Stillborn {
@@ -159,7 +159,7 @@ impl Drop for Own {
         let Some(stage) = self.stage.take() else { return };
         stage.note(|| format!("{} drop", self.name));
         let mut io = Io::new(&stage, &self.name, self.calls, None);
-        // There is nobody to tell an error to; a panic goes on to the boundary.
+        // An error has no receiver here; a panic propagates to the boundary.
         let _ = io.perform(Call::Drop);
     }
 }
@@ -187,7 +187,7 @@ impl Motor {
         Ok((io.answer, io.verdict))
     }
 
-    /// Says how far the mission is.
+    /// Writes the state of the mission.
     fn report(&mut self, cx: &Context, state: u8) {
         self.mission.write(
             cx,
@@ -210,7 +210,7 @@ impl Schema for Motor {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.call(cx, Call::Iterate, None)?;
-        // A gain of 100 and more is the mission's state.
+        // A gain of 100 or more sets the mission's state.
         let gain = self.gain.get(cx);
         if gain >= 100.0 {
             self.report(cx, (gain - 100.0) as u8);
@@ -296,7 +296,7 @@ impl Schema for Robot {
         let stage = Stage::of(self.stage.get(cx));
         let before = std::mem::replace(&mut self.last, seen);
         for ((what, before), seen) in ["velocity", "reach"].into_iter().zip(before).zip(seen) {
-            // Braked is braked: with a neutral command or with none.
+            // A neutral command and no command both count as braked.
             let (before, seen) = (before.unwrap_or(0.0), seen.unwrap_or(0.0));
             if before != seen {
                 stage.note(|| format!("{} {what} {seen}", cx.name()));

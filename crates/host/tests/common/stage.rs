@@ -1,4 +1,4 @@
-//! The stage of one test: who plays which part, and what was done, in the order in which it was done.
+//! The stage of one test: the part of each instance, and a log of what they did, in order.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -21,7 +21,7 @@ pub(crate) struct Stage {
     quiet: bool,
     parts: Mutex<HashMap<String, Arc<Mutex<Part>>>>,
     brushes: Mutex<HashMap<String, Brush>>,
-    /// The call that each instance is in, if it is in one.
+    /// The call that each instance is in, if any.
     inside: Mutex<BTreeMap<String, Call>>,
     log: Mutex<Log>,
     news: Condvar,
@@ -30,7 +30,7 @@ pub(crate) struct Stage {
 
 #[derive(Default)]
 struct Log {
-    /// Counts everything that happened.
+    /// Counts all entries.
     version: u64,
     lines: Vec<String>,
     events: Vec<Event>,
@@ -42,12 +42,12 @@ const LAST: usize = 30;
 static STAGES: Mutex<Vec<Arc<Stage>>> = Mutex::new(Vec::new());
 
 impl Stage {
-    /// A stage of one's own.
+    /// A new stage.
     pub(crate) fn new() -> Arc<Self> {
         Self::made(false)
     }
 
-    /// One that remembers nothing, for long runs.
+    /// A stage that records nothing, for long runs.
     pub(crate) fn quiet() -> Arc<Self> {
         Self::made(true)
     }
@@ -63,7 +63,7 @@ impl Stage {
         stage
     }
 
-    /// The stage of that number, as instances find theirs.
+    /// The stage of that number. Instances find theirs by it.
     pub(crate) fn of(number: u32) -> Arc<Self> {
         let stages = lock(&STAGES);
         let stage = stages.iter().find(|stage| stage.number == number);
@@ -74,12 +74,12 @@ impl Stage {
         self.number
     }
 
-    /// Gives an instance its part.
+    /// Sets the part of an instance.
     pub(crate) fn play(&self, name: &str, part: impl FnMut(Call, &mut Io<'_>) -> Result + Send + 'static) {
         lock(&self.parts).insert(name.to_owned(), Arc::new(Mutex::new(Box::new(part))));
     }
 
-    /// A motor schema that is ready while `ready` says so, and commands this speed in each iteration.
+    /// Adds a motor schema that is READY while `ready` is true, and commands `speed` in each iteration.
     pub(crate) fn drives(&self, name: &str, ready: &Arc<std::sync::atomic::AtomicBool>, speed: f64) {
         let ready = Arc::clone(ready);
         self.play(name, move |call, io| {
@@ -94,7 +94,7 @@ impl Stage {
         });
     }
 
-    /// Says how an easel draws its panel.
+    /// Sets how an easel draws its panel.
     pub(crate) fn paints(
         &self,
         name: &str,
@@ -107,7 +107,7 @@ impl Stage {
         lock(&self.brushes).get(name).cloned()
     }
 
-    /// Something happened that no schema did: whoever waits looks again.
+    /// Makes waiting threads check their conditions again, after an event that no schema caused.
     pub(crate) fn stir(&self) {
         lock(&self.log).version += 1;
         self.news.notify_all();
@@ -117,7 +117,7 @@ impl Stage {
         lock(&self.parts).get(name).cloned()
     }
 
-    /// Notes what somebody did.
+    /// Records a line.
     pub(crate) fn note(&self, line: impl FnOnce() -> String) {
         if self.quiet {
             return;
@@ -140,22 +140,22 @@ impl Stage {
         self.news.notify_all();
     }
 
-    /// What was done so far.
+    /// All lines so far.
     pub(crate) fn lines(&self) -> Vec<String> {
         lock(&self.log).lines.clone()
     }
 
-    /// Whether that was done.
+    /// Whether the line was recorded.
     pub(crate) fn did(&self, line: &str) -> bool {
         lock(&self.log).lines.iter().any(|done| done == line)
     }
 
-    /// How often that was done.
+    /// How often the line was recorded.
     pub(crate) fn count(&self, line: &str) -> usize {
         lock(&self.log).lines.iter().filter(|done| *done == line).count()
     }
 
-    /// Where that was done first among all that was done.
+    /// The index of the first occurrence of a line.
     #[track_caller]
     pub(crate) fn first(&self, line: &str) -> usize {
         let lines = self.lines();
@@ -163,7 +163,7 @@ impl Stage {
         place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
     }
 
-    /// Where that was done last.
+    /// The index of the last occurrence of a line.
     #[track_caller]
     pub(crate) fn last(&self, line: &str) -> usize {
         let lines = self.lines();
@@ -171,17 +171,17 @@ impl Stage {
         place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
     }
 
-    /// Everything that the application told.
+    /// All events of the application.
     pub(crate) fn events(&self) -> Vec<Event> {
         lock(&self.log).events.clone()
     }
 
-    /// Whether it told of such an event.
+    /// Whether such an event occurred.
     pub(crate) fn told(&self, wanted: impl Fn(&Event) -> bool) -> bool {
         lock(&self.log).events.iter().any(wanted)
     }
 
-    /// How many such events it told of.
+    /// The number of such events.
     pub(crate) fn count_events(&self, wanted: impl Fn(&Event) -> bool) -> usize {
         lock(&self.log)
             .events
@@ -195,12 +195,12 @@ impl Stage {
         assert!(before.is_none(), "one application a stage");
     }
 
-    /// The application, for parts that look at it.
+    /// The application, for parts that inspect it.
     pub(crate) fn handle(&self) -> Option<Handle> {
         lock(&self.handle).clone()
     }
 
-    /// Blocks until `done`, which is asked again after everything that happens.
+    /// Blocks until `done`, which is evaluated again after every entry.
     pub(crate) fn wait_until(&self, mut done: impl FnMut() -> bool) {
         loop {
             let seen = lock(&self.log).version;
@@ -229,12 +229,13 @@ impl Stage {
         run()
     }
 
-    /// Where everybody is, for a watchdog: the calls that run, what was done last, and the state of each schema.
+    /// The present situation, for a watchdog: the calls that run, the last lines, and the state of each
+    /// schema.
     pub(crate) fn report(&self) -> String {
         let inside = lock(&self.inside).clone();
         let lines = self.lines();
         let last = &lines[lines.len().saturating_sub(LAST)..];
-        // Last, for it needs the rules' lock, which whoever hangs may have.
+        // The snapshot comes last, because it needs the rules' lock, which a hung thread may hold.
         eprintln!("calls that run: {inside:?}\nwhat was done last: {last:#?}");
         let Some(handle) = self.handle() else {
             return String::from("nothing runs");
@@ -244,7 +245,7 @@ impl Stage {
         format!("schemas: {:#?}", states.collect::<Vec<_>>())
     }
 
-    /// Forgets the stage, so that what its parts hold is let go.
+    /// Removes the stage, so that the values in its parts are dropped.
     pub(crate) fn close(&self) {
         lock(&STAGES).retain(|stage| stage.number != self.number);
         lock(&self.parts).clear();
@@ -253,7 +254,7 @@ impl Stage {
     }
 }
 
-/// A test that fails while it holds a lock must not hide its reason behind another.
+/// Locks also after a panic: a test that fails under a lock must not hide its reason behind another panic.
 pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

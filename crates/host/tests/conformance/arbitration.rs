@@ -1,4 +1,4 @@
-//! A father that arbitrates itself, well and badly (R4).
+//! A father with its own arbitration, correct and faulty (R4).
 
 #![allow(unsafe_code, reason = "a table that breaks its contract is made by hand")]
 
@@ -54,12 +54,12 @@ fn family() -> String {
     FAMILY.replace("FATHER", "test/motor")
 }
 
-/// One in which a busy machine does not make the father late.
+/// A family in which a busy machine does not make the father late.
 fn patient_family() -> String {
     family().replace("\"father\" }", "\"father\", budget = \"100s\" }")
 }
 
-/// A father that wakes a and b, which are always ready, and arbitrates like this.
+/// A father that wakes `a` and `b`, which are always READY, and runs `arbitrate`.
 fn stage(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send + 'static) -> Arc<Stage> {
     let stage = Stage::new();
     for (name, speed) in [("left", 0.1), ("right", 0.2)] {
@@ -80,7 +80,7 @@ fn stage(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send + '
     stage
 }
 
-/// Goes on until priority decided in the father's place, and looks at what is said of that.
+/// Runs until the priority order decided in the father's place, and checks the reports of it.
 fn overruled(rig: &mut Rig, because: &str) {
     let left = rig.place("left");
     let failed = |event: &Event| {
@@ -234,7 +234,7 @@ fn r4_a_father_that_hangs_is_overruled_when_its_budget_ends(executor: Executor) 
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
     let stage = stage(move |io| {
-        // Until the test lets go of the other end.
+        // Until the test drops the sender.
         let _ = held.lock().unwrap().recv();
         io.choose("b");
         Ok(())
@@ -242,7 +242,7 @@ fn r4_a_father_that_hangs_is_overruled_when_its_budget_ends(executor: Executor) 
     let mut rig = Rig::start(executor, &stage, &family());
     overruled(&mut rig, "no answer within 5000 us");
     drop(release);
-    // It answers the newest question, in time.
+    // The father answers the newest question, in time.
     rig.until_did("robot velocity 0.2");
     rig.stop();
 }

@@ -1,4 +1,4 @@
-//! Groups whose winner changes again and again (R4).
+//! Groups whose winner changes repeatedly (R4).
 
 use jde_host::event::Event;
 
@@ -37,7 +37,7 @@ fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor
     stage.play("high", move |call, io| {
         if call == Call::Check {
             looks += 1;
-            // To and fro every third check, and then never again.
+            // It changes at every third check, and then never again.
             io.ready(looks < 60 && looks % 6 < 3);
         }
         Ok(())

@@ -1,5 +1,5 @@
-//! Takeovers in an application whose calls take all the time they may, at the worst moments that chance finds (R17). Time is counted,
-//! so that nothing but the calls is slow and a sum that is too small is exceeded.
+//! Takeovers in an application whose calls take their whole budgets, at pseudo-random moments (R17). Time is
+//! counted, so only calls take time, and a contract that is too small is exceeded.
 
 use std::sync::{Arc, Mutex};
 
@@ -27,7 +27,7 @@ mod reloaded {
     on_every_executor!(r17_a_build_that_gains_a_panel_is_in_the_contract);
 }
 
-/// The eye looks at what a crowd of others sees, if there is one.
+/// The eye reads what a crowd of other schemas exports, if there is one.
 const FAMILY: &str = r#"
     roots = ["father"]
     [schemas.eye]
@@ -54,10 +54,10 @@ const FAMILY: &str = r#"
     triggers = [TRIGGER]
 "#;
 
-/// How long a call of the father's own may take, as the files of these tests say it.
+/// How long a call of the father's own arbitration may take in the files of these tests.
 const ARBITRATION: Nanos = 4 * MS;
 
-/// Numbers that look like chance and are the same every time (Knuth's MMIX generator).
+/// Pseudo-random numbers, the same in every run (Knuth's MMIX generator).
 struct Chance(u64);
 
 impl Chance {
@@ -76,14 +76,15 @@ fn spend(io: &Io<'_>, time: Nanos) {
     }
 }
 
-/// A child that takes its whole budget, in its check or in its iteration; `ready` says what it finds in what it reads.
+/// A child that takes its whole budget, in its check or in its iteration. `ready` computes its precondition
+/// from the value read.
 fn child(stage: &Stage, name: &str, budget: Nanos, ready: fn(u64) -> Precondition) {
     let mut chance = Chance(budget);
     let mut left = 0;
     stage.play(name, move |call, io| {
         match call {
             Call::Check => {
-                // What comes from now on it does not see before the next.
+                // It sees later values only at the next check.
                 let seen = io.input().map_or(0.0, |(value, _)| value) as u64;
                 let check = [0, budget / 2, budget][chance.next(3) as usize];
                 spend(io, check);
@@ -97,7 +98,8 @@ fn child(stage: &Stage, name: &str, budget: Nanos, ready: fn(u64) -> Preconditio
     });
 }
 
-/// Both children, their father and the eye that shows them situations; the contract of the children's group, and when situations came.
+/// Runs both children, their father and the eye that publishes situations. Returns the contract of the
+/// children's group, and when situations occurred.
 fn run(
     executor: Executor,
     rules: &str,
@@ -108,7 +110,7 @@ fn run(
     run_among(0, executor, rules, trigger, eye, ready)
 }
 
-/// The same, with so many others that are inside calls nearly all the time.
+/// Like [`run`], with `crowd` other schemas that are inside calls nearly all the time.
 fn run_among(
     crowd: usize,
     executor: Executor,
@@ -143,7 +145,7 @@ fn run_among(
     stage.play("eye", move |call, io| {
         if call == Call::Iterate {
             count += 1;
-            // Never at the same place of anybody's period.
+            // Never at the same phase of any period.
             spend(io, chance.next(6000) * 1000);
             comes.lock().unwrap().push(io.now());
             io.publish(f64::from(count));
@@ -184,7 +186,7 @@ fn run_among(
     (stage, contract.expect("it has members"), came)
 }
 
-/// Times and latencies of the takeovers in the children's group, none of them too late.
+/// Times and latencies of the takeovers in the children's group. Asserts that none is late.
 fn takeovers(stage: &Stage, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
     let took = stage.events().into_iter().filter_map(|event| match event {
         Event::Took {
@@ -309,7 +311,7 @@ fn r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls(executor: 
     takeovers(&stage, &contract);
 }
 
-/// A build of the motor schema of the tests that has a panel.
+/// A build of the test's motor schema that has a panel.
 #[derive(Describe)]
 #[schema(motor, period = "10ms", name = "motor")]
 struct Shows {
@@ -343,7 +345,7 @@ fn r17_a_build_that_gains_a_panel_is_in_the_contract(executor: Executor) {
     let low = rig.place("low");
     let allowed = |rig: &Rig| rig.handle.snapshot().groups[0].allowed;
     let before = allowed(&rig);
-    // Whoever looks may be inside a drawing or a gesture, and so may whoever takes over.
+    // A drawing or a gesture may delay both the check and the takeover.
     for (build, panels) in [(&SHOWS, 4), (&TEST, 0)] {
         let build = Loaded::linked_in(build).expect("its tables are right");
         let how = How {

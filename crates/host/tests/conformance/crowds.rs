@@ -1,7 +1,8 @@
-//! Many calls that do not return, or take long, or fail, all at once and more of them than a pool has workers: what the others pay.
+//! Many calls that hang, take long or fail at the same time, more of them than a pool has workers, and their
+//! effect on other schemas.
 //!
-//! Where time is counted nothing but the calls is slow, so that one period missed is one too many. Where a test holds the calls
-//! until it has seen the others go on, time is the machine's.
+//! Where time is counted, only calls take time, so a single missed period is a failure. Where a test holds
+//! the calls until it has seen the others run, time is the machine's.
 
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
@@ -21,17 +22,17 @@ in_real_time!(
     r1_everything_stops_while_many_calls_hang,
 );
 
-/// More than a pool has workers on most machines.
+/// More than a pool's workers on most machines.
 const MANY: usize = 12;
-/// How long the application runs, where time is counted.
+/// How long the application runs, where time is counted, ns.
 const RUN: Nanos = 2_500 * MS;
-/// A call that takes so long is given up long before.
+/// A call that takes this long is given up long before, ns.
 const FOR_EVER: Nanos = 10 * RUN;
 
 /// What a schema of the crowd does in a call.
 type Act = fn(Call, &mut Io<'_>) -> jde_schema::Result;
 
-/// Who must not suffer: a motor schema and its driver.
+/// The schemas that must not be affected: a motor schema and its driver.
 const OTHERS: &str = r#"
     [roots.other]
     members = ["low"]
@@ -42,7 +43,7 @@ const OTHERS: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// The others, and so many that each compete alone; fathers of two, where they are to arbitrate.
+/// The others and `crowd` schemas, each alone in its group; fathers of two if they arbitrate.
 fn body(crowd: usize, arbitrates: bool, keys: &str) -> String {
     let mut body = String::from(OTHERS);
     for number in 0..crowd {
@@ -70,7 +71,8 @@ fn spend(io: &Io<'_>, time: Nanos) {
     }
 }
 
-/// The crowd does `act` in each call; the others run, where time is counted, and none of their periods is missed.
+/// The crowd does `act` in each call. The others run where time is counted, and must miss none of their
+/// periods.
 #[track_caller]
 fn others_are_in_time(
     executor: Executor,
@@ -110,10 +112,10 @@ fn others_are_in_time(
     let handle = rig.handle.clone();
     rig.wait();
     let times = times.lock().unwrap().clone();
-    // The first is a little early on purpose (R11).
+    // The first period is shortened intentionally (R11).
     let longest = times.windows(2).skip(1).map(|two| two[1] - two[0]).max();
     let others = ["low", "robot"].map(|other| handle.places(other)[0]);
-    // From the end on nobody waits for the counted time.
+    // After the end no thread waits for the counted time.
     let late = stage.count_events(|event| match event {
         Event::Overrun { time, schema, .. } => *time < RUN && others.contains(schema),
         _ => false,
@@ -127,11 +129,11 @@ fn others_are_in_time(
     (stage, handle)
 }
 
-/// Hangs in that call, some periods after the start.
+/// Hangs in the call `wanted`, some periods after the start.
 fn hang(wanted: Call, call: Call, io: &mut Io<'_>) -> jde_schema::Result {
     match call {
         Call::Check => io.ready(true),
-        // Before, nobody could spend time.
+        // Time cannot be spent before the handle is there.
         Call::Iterate if io.stage.handle().is_some() => {
             io.wake("a");
             io.wake("b");
@@ -148,7 +150,7 @@ fn hang(wanted: Call, call: Call, io: &mut Io<'_>) -> jde_schema::Result {
     if call == wanted && begins {
         io.then(|io| spend(io, FOR_EVER));
     } else if call == Call::Iterate && begins && fails {
-        // It sleeps and ends for it, and awakes again.
+        // After the fault it sleeps and ends, and awakes again.
         io.say("fails");
         return Err("a fault".into());
     }
@@ -237,7 +239,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
                 Call::Iterate => {
                     inside.fetch_add(1, SeqCst);
                     io.stage.stir();
-                    // An error says that the other end was dropped.
+                    // An error means that the sender was dropped.
                     let _ = held.lock().unwrap().recv();
                 }
                 Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
@@ -246,7 +248,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
         });
     }
     stage.drives("low", &Arc::new(true.into()), 0.1);
-    // By so long a budget nobody is given up.
+    // With this budget no call is given up.
     let mut rig = Rig::start(executor, &stage, &body(MANY, false, "budget = \"1000s\""));
     rig.until(|_| inside.load(SeqCst) == MANY);
     rig.until_did("robot velocity 0.1");

@@ -1,4 +1,5 @@
-//! Schemas that panic or err in any of their calls: they hurt nobody else, and their restart policy decides.
+//! Schemas that panic or fail in any of their calls. They harm no other schema, and their restart policy
+//! decides.
 
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
@@ -46,7 +47,7 @@ const PAIR: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// High is ready and fails by `fail` in one of its calls; low drives.
+/// `high` is READY and fails by `fail` in one of its calls; `low` drives.
 fn start(executor: Executor, when: Call, fail: impl Fn(u64) -> jde_schema::Result + Send + 'static) -> Rig {
     let stage = Stage::new();
     stage.drives("low", &Arc::new(true.into()), 0.1);
@@ -77,7 +78,7 @@ fn faults(rig: &Rig, name: &str) -> Vec<String> {
     reasons.collect()
 }
 
-/// Goes on until high has faulted for that reason and low drives in its place.
+/// Runs until `high` has faulted for that reason and `low` drives in its place.
 fn replaced(rig: &mut Rig, because: &str) {
     rig.until(|rig| !faults(rig, "high").is_empty());
     let reasons = faults(rig, "high");
@@ -146,7 +147,7 @@ fn a_panic_while_going_to_sleep_is_a_fault(executor: Executor) {
     rig.operator().hold_asleep(high).expect("it can be stopped");
     replaced(&mut rig, "no peace");
     rig.until_did("high drop");
-    // It comes back as another instance.
+    // A new instance takes its place.
     rig.operator().release(high).expect("it can be released");
     let before = rig.stage.count("high iterate");
     rig.until(|rig| rig.stage.count("high iterate") > before);
@@ -194,7 +195,7 @@ fn a_faulted_winner_is_replaced_at_once_and_its_commands_end(executor: Executor)
     let fault = at(
         &|event| matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == high),
     );
-    // Within the same transaction the level has selected again: nothing of high comes between.
+    // The level has selected again within the same transaction: no event of `high` comes between.
     let asleep =
         at(&|event| matches!(event, Event::Changed { schema, to: State::Slept, .. } if *schema == high));
     assert_eq!(asleep, fault + 1);
@@ -234,7 +235,7 @@ fn a_restart_makes_a_fresh_instance(executor: Executor) {
 
 fn restarts_end_at_their_limit(executor: Executor) {
     let mut rig = start(executor, Call::Iterate, |_| Err("always".into()));
-    // The first time, and two restarts.
+    // The first run, and two restarts.
     rig.until(|rig| rig.see("high").faults == 3);
     let before = rig.stage.count("low iterate");
     rig.until(|rig| rig.stage.count("low iterate") > before + 20);
@@ -252,7 +253,7 @@ fn restarts_that_are_long_ago_count_no_more(executor: Executor) {
             io.ready(true);
             Ok(())
         }
-        // An instance that has run for a while fails.
+        // An instance fails after it has run for a while.
         Call::Iterate if io.memory > 40 => Err("again".into()),
         Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
     });
@@ -434,7 +435,7 @@ fn nobody_acts_on_what_a_faulted_schema_said_before(executor: Executor) {
     "#;
     let mut rig = Rig::start(executor, &stage, body);
     rig.until_did("low iterate");
-    // Its period is far: it looks again because the value went (R12).
+    // Its period is long: it checks again because the value was retracted (R12).
     rig.until(|rig| rig.see("low").state == State::Checking);
     rig.until(|rig| faults(rig, "eye") == ["dust"]);
     rig.stop();

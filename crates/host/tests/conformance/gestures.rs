@@ -1,4 +1,4 @@
-//! What people do to panels is handed in between iterations (R10), as an operator's doing (R14).
+//! Gestures on panels are delivered between iterations (R10), as an operator's action (R14).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,7 +36,7 @@ fn r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn(executor: Executo
         if !begun.swap(true, Ordering::SeqCst) {
             clock.note(|| String::from("it draws"));
             clock.wait_until(|| clock.did("go"));
-            // Its next turn is due when this is over.
+            // Its next turn is due at the end of this time.
             clock.handle().expect("it was opened before").spend(20 * MS);
         }
     });
@@ -105,7 +105,8 @@ fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
     rig.stop();
 }
 
-/// Holds the easel inside a drawing, or in lockstep nowhere: there nothing is taken up until time goes on.
+/// Holds the easel inside a drawing. In lockstep it holds nothing: there no gesture is delivered until time
+/// advances.
 pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<Look>, Arc<AtomicBool>) {
     let hold = Arc::new(AtomicBool::new(true));
     let holds = Arc::clone(&hold);
@@ -242,8 +243,8 @@ fn gestures_that_nobody_can_take_up_any_more_are_told(executor: Executor) {
     };
     let unloads = |rig: &Rig| rig.operator().unload(rig.place("easel")).expect("it can be");
     let fails = |rig: &Rig| touch(rig, "fail", Touch::Pressed).expect("it takes it");
-    // In virtual time an unload comes after all that was done before it.
-    /// Whether it is brought about before the gestures, and how.
+    // In virtual time an unload follows everything that was done before it.
+    /// Whether the end is caused before the gestures, and how it is caused.
     type End<'a> = (bool, &'a dyn Fn(&Rig));
     let ends: &[End<'_>] = match executor {
         Executor::Lockstep => &[(true, &fails)],
@@ -303,7 +304,7 @@ fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
         rig.until_did("easel iterate");
         touch(&rig, widget, Touch::Pressed).expect("it takes it");
         rig.until(|rig| rig.see("easel").faults == 1);
-        // What is seen in a snapshot may be told a moment later.
+        // An event may follow its snapshot a moment later.
         rig.until(|_| {
             stage.told(
                 |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason)),

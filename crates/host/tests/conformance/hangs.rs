@@ -1,6 +1,7 @@
-//! Calls that do not return: authority goes, siblings take over, everybody else goes on, and the end comes all the same.
+//! Calls that do not return: authority is withdrawn, siblings take over, all others continue, and the
+//! application can still end.
 //!
-//! In lockstep there is one thread and no time to miss, so these are for the executors of real time.
+//! In lockstep there is one thread and no time to miss, so these tests are for the executors of real time.
 
 use std::sync::{Arc, Mutex, mpsc};
 
@@ -33,12 +34,12 @@ pub(crate) const PAIR: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// Something to hang on, until the test drops or uses the other end.
+/// A function that blocks until the sender is used or dropped.
 pub(crate) fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
     (release, move || {
-        // An error says that the other end was dropped.
+        // An error means that the sender was dropped.
         let _ = held.lock().unwrap().recv();
     })
 }
@@ -131,7 +132,7 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
                 io.then(move |io| {
                     hang();
                     io.say("back");
-                    // By name it is who has authority now.
+                    // An instance of the same name has authority now.
                     io.command(9.9);
                     io.say("went on");
                 });
@@ -219,7 +220,7 @@ fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
     "#;
     let mut rig = Rig::start(executor, &stage, body);
     rig.until_did("low saw Some(1.0)");
-    // Nobody vouches for it while it hangs.
+    // The value is no longer valid while its writer hangs.
     rig.until(|rig| rig.stage.lines().iter().any(|line| line == "low saw None"));
     rig.until(|rig| {
         rig.stage
@@ -269,7 +270,7 @@ fn many_that_hang_leave_the_others_running(executor: Executor) {
     stage.play("low", |call, io| {
         match call {
             Call::Check => io.ready(true),
-            // By twelve at once the pool would have nobody left.
+            // With twelve calls at once, the pool would have no free worker.
             Call::Iterate => {
                 io.wake("helper");
             }
@@ -340,7 +341,7 @@ fn r5_a_father_that_hangs_takes_its_children_with_it(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, body);
     rig.until_did("robot velocity 0.1");
     rig.until_did("left sleep");
-    // Nobody needs it any more.
+    // No schema needs the robot any more.
     rig.until_did("robot sleep");
     assert!(matches!(rig.see("father").health, Health::Faulted(_)));
     drop(release);

@@ -1,4 +1,4 @@
-//! What hangs at the end: of an instance, or of the application while a call has not returned.
+//! Calls that hang at the end: of an instance, or of the application.
 
 use std::sync::{Arc, Mutex};
 
@@ -70,7 +70,7 @@ fn the_end_comes_although_a_call_never_returns(executor: Executor) {
         }
         Ok(())
     });
-    // By so long a budget it would not count as hung for a quarter of an hour.
+    // With this budget a call would count as hung only after 1000 s.
     let body = PAIR.replace("restart = { back-off = \"5ms\", limit = 5 }", "budget = \"100s\"");
     let mut rig = Rig::start(executor, &stage, &body);
     rig.until_did("robot velocity 0.3");

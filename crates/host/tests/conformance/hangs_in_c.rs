@@ -1,4 +1,4 @@
-//! A plugin in C that hangs: nothing that its call still asks of the host is granted, and what it borrowed stays its own.
+//! A plugin in C that hangs: all requests of its call are refused, and its loan stays its own.
 
 use std::io::{PipeReader, Read, Write, pipe};
 use std::os::fd::AsRawFd;
@@ -15,7 +15,7 @@ use crate::common::{Call, Executor, Rig, Stage, c, in_real_time, plugins_along, 
 
 in_real_time!(whatever_a_call_asks_that_was_given_up_is_refused);
 
-/// What the plugin tells: one thing that it saw, and ten answers.
+/// The report of the plugin: one value that it read, and ten statuses.
 fn told(pipe: &mut PipeReader) -> [i32; 11] {
     let mut bytes = [0; 11 * 4];
     pipe.read_exact(&mut bytes).expect("it tells");
@@ -23,7 +23,7 @@ fn told(pipe: &mut PipeReader) -> [i32; 11] {
 }
 
 fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
-    // A library of its own for each executor: it hangs once in its life.
+    // A separate library for each executor, because each hangs only once.
     let folder = tempfile::tempdir().expect("a folder");
     c::make("captive.c", &[], &folder.path().join("libcaptive.so"));
     let mut path = SearchPath::default();
@@ -91,7 +91,8 @@ fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
         .unwrap_or_else(|error| panic!("{error}"));
     let captive = rig.place("captive");
     rig.until_did("robot velocity 0.3");
-    // The level selects again by the fault itself: its sibling need not wait for a turn of anybody.
+    // The level selects again because of the fault itself: the sibling need not wait for another schema's
+    // turn.
     let after = stage.first("robot velocity 0.3");
     rig.until(|rig| {
         let lines = rig.stage.lines().split_off(after);

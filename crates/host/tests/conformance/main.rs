@@ -1,4 +1,5 @@
-//! One suite for all executors: threads, pool and lockstep keep the same rules. What a rule says is in the name of its test.
+//! One suite for all executors: threads, pool and lockstep keep the same rules. The name of each test states
+//! its rule.
 
 #[path = "../common/mod.rs"]
 mod common;

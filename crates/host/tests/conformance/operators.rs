@@ -1,4 +1,4 @@
-//! What an operator does is shown as such, and undone when the operator lets go (R14).
+//! An operator's actions are shown as such, and undone when the operator releases them (R14).
 
 use std::sync::Arc;
 
@@ -197,7 +197,7 @@ fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
         "nothing was undone, so nothing is told"
     );
 
-    // Whoever writes over another's value takes over from them, and what was there before both comes back.
+    // An operator that overwrites another's value takes it over, and the value before both is restored.
     ana.modulate(high, "gain", &Value::Float(0.25))
         .expect("a modulation");
     bob.modulate(high, "gain", &Value::Float(0.5))

@@ -1,4 +1,4 @@
-//! Panels: drawn only while somebody looks, on the schema's own turn, changing nothing.
+//! Panels: drawn only while they are viewed, in the schema's own turn, without effects.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -56,7 +56,7 @@ pub(crate) const TWO: &str = r#"
     type = "test/eye"
 "#;
 
-/// Looks as often as may be; each drawing is something that happened.
+/// Views the panel at the highest rate. Each drawing wakes the stage.
 pub(crate) fn look(rig: &Rig, name: &str) -> Look {
     let stage = Arc::clone(&rig.stage);
     let look = rig.handle.look(rig.place(name), 1000.0, move || stage.stir());
@@ -67,7 +67,7 @@ pub(crate) fn drawn(rig: &Rig, name: &str) -> Option<Arc<Drawn>> {
     rig.handle.panel(rig.place(name))
 }
 
-/// Goes on until it shows this text, or the reason why it shows nothing has it.
+/// Runs until the panel shows this text, or has it in the reason why it shows nothing.
 pub(crate) fn until_shown(rig: &mut Rig, name: &str, text: &str) -> Arc<Drawn> {
     rig.patiently(|rig| drawn(rig, name).is_some_and(|drawn| says(&drawn).contains(text)));
     drawn(rig, name).expect("it was there")
@@ -119,7 +119,7 @@ fn a_panel_is_drawn_only_while_somebody_looks(executor: Executor) {
     );
     let (before, then) = (stage.count("easel draw"), iterations(&rig));
     rig.until(|rig| iterations(rig) >= then + 5);
-    // One was perhaps under way.
+    // One drawing may have been in progress.
     assert!(stage.count("easel draw") <= before + 1);
     rig.stop();
 }

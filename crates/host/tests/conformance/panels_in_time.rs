@@ -1,5 +1,5 @@
-//! What panels cost, where calls take time: a share of their schema's, and no more often than is wanted; one that never returns is
-//! a call that hangs.
+//! The cost of panels where calls take time: a bounded share of their schema's time, and no higher rate than
+//! requested. A drawing that never returns is a call that hangs.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ in_real_time!(
     r17_a_sleeper_that_drew_too_late_is_well_once_nobody_looks,
 );
 
-/// Draws for so long, of the machine's time.
+/// The duration of a slow drawing, in the machine's time.
 const SLOW: Duration = Duration::from_millis(20);
 
 fn draw_slowly(pen: &mut Pen) {
@@ -64,7 +64,7 @@ fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
     rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
     let last = drawn(&rig, "easel").expect("it was there");
     let drawings = last.sequence - first.sequence;
-    // One may have been late, so that the next came early.
+    // One drawing may have been late, so that the next followed early.
     assert!(
         last.time - first.time >= (drawings - 1) * 50 * MS,
         "{drawings} in {} ms",
@@ -77,7 +77,7 @@ fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
     let stage = Stage::new();
     let (mut rig, looks, hold) = held(executor, &stage);
     rig.until(|rig| rig.see("easel").faults == 1);
-    // What is seen in a snapshot may be told a moment later.
+    // An event may follow its snapshot a moment later.
     rig.until(|_| stage.told(|event| matches!(event, Event::Hung { .. })));
     rig.until(|_| {
         stage.told(
@@ -89,7 +89,7 @@ fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
     rig.stop();
 }
 
-/// An easel that may take a quarter of what a slow drawing does.
+/// An easel whose budget is a quarter of a slow drawing.
 fn hurried() -> String {
     APP.replace("100ms", "5ms")
 }

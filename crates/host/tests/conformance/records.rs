@@ -1,4 +1,4 @@
-//! Every selection leaves a line (R15), and the same application runs twice alike (R16).
+//! Every selection writes a line (R15), and two runs of the same application are alike (R16).
 
 use std::io::Write;
 use std::sync::{Arc, Mutex};
@@ -15,7 +15,7 @@ on_every_executor!(
     r15_a_line_tells_the_whole_of_a_takeover,
 );
 
-/// Bytes that the test looks at afterwards.
+/// A buffer that the test reads afterwards.
 #[derive(Clone, Default)]
 struct Paper(Arc<Mutex<Vec<u8>>>);
 
@@ -44,17 +44,17 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// Who decides in it.
+/// The deciders that occur in it.
 const DECIDERS: [&str; 3] = ["absence-policy", "nobody", "urgency"];
 
-/// The lines of two virtual seconds in which both behave by their seed; in real time, those until everybody has decided something
-/// who can, and a hundred at least.
+/// The lines of two virtual seconds in which both schemas behave by their seed. In real time, the lines until
+/// every decider has occurred, and at least a hundred.
 fn decide(executor: Executor, seed: u64) -> String {
     let stage = Stage::new();
     for name in ["high", "low"] {
         let mut state = None;
         stage.play(name, move |call, io| {
-            // xorshift64 (Marsaglia 2003), which must not begin at 0.
+            // xorshift64 (Marsaglia 2003), whose state must not be 0.
             let state = state.get_or_insert_with(|| io.cx().seed() | 1);
             *state ^= *state << 13;
             *state ^= *state >> 7;

@@ -1,4 +1,4 @@
-//! Imports of what other applications export: to a schema they are like any other.
+//! Imports of other applications' exports: to a schema they are like any other import.
 
 use jde_board::typed::TypedWriter;
 use jde_core::State;

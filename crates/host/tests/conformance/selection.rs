@@ -1,4 +1,4 @@
-//! Who wins, who may command, who sleeps (R1, R3, R5, R6, R7, R13).
+//! Which schema wins, which may command, and which sleep (R1, R3, R5, R6, R7, R13).
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -75,7 +75,7 @@ fn leads(stage: &Stage, name: &str) {
     });
 }
 
-/// Notes where each reign begins in the sequence of one command's values.
+/// Records the sequence number of one command at which each reign begins.
 struct Reigns {
     variable: Arc<OnceLock<Arc<Variable>>>,
     begins: Arc<Mutex<Vec<(u64, u32)>>>,
@@ -92,7 +92,7 @@ impl Observer for Reigns {
             Some(variable),
         ) = (event, self.variable.get())
         {
-            // The one before has lost its authority by now, and this one does not have it yet.
+            // The previous winner has lost its authority by now, and this one does not have it yet.
             self.begins
                 .lock()
                 .unwrap()
@@ -108,7 +108,7 @@ fn r1_within_a_reign_only_its_winner_commands(executor: Executor) {
     stage.play("high", move |call, io| {
         match call {
             Call::Check => io.ready(checks.fetch_add(1, SeqCst) % 4 < 2),
-            // It tries hard: five commands in a row.
+            // Five commands in a row, to provoke a late one.
             Call::Iterate => (0..5).for_each(|_| {
                 io.command(0.3);
             }),
@@ -145,7 +145,7 @@ fn r1_within_a_reign_only_its_winner_commands(executor: Executor) {
     let begins = begins.lock().unwrap();
     let mut judged = 0;
     for (sequence, writer) in commands.lock().unwrap().iter().copied() {
-        // What was published at the beginning of a reign was published before it.
+        // A value with the number at which a reign begins was published before that reign.
         let Some((_, reigning)) = begins.iter().rfind(|(begin, _)| *begin < sequence) else {
             continue;
         };
@@ -181,7 +181,7 @@ fn r3_r13_the_first_root_wins_a_collision(executor: Executor) {
     });
     rig.until_did("robot velocity 0.3");
     assert_eq!(rig.winner("roots").as_deref(), Some("high"));
-    // Once its last iteration has ended.
+    // After the end of its last iteration.
     rig.until(|rig| rig.see("low").state == State::Ready);
     rig.stop();
 }
@@ -317,7 +317,7 @@ fn r7_a_command_outside_authority_is_refused_and_counted(executor: Executor) {
     stage.play("low", move |call, io| {
         if call == Call::Check && open.load(SeqCst) {
             io.ready(true);
-            // Ready, and not chosen: whatever it says does not count.
+            // READY and not chosen: its command must be refused.
             let outcome = io.command(9.9);
             io.say(format!("{outcome:?}"));
         }

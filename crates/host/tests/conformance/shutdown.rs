@@ -1,4 +1,5 @@
-//! Every way out ends alike: actuators first, then children before fathers, drivers last; then instances in reverse order.
+//! Every end has the same order: actuators first, then children before fathers, drivers last; then the
+//! instances in reverse order.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -73,7 +74,7 @@ fn start(executor: Executor) -> Rig {
     rig
 }
 
-/// Holds if all came to rest in the order of the rules.
+/// Asserts that everything came to rest in the order of the rules.
 #[track_caller]
 fn at_rest(stage: &Stage) {
     let order = [
@@ -120,7 +121,7 @@ fn mission(executor: Executor, gain: f64, outcome: Outcome) {
     let rig = start(executor);
     let stage = Arc::clone(&rig.stage);
     let father = rig.place("father");
-    // It goes on while it says so.
+    // It runs while its mission is not over.
     rig.operator()
         .modulate(father, "gain", &Value::Float(100.0))
         .expect("a modulation");
@@ -139,7 +140,7 @@ fn the_limit_ends_in_order(executor: Executor) {
             ..Options::default()
         },
     );
-    // On a busy machine the limit may come before the first command.
+    // On a busy machine the limit may occur before the first command.
     rig.until(|rig| rig.stage.did("robot velocity 0.1") || rig.handle.outcome().is_some());
     let stage = Arc::clone(&rig.stage);
     let handle = rig.handle.clone();
@@ -210,7 +211,7 @@ fn an_observer_that_panics_ends_the_application_with_actuators_at_rest(executor:
     let mut once = true;
     let panics = move |event: &Event| {
         if matches!(event, Event::Refused { .. }) && std::mem::take(&mut once) {
-            // Without the noise of the hook.
+            // Without the output of the panic hook.
             std::panic::resume_unwind(Box::new("an observer's own"));
         }
     };
@@ -219,7 +220,7 @@ fn an_observer_that_panics_ends_the_application_with_actuators_at_rest(executor:
         ..Options::default()
     };
     stage.drives("low", &Arc::new(true.into()), 0.1);
-    // It commands without authority once low drives, which an observer hears within that call.
+    // It commands without authority once low drives. An observer receives that event within the call.
     stage.play("high", |call, io| {
         if call == Call::Check && io.stage.did("robot velocity 0.1") {
             io.command(0.3);
@@ -251,7 +252,7 @@ fn who_was_just_put_to_sleep_is_waited_for(executor: Executor) {
     let stage = Arc::clone(&rig.stage);
     stage.play("grandson", |call, io| {
         if call == Call::Sleep {
-            // Long enough that the end is under way; the end waits up to a second.
+            // Long enough that the end is in progress; the end waits up to a second.
             let end = io.now() + 300 * MS;
             while io.now() < end {
                 std::thread::yield_now();
@@ -284,7 +285,7 @@ fn r7_nobody_gains_authority_while_the_end_is_under_way(executor: Executor) {
         }
         Ok(())
     });
-    // While the robot brakes for the last time, somebody else becomes ready, and wins.
+    // While the robot brakes for the last time, another schema becomes READY, and wins.
     stage.play("robot", |call, io| {
         let end = io.now() + 5_000 * MS;
         while call == Call::Iterate

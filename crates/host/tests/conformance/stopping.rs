@@ -1,4 +1,4 @@
-//! Everything stopped at once by an operator, and let go on (R14).
+//! Stopping everything by an operator, and releasing it (R14).
 
 use std::sync::{Arc, Mutex, OnceLock, mpsc};
 use std::time::Duration;
@@ -45,7 +45,7 @@ fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(exe
     let operator = rig.operator();
     operator.force(high).expect("it is awake");
     operator.stop_all().expect("nothing keeps it from that");
-    // What the end of the lease of `force` does.
+    // The end of the lease of `force` does the same.
     operator.let_go(high).expect("nothing keeps it from that");
     rig.until_did("robot sleep");
     let hold = rig.see("high").operator.map(|hold| hold.kind);
@@ -53,7 +53,7 @@ fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(exe
         (rig.see("high").state, hold),
         (State::Slept, Some(HoldKind::Stopped))
     );
-    // Nor does the lease of who stopped it by itself meanwhile.
+    // Nor does the end of the lease of an operator that stopped it individually.
     operator.hold_asleep(high).expect("nothing keeps it from that");
     operator.let_go(high).expect("nothing keeps it from that");
     assert_eq!(rig.see("high").state, State::Slept);
@@ -108,7 +108,7 @@ fn r14_to_let_everything_go_on_leaves_what_was_stopped_or_unloaded_by_itself(exe
         assert_eq!(rig.see(name).state, State::Slept, "{name}");
     }
 
-    // What is loaded while everything is stopped does not go on before that does.
+    // A schema that is loaded while everything is stopped stays stopped until everything is released.
     ben.stop_all().expect("nothing keeps it from that");
     rig.until_did("free sleep");
     ana.load(gone).expect("it was unloaded");
@@ -128,7 +128,7 @@ fn r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way(executor: 
     let stage = Stage::new();
     stage.drives("high", &Arc::new(true.into()), 0.3);
     stage.drives("father", &Arc::new(true.into()), 0.2);
-    // Also where the last command would be held (R9).
+    // Even where the last command would be held (R9).
     let body = r#"
         roots = ["high", "father"]
         root = { absence = "hold", hold = "1000s" }
@@ -168,8 +168,8 @@ fn r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way(executor: 
     rig.stop();
 }
 
-/// A winner that is inside its first iteration until the other end is dropped, and then commands once more. Nobody is patient enough
-/// to count it as hung, or to take its authority by R1.
+/// A winner that stays inside its first iteration until the sender is dropped, and then commands once more.
+/// The patience is so long that neither does the call count as hung, nor does R1 take the authority away.
 fn slow(executor: Executor) -> (Rig, mpsc::Sender<()>) {
     let stage = Stage::new();
     let (release, held) = mpsc::channel::<()>();
@@ -178,7 +178,7 @@ fn slow(executor: Executor) -> (Rig, mpsc::Sender<()>) {
             Call::Check => io.ready(true),
             Call::Iterate => {
                 io.command(0.3);
-                // An error says that the other end was dropped.
+                // An error means that the sender was dropped.
                 let _ = held.recv();
                 let outcome = io.command(0.4);
                 io.say(format!("then {outcome:?}"));
@@ -187,7 +187,7 @@ fn slow(executor: Executor) -> (Rig, mpsc::Sender<()>) {
         }
         Ok(())
     });
-    // By R9 the last command would be in force for a quarter of an hour.
+    // By R9 the last command would be in force for 1000 s.
     let body = r#"
         roots = ["high", "low"]
         root = { absence = "hold", hold = "1000s", patience = "1000s" }
@@ -247,7 +247,7 @@ fn r14_who_stays_stopped_inside_an_iteration_commands_nothing_when_another_is_le
     rig.stop();
 }
 
-/// Compares, after each transaction, who may command by the rules and by the board.
+/// Compares the authority by the rules with that on the board, after each transaction.
 struct Agreement {
     handle: Arc<OnceLock<Handle>>,
     broken: Arc<Mutex<Option<String>>>,
@@ -271,7 +271,7 @@ impl Witness for Agreement {
 fn r14_operators_who_stop_and_release_against_each_other_leave_the_board_as_the_rules_have_it(
     executor: Executor,
 ) {
-    /// Of each operator: enough that they meet in every order.
+    /// Orders of each operator, enough that they interleave in every way.
     const ORDERS: usize = 300;
     let stage = Stage::quiet();
     stage.drives("high", &Arc::new(true.into()), 0.3);
@@ -318,7 +318,7 @@ fn r14_operators_who_stop_and_release_against_each_other_leave_the_board_as_the_
         }
     });
     assert_eq!(*broken.lock().unwrap(), None);
-    // Whatever came last, it can be let go on, and then commands.
+    // Whatever order was last, the application can be released, and then commands.
     rig.operator().release_all().expect("nothing keeps it from that");
     let command = rig.handle.board().get("robot.velocity").expect("a command");
     while rig.winner("roots").as_deref() != Some("high") || command.status(0).last_writer != Some(high as u32)

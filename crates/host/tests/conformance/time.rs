@@ -42,7 +42,7 @@ const ONE: &str = r#"
     type = "test/motor"
 "#;
 
-/// A schema that is ready, and does that in each iteration.
+/// A schema that is READY, and runs `act` in each iteration.
 fn acts(stage: &Stage, name: &str, mut act: impl FnMut(&mut crate::common::Io<'_>) + Send + 'static) {
     stage.play(name, move |call, io| {
         match call {
@@ -104,7 +104,7 @@ fn r11_a_late_schema_skips_and_does_not_pile_up(executor: Executor) {
     let (begin, end) = times[4];
     assert!(end - begin >= 200 * MS, "it was held for many periods");
     let (last, _) = *times.last().unwrap();
-    // As many iterations as there were periods outside of the long one, and one for each of its ends.
+    // One iteration for each period outside of the long one, and one for each of its ends.
     let most = (last - (end - begin)) / (10 * MS) + 3;
     assert!(
         times.len() as u64 <= most,
@@ -158,7 +158,7 @@ fn a_shorter_period_is_no_missed_deadline(executor: Executor) {
     "#;
     let mut rig = Rig::start(executor, &stage, body);
     rig.until(|rig| rig.stage.did("low iterate") && rig.handle.now() > 2_500 * MS);
-    // By the new period two iterations would have been due before now.
+    // By the new period, two iterations would have been due before now.
     rig.operator()
         .set_period(rig.place("low"), 1_000 * MS)
         .expect("a period");
@@ -274,7 +274,7 @@ fn r12_schemas_that_trigger_each_other_in_a_circle_do_not_stop_virtual_time() {
         stage.play(name, move |call, io| {
             if let (Call::Check, Some(handle)) = (call, io.stage.handle()) {
                 io.say("check");
-                // The other looks at this at once, and then does the same.
+                // The write triggers the other schema at once, which then does the same.
                 handle
                     .operator("ana@laptop")
                     .modulate(other, "gain", &Value::Float(1.0))
@@ -329,7 +329,8 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     rig.until_did("low iterate");
     ready.store(true, SeqCst);
     rig.until_did("high iterate");
-    // Two periods, since a turn may take a whole one; a check, the patience with the loser, and a look before it acts.
+    // Two periods, since a turn may take a whole one; a check, the patience with the loser, and a check
+    // before it acts.
     let contract = (2 * 10 + 10 + 5 + 10) * MS;
     let high = rig.place("high");
     let took = |event: &Event| match event {
@@ -375,7 +376,7 @@ fn r17_a_takeover_beyond_its_contract_is_an_event_of_its_own(executor: Executor)
             io.ready(true);
             if let Some(held) = held.lock().unwrap().take() {
                 io.say("looks");
-                // An error says that the other end was dropped.
+                // An error means that the sender was dropped.
                 let _ = held.recv();
             }
         }

@@ -37,7 +37,7 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// Starts it; `calls` are those of the instance of `high` that lives.
+/// Starts the application; `calls` counts those of the live instance of `high`.
 fn start(executor: Executor) -> (Rig, Arc<AtomicU64>) {
     let stage = Stage::new();
     let calls = Arc::new(AtomicU64::new(0));
@@ -176,7 +176,7 @@ fn r6_what_somebody_awake_needs_is_not_unloaded(executor: Executor) {
     rig.until_did("eye drop");
     rig.until(|rig| rig.handle.value::<f64>("eye.out") == Ok(None));
 
-    // Whoever needs it wakes up without it, and sees that there is nothing.
+    // A schema that needs the eye wakes up without it, and finds no value.
     operator.release(high).expect("it can be released");
     rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
     assert_eq!(rig.see("eye").state, State::Slept);
@@ -204,7 +204,7 @@ fn r14_a_schema_that_sleeps_is_unloaded_at_once(executor: Executor) {
     rig.until_did("left sleep");
     operator.unload(left).expect("a motor schema");
     rig.until_did("left drop");
-    // Nobody wants it awake, so it is let go and stays asleep.
+    // No request keeps it awake, so it is released and stays asleep.
     operator.load(left).expect("it is at rest");
     assert_eq!(rig.see("left").state, State::Slept);
     assert_eq!(rig.see("left").operator, None);

@@ -1,4 +1,4 @@
-//! What schemas read and what reaches actuators (R8, R9), and numbers that are none.
+//! The values that schemas read, the commands that reach actuators (R8, R9), and numbers that are not finite.
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
@@ -45,7 +45,7 @@ const ONE: &str = r#"
     actuators = { base = "robot.velocity", arm = "robot.reach" }
 "#;
 
-/// A schema that is ready while `ready` says so, and says what `act` does.
+/// A schema that is READY while `ready` is true, and runs `act`.
 fn acts(
     stage: &Stage,
     name: &str,
@@ -63,7 +63,7 @@ fn acts(
     });
 }
 
-/// Notes what the robot sees of its first command, and when it began and ended to look.
+/// Records at each iteration of the robot the time and its last line about its first command.
 fn watch(stage: &Stage) -> Arc<Mutex<Vec<(u64, String)>>> {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let sees = Arc::clone(&seen);
@@ -86,7 +86,7 @@ fn r9_when_nobody_wins_the_actuators_brake_at_once(executor: Executor) {
     stage.drives("low", &ready, 0.1);
     let mut rig = Rig::start(executor, &stage, ONE);
     rig.until_did("robot velocity 0.1");
-    // The robot looks once an hour by itself: the brake does not wait for that.
+    // The robot's own period is one hour: the brake does not wait for it.
     rig.operator()
         .set_period(rig.place("robot"), 3_600_000 * MS)
         .expect("a period");
@@ -115,7 +115,7 @@ fn r9_a_held_command_stands_for_its_time_and_then_brakes(executor: Executor) {
     let lost = lost.expect("nobody won");
     let mut held = 0;
     for (time, line) in seen.lock().unwrap().iter().filter(|(time, _)| *time >= lost) {
-        // The note is of what was seen before `time`.
+        // The line was recorded before `time`.
         if *time < lost + 200 * MS {
             assert_eq!(line, "robot velocity 0.1", "{time} ns, lost at {lost}");
             held += 1;
@@ -137,7 +137,7 @@ fn r9_a_command_that_had_run_out_is_not_held(executor: Executor) {
     });
     let body = format!("root = {{ absence = \"hold\", hold = \"1000s\" }}\n{ONE}");
     let mut rig = Rig::start(executor, &stage, &body);
-    // Its validity of 50 ms is long over, and the arm stands still.
+    // Its validity of 50 ms expired long ago, and the arm stands still.
     rig.until(|rig| rig.handle.now() > 200 * MS && rig.stage.count("low iterate") > 3);
     ready.store(false, SeqCst);
     let held = |event: &Event| matches!(event, Event::Decided(record) if record.reason.contains("hold the last command"));
@@ -182,7 +182,7 @@ fn r7_a_command_that_is_not_repeated_runs_out(executor: Executor) {
     });
     let mut rig = Rig::start(executor, &stage, ONE);
     rig.until_did("robot velocity 0.2");
-    // The long one stands, whether or not a busy machine let the short one be seen.
+    // The long command stays in force, whether or not the short one was seen on a busy machine.
     let over = |stage: &Stage| stage.count("robot reach 0.1") == stage.count("robot reach 0");
     rig.until(|rig| rig.handle.now() > 200 * MS && over(&rig.stage));
     assert!(!stage.did("robot velocity 0"));
@@ -239,7 +239,7 @@ const FAMILY: &str = r#"
 fn r8_who_is_woken_with_a_long_period_has_a_turn_at_once(executor: Executor) {
     let stage = Stage::new();
     acts(&stage, "father", &Arc::new(true.into()), |io| {
-        // Both await the child when it comes to look.
+        // Both are set before the child checks.
         io.retime_a(3_600.0);
         io.wake("a");
     });
@@ -304,7 +304,7 @@ fn r8_one_value_stays_through_check_and_iteration(executor: Executor) {
             (Call::Check, Some(handle)) => {
                 looked = io.input();
                 if let Some((_, sequence)) = looked {
-                    // By the end of the check a newer one is there.
+                    // By the end of the check a newer value is there.
                     let out = handle.board().get("eye.out").expect("it is exported");
                     out.wait_newer(sequence, Duration::MAX);
                     assert_eq!(io.input(), looked);
@@ -414,7 +414,7 @@ fn r8_a_fixed_modulation_is_taken_at_the_awakening_and_not_when_it_is_read(execu
     });
     let mut rig = Rig::start(executor, &stage, ONE);
     let low = rig.place("low");
-    // The first time it may well awake before anybody can modulate it.
+    // At its first awakening, the modulation may come too late.
     for _ in 0..2 {
         let [iterated, slept] = ["low iterate", "low sleep"].map(|line| stage.count(line));
         rig.until(|rig| rig.stage.count("low iterate") > iterated);

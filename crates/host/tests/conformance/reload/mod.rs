@@ -1,5 +1,5 @@
-//! Other builds of schemas, taking over while they run: between two iterations (R10), as an operator's doing (R14), and never at
-//! the cost of the level.
+//! Other builds of schemas that take over at run time: between two iterations (R10), as an operator's action
+//! (R14), and never at the cost of the level.
 
 mod trial;
 mod walker;
@@ -74,14 +74,14 @@ fn start_with(executor: Executor, original: &'static raw::Plugin, app: &str) -> 
     }
 }
 
-/// Starts it, and goes on until the walker has walked a bit.
+/// Starts the application, and runs until the walker has taken some steps.
 fn start(executor: Executor) -> Rig {
     let mut rig = start_with(executor, ORIGINAL, APP);
     rig.until_did("walker 1 step 5");
     rig
 }
 
-/// Has a build take over, and goes on until it is known how that went.
+/// Orders a build, and runs until the result is known.
 fn reload(rig: &mut Rig, number: u32, how: How) -> Result<Takeover, String> {
     let walker = rig.place("walker");
     let order = rig
@@ -96,7 +96,7 @@ fn outcome(rig: &mut Rig, order: &Reload) -> Result<Takeover, String> {
     order.outcome().expect("it was there")
 }
 
-/// The last step that a build took, and the first of another.
+/// The last step of one build, and the first of another.
 fn steps(rig: &Rig, old: u32, new: u32) -> (u32, u32) {
     let lines = rig.stage.lines();
     let step = |line: &String, build: u32| {
@@ -111,12 +111,12 @@ fn steps(rig: &Rig, old: u32, new: u32) -> (u32, u32) {
     )
 }
 
-/// Whether the level has heard of anything since those many events.
+/// The events since the first `since` that affect the level.
 fn level_heard(rig: &Rig, since: usize) -> Vec<Event> {
     let walker = rig.place("walker");
     let mut events = rig.stage.events().split_off(since);
     events.retain(|event| match event {
-        // A loaded machine may well be late.
+        // On a loaded machine it may be late.
         Event::Health { schema, health, .. } => *schema == walker && matches!(health, Health::Faulted(_)),
         Event::Changed { schema, .. } => *schema == walker,
         Event::Decided(record) => record.changed,
@@ -342,7 +342,7 @@ fn a_schema_that_is_unloaded_is_loaded_with_the_new_build(executor: Executor) {
     rig.stop();
 }
 
-/// A walker that leads the one of the test plugin.
+/// The walker leads a motor schema of the test plugin.
 fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Executor) {
     let stage = Stage::new();
     stage.play("father", |call, io| {
@@ -351,7 +351,7 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
             Call::Iterate => {
                 io.wake("a");
             }
-            // Whoever sleeps leads nobody.
+            // A sleeping father leads no child.
             Call::Sleep => {
                 io.child("a").sleep(io.cx());
             }
@@ -409,7 +409,7 @@ fn a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_st
         .replace(robot, &again, How::default())
         .expect("it is the same");
     outcome(&mut rig, &order).expect("it takes over");
-    // The new one knows nothing of what the old one was told, so it notes what it finds in force.
+    // The new instance does not know the earlier commands, so it records what it finds in force.
     rig.until(|rig| rig.stage.count(commanded) == 2);
     let order = [
         rig.stage.first(commanded),
@@ -470,7 +470,7 @@ fn fifty_builds_take_over_from_each_other_without_a_stop(executor: Executor) {
     assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
     let view = rig.see("walker").reload.expect("it was reloaded");
     assert_eq!(view.reloads, 50);
-    // Every instance but the last two has ended: the one that runs, and the one to go back to.
+    // All instances have ended except two: the one that runs, and the one to go back to.
     let drops = rig.stage.count("walker 1 drop") + rig.stage.count("walker 2 drop");
     assert_eq!(drops, 49);
     let lines = rig.stage.lines().into_iter();

@@ -1,5 +1,5 @@
-//! Builds that fail: before they take over, on trial, and when that is over. The one before goes on without the level's knowing, or
-//! the level selects again as for any fault.
+//! Builds that fail: before they take over, on trial, and after the trial. The build before continues without
+//! informing the level, or the level selects again as for any fault.
 
 use jde_core::Health;
 use jde_host::event::Event;
@@ -71,7 +71,7 @@ fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(execu
     for number in [3, 6] {
         let mut rig = start(executor);
         let before = rig.stage.events().len();
-        // One that fails in its first turn is known to have failed by the answer.
+        // A failure in the build's first turn is reported as the result of the reload.
         let outcome = reload(&mut rig, number, How::default());
         assert_eq!(outcome.is_ok(), number == 3, "{outcome:?}");
         rig.until(|rig| !undone(rig).is_empty());
@@ -114,12 +114,12 @@ fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
         })
     });
     assert_eq!(undone(&rig), [""; 0]);
-    // Its restart is of the build that runs.
+    // A restart uses the build in force.
     rig.until(|rig| rig.stage.count("walker 3 awake") > 1);
     rig.stop();
 }
 
-/// Goes on until an instance of that build, made since those many lines, walks.
+/// Runs until an instance of that build, created after the first `since` lines, walks.
 fn until_walks(rig: &mut Rig, build: u32, since: usize) {
     rig.until(|rig| {
         let lines = rig.stage.lines().split_off(since);
@@ -133,7 +133,7 @@ fn until_walks(rig: &mut Rig, build: u32, since: usize) {
     });
 }
 
-/// What hangs returns, and is ended.
+/// Releases the call that hangs, and waits for the end of its instance.
 fn let_go(rig: &mut Rig, build: u32) {
     assert_eq!(rig.see("walker").left, 1);
     assert!(!rig.stage.did(&format!("walker {build} drop")));
@@ -149,7 +149,7 @@ fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor
     let walker = rig.place("walker");
     let since = rig.stage.lines().len();
     until_walks(&mut rig, 1, since);
-    // Its level selected again as ever.
+    // Its level selected again, as after any fault.
     assert!(rig.stage.told(|event| {
         matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
     }));
@@ -166,7 +166,7 @@ fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor
     );
     let_go(&mut rig, 8);
     rig.until_did("walker 1 drop");
-    // Another may take over now.
+    // Another build may take over now.
     reload(&mut rig, 2, How::default()).expect("it fits");
     rig.until_did("walker 2 awake");
     rig.stop();
@@ -215,7 +215,7 @@ fn a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it(executor: Exe
     };
     reload(&mut rig, 17, how).expect("it fits");
     rig.until_did("walker 17 waits");
-    // Both await the end of its iteration; it goes to sleep first, and does not return from that.
+    // Both wait for the end of its iteration. It goes to sleep first, and hangs in that call.
     let walker = rig.place("walker");
     let operator = rig.operator();
     operator.hold_asleep(walker).expect("it can be stopped");
@@ -225,7 +225,7 @@ fn a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it(executor: Exe
     outcome(&mut rig, &order).expect("whoever takes the next turn carries it out");
     operator.release(walker).expect("it was stopped");
     rig.until_did("walker 2 step 1");
-    // Another may take over now.
+    // Another build may take over now.
     reload(&mut rig, 1, how).expect("it fits");
     rig.stage.note(|| "let go".to_owned());
     rig.stop();

@@ -1,4 +1,4 @@
-//! Builds of one type of schema, linked in: each knows its number and says what it does.
+//! Builds of one type of schema, linked in. Each has its number and its own behaviour.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use jde_schema::prelude::*;
 
 use crate::common::Stage;
 
-/// What a build does at a call.
+/// A call of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Call {
     Awake,
@@ -20,7 +20,7 @@ enum Call {
     Drop,
 }
 
-/// What every build remembers.
+/// The state of every build.
 #[derive(Default)]
 struct Own {
     build: u32,
@@ -32,7 +32,7 @@ struct Own {
 }
 
 impl Own {
-    /// What it does; builds are told apart by their numbers.
+    /// Behaves as the build of that number does.
     fn perform(&mut self, cx: &Context, stage: u32, build: u32, call: Call) -> Result {
         if self.stage.is_none() {
             self.stage = Some(Stage::of(stage));
@@ -69,16 +69,16 @@ impl Own {
         }
     }
 
-    /// As [`Self::perform`], by somebody who may only look.
+    /// Like [`Self::perform`], for a call that cannot modify the instance.
     fn save(&self, cx: &Context, stage: u32, build: u32) -> Result {
         let mut own = Self::default();
         let saved = own.perform(cx, stage, build, Call::Save);
-        // It is not this one that ends.
+        // The copy's end must not be recorded.
         own.stage = None;
         saved
     }
 
-    /// Does not return before it is let go.
+    /// Blocks until the test records `let go`.
     fn hang(&self, stage: u32) -> Result {
         self.say("hangs".to_owned());
         let stage = Stage::of(stage);
@@ -132,7 +132,7 @@ macro_rules! build {
         }
     };
     ($build:literal: $plugin:ident, $name:ident, $type:literal, { $($fields:tt)* }) => {
-        /// A build; it has ports for the sake of its description.
+        /// A build. Some of its ports are only for its description.
         #[allow(dead_code, reason = "not every build reads all of its ports")]
         #[derive(Describe)]
         #[schema(motor, period = "10ms", name = $type)]
@@ -140,7 +140,7 @@ macro_rules! build {
             /// The number of its stage.
             #[modulation(default = 0, fixed)]
             stage: Modulation<u32>,
-            /// What it drives.
+            /// The command of the base.
             #[actuator]
             base: Actuator<Twist>,
             $($fields)*
@@ -163,7 +163,7 @@ macro_rules! build {
             }
 
             fn sleep(&mut self, cx: &Context) {
-                // Whoever sleeps commands nobody, or the robot would stop at every reload.
+                // A sleeping build commands nothing, or the robot would stop at every reload.
                 self.base.command(cx, Twist::ZERO);
                 if let Err(error) = self.own.perform(cx, self.stage.get(cx), $build, Call::Sleep) {
                     panic!("{error}");
@@ -175,7 +175,7 @@ macro_rules! build {
     };
 }
 
-/// Fails when it is made.
+/// Fails at its creation.
 struct Fuse;
 
 impl Default for Fuse {
@@ -189,7 +189,7 @@ build!(2: SECOND, Second);
 build!(3: FAILS_LATER, FailsLater);
 build!(4: REFUSES, Refuses);
 build!(5: STILLBORN, Stillborn, {
-    /// What it has not.
+    /// Fails at its creation.
     fuse: Fuse,
 });
 build!(6: PANICS, Panics);
@@ -197,16 +197,16 @@ build!(7: LIES, Lies);
 build!(8: HANGS, Hangs);
 build!(9: FORGETS, Forgets);
 build!(10: MISFIT, Misfit, "walker", {
-    /// What it looks at, of another type.
+    /// An input of another type.
     #[import(optional)]
     input: Import<u32>,
-    /// How fast, in another unit.
+    /// The speed, in another unit.
     #[modulation(default = 1.0, unit = "rad/s")]
     speed: Modulation<f64>,
-    /// What nobody gives it.
+    /// An import without a source.
     #[import]
     more: Import<f64>,
-    /// Whom nobody plays.
+    /// A child without an instance.
     #[child(group = "legs")]
     leg: Child,
 });
@@ -224,32 +224,32 @@ build!(15: HANGS_AT_ONCE, HangsAtOnce);
 build!(16: HANGS_FIRST, HangsFirst);
 build!(17: HANGS_LAST, HangsLast);
 
-/// The same in another order and with more, which is all optional; it says what it sees.
+/// A build with other ports, all optional, in another order. It records what it reads.
 #[derive(Describe)]
 #[schema(motor, period = "10ms", name = "walker")]
 struct Reordered {
-    /// What it exports, and nobody sees.
+    /// An export without a reader.
     #[export]
     steps: Export<u32>,
-    /// How fast.
+    /// The speed.
     #[modulation(default = 3.0, unit = "m/s")]
     speed: Modulation<f64>,
-    /// What nobody sets.
+    /// A modulation without a writer.
     #[modulation(default = 7.0)]
     more: Modulation<f64>,
-    /// What nobody gives it.
+    /// An import without a source.
     #[import(optional)]
     nothing: Import<f64>,
-    /// What it looks at.
+    /// An input.
     #[import(optional)]
     input: Import<f64>,
-    /// Whom nobody plays.
+    /// A child without an instance.
     #[child(group = "legs", optional)]
     leg: Child,
     /// The number of its stage.
     #[modulation(default = 0, fixed)]
     stage: Modulation<u32>,
-    /// What it drives.
+    /// The command of the base.
     #[actuator]
     base: Actuator<Twist>,
     own: Own,

@@ -1,4 +1,5 @@
-//! What becomes of a command that a father took over (R7, R9): its children take it over from the father, or it becomes neutral.
+//! What happens to a command that a father took over (R7, R9): its children take it over, or it becomes
+//! neutral.
 
 use std::sync::atomic::Ordering::SeqCst;
 
@@ -43,7 +44,7 @@ fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Ex
         }
         Ok(())
     });
-    // It has not ended its first iteration.
+    // The father has not ended its first iteration.
     let won = switch(false);
     let wins = Arc::clone(&won);
     stage.play("father", move |call, io| {
@@ -54,7 +55,7 @@ fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Ex
         }
         Ok(())
     });
-    // Whoever acts once an hour is in force for two; the driver's validity is 50 ms.
+    // A command of a schema with a period of one hour is in force for two; the driver's validity is 50 ms.
     let body = FAMILY.replace(
         "actuators = { base = \"robot.velocity\" }\n    [schemas.father]",
         "period = \"3600s\"\n actuators = { arm = \"robot.reach\" }\n    [schemas.father]\n budget = \"1000s\"",
@@ -94,7 +95,7 @@ fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Execu
     stage.play("father", move |call, io| {
         match call {
             Call::Check => io.ready(true),
-            // It may well be the first to win at the start.
+            // The father may be the first to win at the start.
             Call::Iterate if !loses.load(SeqCst) => {
                 let handle = io.stage.handle().expect("it was opened before");
                 let velocity = || {
@@ -104,7 +105,7 @@ fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Execu
                 let before = velocity();
                 let right = handle.application().instance("right").expect("it is there");
                 let operator = handle.operator("ana@laptop");
-                // Then nobody wins in its group, which brakes.
+                // After this the father's group has no winner, and brakes.
                 operator.play(right)?;
                 operator.hold_asleep(right)?;
                 finds.lock().unwrap().push([before, velocity()]);
@@ -155,7 +156,7 @@ fn r7_what_a_father_took_over_is_neutral_when_nobody_awake_below_it_wants_to_act
     let stage = Stage::new();
     let first = switch(true);
     stage.drives("first", &first, 0.3);
-    // Its group has braked before the father wins.
+    // The father's group has braked before the father wins.
     stage.play("left", |call, io| {
         if call == Call::Check {
             io.say("check");

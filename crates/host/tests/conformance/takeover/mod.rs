@@ -1,4 +1,4 @@
-//! What a winner finds of the commands that were given before it (R7, R9): taken over by it, or neutral.
+//! What a winner finds of earlier commands (R7, R9): taken over by it, or neutral.
 
 mod fathers;
 
@@ -27,7 +27,8 @@ mod hanging {
     in_real_time!(r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral,);
 }
 
-/// One drives the base and the other the arm of one robot; the base's command would stand for a quarter of an hour.
+/// One schema drives the base and the other the arm of one robot. The base's command would be in force for
+/// 1000 s.
 const PAIR: &str = r#"
     roots = ["first", "second"]
     [schemas.robot]
@@ -40,7 +41,7 @@ const PAIR: &str = r#"
     actuators = { arm = "robot.reach" }
 "#;
 
-/// One that commands the base, and a father whose children command the base and the arm.
+/// A schema that commands the base, and a father whose children command the base and the arm.
 const FAMILY: &str = r#"
     roots = ["first", "father"]
     [schemas.robot]
@@ -64,7 +65,8 @@ fn switch(on: bool) -> Arc<AtomicBool> {
     Arc::new(AtomicBool::new(on))
 }
 
-/// The base's command as each iteration of somebody who does not write it finds it; it may well be the first to win at the start.
+/// Records the base's command at each iteration of a schema that does not write it. That schema may be the
+/// first to win at the start.
 fn finds(stage: &Stage, name: &str, ready: &Arc<AtomicBool>) -> Arc<Mutex<Vec<f64>>> {
     let found = Arc::new(Mutex::new(Vec::new()));
     let (finds, ready) = (Arc::clone(&found), Arc::clone(ready));
@@ -173,7 +175,7 @@ fn r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral(execut
             Call::Check => io.ready(true),
             Call::Iterate => {
                 io.command(0.3);
-                // An error says that the other end was dropped.
+                // An error means that the sender was dropped.
                 let _ = held.recv();
             }
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
@@ -194,7 +196,7 @@ fn r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral(execut
     rig.stop();
 }
 
-/// Everything is held for a quarter of an hour.
+/// Holds every command for 1000 s.
 fn holding(body: &str) -> String {
     format!("root = {{ absence = \"hold\", hold = \"1000s\" }}\n{body}")
 }
@@ -292,7 +294,7 @@ fn r7_of_two_actuators_the_one_that_nobody_takes_over_is_neutral(executor: Execu
         Ok(())
     });
     let found = finds(&stage, "second", &switch(true));
-    // Both command the robot's first command, and `first` alone the legs'.
+    // Both schemas command the robot's first command, and only `first` commands the legs'.
     let body = r#"
         roots = ["first", "second"]
         [schemas.robot]
