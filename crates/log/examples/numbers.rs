@@ -1,5 +1,5 @@
-//! Prints the numbers of every laser scan and every odometry of a recording, a line of JSON each, for others to compare with
-//! what they read.
+//! Prints the numbers of every laser scan and every odometry message of a recording, as one line of JSON
+//! each, to compare them with what other programs read.
 //!
 //! ```text
 //! cargo run -p jde -- run safe-navigation --lockstep --for 10s --record drive.mcap
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let line = serde_json::json!({
             "topic": message.channel.topic,
             "log_time": message.log_time,
-            // JSON has no infinity: a beam that hit nothing is null.
+            // JSON has no infinity, so a beam that hit nothing is null.
             "numbers": numbers.iter().map(|number: &f64| number.is_finite().then_some(*number)).collect::<Vec<_>>(),
         });
         writeln!(out, "{line}")?;

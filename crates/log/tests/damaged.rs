@@ -1,4 +1,5 @@
-//! Recordings that were cut off or spoilt, byte by byte: what is whole is read, and where it ends is said.
+//! Recordings that were cut off or corrupted at any byte: what is intact is read, and the place of the damage
+//! is reported.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::time::SystemTime;
 use jde_log::{Options, Origin, ReadError, Recorder, Recording, Stamps};
 use jde_types::Value;
 
-/// Of several chunks.
+/// Enough for several chunks.
 const MESSAGES: u64 = 3000;
 
 fn record(file: &Path) {
@@ -39,7 +40,7 @@ fn record(file: &Path) {
     assert_eq!(recorder.finish().kept, MESSAGES);
 }
 
-/// How many messages can be read, and whether it was said that there is damage.
+/// Returns how many messages can be read, and whether damage was reported.
 fn read(file: &Path) -> (u64, bool) {
     let recording = match Recording::open(file) {
         Ok(recording) => recording,
@@ -93,7 +94,7 @@ fn a_spoilt_byte_is_never_a_wrong_message() {
         let mut spoilt = bytes.clone();
         spoilt[place] ^= 0x40;
         std::fs::write(&file, &spoilt).unwrap();
-        // Whatever it says: it does not panic, and `read` holds that no message is wrong or out of order.
+        // Any result is accepted, but no panic. `read` asserts that no message is wrong or out of order.
         read(&file);
     }
 }
@@ -104,7 +105,8 @@ fn a_chunk_that_claims_to_start_after_its_end_gives_times_in_order() {
     let file = folder.path().join("run.mcap");
     record(&file);
     let mut bytes = std::fs::read(&file).unwrap();
-    // Records are an opcode, a length and a body; those of chunks and of their index begin with the times of their messages.
+    // Records are an opcode, a length and a body. The bodies of chunks and of their index begin with the
+    // times of their messages.
     const MAGIC: usize = 8;
     let (mut place, mut turned) = (MAGIC, 0);
     while place + MAGIC < bytes.len() {
@@ -118,7 +120,7 @@ fn a_chunk_that_claims_to_start_after_its_end_gives_times_in_order() {
         place = body + length;
     }
     assert!(turned > 2, "{turned}");
-    // With what it says of its chunks at its end, and without that.
+    // With the index at the end, and without it.
     for length in [bytes.len(), bytes.len() * 2 / 3] {
         std::fs::write(&file, &bytes[..length]).unwrap();
         let recording = Recording::open(&file).unwrap();

@@ -1,4 +1,5 @@
-//! Recordings of others: compressed otherwise or not at all, in no chunks, without an index. All that is there is read.
+//! Recordings of other programs: with other or no compression, without chunks, or without an index.
+//! Everything in them is read.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -11,7 +12,7 @@ use mcap::{Compression, WriteOptions};
 
 const MESSAGES: u64 = 50;
 
-/// Numbers from two channels, a millisecond apart, the second one late.
+/// Writes numbers on two channels, a millisecond apart. The second channel is late.
 fn write(path: &Path, options: WriteOptions) {
     let file = BufWriter::new(File::create(path).unwrap());
     let mut writer = options.create(file).unwrap();
@@ -29,7 +30,7 @@ fn write(path: &Path, options: WriteOptions) {
                 log_time: (number + late as u64 * 10) * 1_000_000,
                 publish_time: 0,
             };
-            // Compressible beyond what LZ4 can do.
+            // Compressible by more than LZ4 can achieve.
             let data = number.to_le_bytes().repeat(5_000);
             writer.write_to_known_channel(&header, &data).unwrap();
         }
@@ -118,7 +119,7 @@ fn parts_may_claim_any_number() {
     let survey = Survey::of(&Recording::open(folder.path()).unwrap()).unwrap();
     let parts = survey.parts.unwrap();
     assert_eq!((parts.files.len(), parts.first), (5, 3));
-    // Told without a list of billions.
+    // Reported without a list of billions of numbers.
     assert_eq!(parts.missing, [5..=6, 8..=u32::MAX - 2]);
     let lacks = parts.lacks().unwrap();
     assert!(
@@ -127,7 +128,7 @@ fn parts_may_claim_any_number() {
     );
 }
 
-/// One chunk of zeros, so many megabytes, by the compression that makes the least of it.
+/// Writes one chunk of `megabytes` MB of zeros with the strongest compression.
 fn bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWriter<File>> {
     let options = WriteOptions::new()
         .compression(Some(Compression::Zstd))

@@ -1,4 +1,4 @@
-//! A process that is killed without a word leaves a recording that reads up to the last flush.
+//! A recording of a process that is killed can be read up to the last flush.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -12,10 +12,10 @@ use jde_panel::List;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
 
-/// Where the process that is to be killed records; set in that one only.
+/// The file of the process that will be killed. Set in that process only.
 const FILE: &str = "JDE_LOG_TEST_FILE";
 
-/// Records until it is killed, and prints how many messages have reached the file whenever that has changed.
+/// Records until it is killed. Prints the number of messages that have reached the file whenever it changes.
 fn record_until_killed(file: &Path) {
     let options = Options {
         origin: Origin {
@@ -50,7 +50,7 @@ fn record_until_killed(file: &Path) {
         let kept = recorder.status().kept;
         if kept > told {
             told = kept;
-            // The parent has gone if this fails, and so should this process.
+            // If this fails, the parent has ended, and this process ends too.
             println!("\nkept {told}");
         }
     }
@@ -80,7 +80,7 @@ fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
         .filter_map(|line| line.unwrap().strip_prefix("kept ")?.parse::<u64>().ok())
         .nth(1)
         .expect("it says what it has kept");
-    // SIGKILL: nothing of it runs any more.
+    // SIGKILL: no code of the process runs after it.
     child.kill().unwrap();
     child.wait().unwrap();
 

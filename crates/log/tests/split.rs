@@ -1,5 +1,5 @@
-//! A recording in parts is one recording: nothing is in it twice and nothing is missing, whichever file it is asked for by; a part alone
-//! tells what was in force; and what is kept of an endless one is bounded.
+//! A recording in parts is one recording: it contains every message once, whichever file is opened. A part
+//! alone contains the values in force. The size of an endless recording is limited.
 
 mod support;
 
@@ -31,7 +31,8 @@ fn stamps(number: u64, published: u64) -> Stamps {
     }
 }
 
-/// A modulation that is written once, a value that is taken back, and numbers, ten a second, which do not compress.
+/// A modulation that is written once, a value that is retracted, and ten numbers a second, which do not
+/// compress.
 struct Drive {
     recorder: Recorder,
     noise: Topic,
@@ -81,7 +82,7 @@ impl Drive {
             assert!(self.noise.put(&bytes, stamps(self.next, time)));
             self.next += 1;
             if self.next == 15 {
-                // Whoever tells retractions tells a story.
+                // A recorder that retracts values needs a story.
                 self.recorder.line(Line::Happening(Happening {
                     time_s: time as f64 / 1e9,
                     kind: "ended".to_owned(),
@@ -93,7 +94,7 @@ impl Drive {
     }
 }
 
-/// A drive in a folder of its own.
+/// Records a drive in a folder of its own.
 fn drive(seconds: u64, how: Split) -> (TempDir, PathBuf, Status) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
@@ -176,7 +177,7 @@ fn a_part_alone_says_what_was_in_force_at_its_beginning() {
             .collect();
         assert_eq!(speed.len(), 1);
         assert_eq!((speed[0].log_time, speed[0].publish_time), (began, 0));
-        // It was taken back in the first part.
+        // It was retracted in the first part.
         let poses = sequences(&messages, "/pose/pose").len();
         assert_eq!(poses, if in_force == 0 { 1 } else { 0 }, "part {number}");
     }
@@ -193,7 +194,7 @@ fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
         [0, 0],
         "at the start, and behind the gap"
     );
-    // At a part's beginning its newest value before is in force.
+    // At the beginning of a part, the newest value before it is in force.
     let expected = Vec::from_iter((1..200).chain(299..=450));
     assert_eq!(sequences(&messages, "/pioneer/noise"), expected);
 }
@@ -232,7 +233,7 @@ fn recordings_of_one_name_follow_each_other_and_are_not_mixed() {
         Err(ReadError::Several { count: 2, .. })
     ));
 
-    // What is to be kept counts both.
+    // The limit applies to both recordings together.
     let least = split(Every::Time(10 * SECOND), Some(150_000));
     let mut third = Drive::begin(&path, least, false);
     third.go_on(5);
@@ -293,7 +294,7 @@ fn parts_that_another_recording_writes_are_left_alone() {
         sequences(&read(&first).1, "/pioneer/noise"),
         Vec::from_iter(1..=50)
     );
-    // It has ended, and goes like any other.
+    // It has ended, so it can be deleted like any other.
     let mut over = Drive::begin(&path, how, true);
     over.go_on(5);
     assert_eq!(over.recorder.finish().parts.unwrap().left, BTreeSet::new());
@@ -308,7 +309,7 @@ fn behind_the_last_number_of_a_file_there_is_no_other() {
     let first = folder.path().join("drive-001.mcap");
     let named = |number: u64| folder.path().join(format!("drive-{number}.mcap"));
     let last = u64::from(u32::MAX);
-    // No number of a part.
+    // Not a number of a part.
     std::fs::copy(&first, named(last + 1)).unwrap();
     let mut next = Drive::begin(&path, every, false);
     next.go_on(5);
@@ -343,7 +344,7 @@ fn only_names_that_numbering_gives_are_parts_of_a_name() {
     let folder = tempfile::tempdir().unwrap();
     let named = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
     let how = split(Every::Time(10 * SECOND), None);
-    // Two names that are the same text once what is no UTF-8 is replaced.
+    // Two names that become the same text if invalid UTF-8 is replaced.
     Drive::begin(&named(b"d\xff.mcap"), how, false).recorder.finish();
     let theirs = named(b"d\xff-001.mcap");
     for like in [&b"d\xfe-0001.mcap"[..], b"d\xfe-01.mcap", b"d\xfe-+01.mcap"] {
@@ -363,7 +364,7 @@ fn a_part_that_was_cut_off_spoils_no_other() {
     let (folder, path, _) = drive(45, split(Every::Time(10 * SECOND), None));
     let third = folder.path().join("drive-003.mcap");
     let whole = std::fs::read(&third).unwrap();
-    // Behind its head, within what it repeats, and within what is new.
+    // After its header, within what it repeats, and within what is new.
     for length in [600, 2500, whole.len() / 2] {
         std::fs::write(&third, &whole[..length]).unwrap();
         let recording = Recording::open(&path).unwrap();

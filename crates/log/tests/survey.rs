@@ -1,4 +1,4 @@
-//! What a survey says of a recording, whole, around a firing, and damaged.
+//! Surveys of recordings: complete, around a firing, and damaged.
 
 mod support;
 
@@ -50,7 +50,7 @@ fn happened(time_s: f64, kind: &str, text: &str) -> Line {
     })
 }
 
-/// Ten values a second for so long, and a story; three values are lost.
+/// Records ten values a second for `seconds` s, and a story. Three values are lost.
 fn drive(recorder: &Recorder, seconds: u64) {
     let topic = recorder.topic("/robot/count", Arc::new(u64::describe()), BTreeMap::new());
     topic.lose(3);
@@ -151,10 +151,10 @@ fn what_was_in_force_before_a_file_began_is_not_counted_as_decided_in_it() {
     );
 }
 
-/// The middle of the last chunk of a file.
+/// Returns the middle of the last chunk of a file.
 fn last_chunk(bytes: &[u8]) -> usize {
     let (mut at, mut last) = (8, None);
-    // A record is what it is, its length and its body; the last is the end of the file, or its footer.
+    // A record is an opcode, a length and a body. The last one is the end of the file, or its footer.
     while let Some(length) = bytes.get(at + 1..at + 9) {
         let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
         if bytes[at] == 6 {
@@ -174,7 +174,7 @@ fn a_damaged_recording_is_surveyed_up_to_the_damage() {
     recorder.finish();
     let bytes = std::fs::read(&file).unwrap();
     let whole = survey(&file);
-    // Within the last chunk, which the index still leads to. Where chunks end is for the clock to say.
+    // Within the last chunk, to which the index still refers. The clock determines where chunks end.
     let within = last_chunk(&bytes);
     let mut spoilt = bytes.clone();
     spoilt[within] ^= 0x40;

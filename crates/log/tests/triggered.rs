@@ -1,4 +1,4 @@
-//! Recordings that wait for a reason: what the files hold that conditions ask for, and what they say of it.
+//! Recordings on conditions: the contents and the metadata of their files.
 
 mod support;
 
@@ -19,7 +19,7 @@ use support::options;
 const SECOND: u64 = 1_000_000_000;
 const TENTH: u64 = SECOND / 10;
 
-/// A robot whose speed is published ten times a second, and whose period only once.
+/// A robot whose speed is published ten times a second, and whose period is published once.
 struct Bench {
     recorder: Recorder,
     speed: Topic,
@@ -80,7 +80,7 @@ impl Bench {
         }
     }
 
-    /// Publishes values ten times a second from one time to another, s.
+    /// Publishes values ten times a second during this range of seconds.
     fn drive(&self, seconds: std::ops::Range<u64>, speed: f64) {
         for tenth in seconds.start * 10..seconds.end * 10 {
             self.speed.put(&speed.to_ne_bytes(), stamps(tenth * TENTH));
@@ -122,7 +122,7 @@ fn stamps(time: u64) -> Stamps {
     }
 }
 
-/// A file that is whole, with its messages.
+/// Reads an undamaged file and its messages.
 fn read(path: &Path) -> (Recording, Vec<Message>) {
     let recording = Recording::open(path).unwrap();
     assert_eq!(recording.damage(), None);
@@ -204,7 +204,8 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
     for second in 0..100 {
         bench.drive(second..second + 1, 0.5);
         match second {
-            // Prolonged once, by the other condition; the third is within 20 s of the file before.
+            // The first is prolonged once, by the other condition. The third begins within 20 s of the file
+            // before it.
             30 | 54 => bench.collision(second, "collision"),
             31 | 55 => bench.collision(second, "alone"),
             38 => bench.recorder.line(Line::Happening(Happening {
@@ -367,10 +368,11 @@ fn where_no_file_can_be_made_no_recording_begins() {
     assert_eq!(left, 1, "nothing is left of the look, and nothing fired");
 }
 
-/// Where the process that is to be killed records; set in that one only.
+/// The file of the process that will be killed. Set in that process only.
 const FILE: &str = "JDE_LOG_TEST_TRIGGERED";
 
-/// Fires at 10 s, drives on until it is killed, and prints how many messages have reached the file whenever that has changed.
+/// Fires at 10 s and continues until it is killed. Prints the number of messages that have reached the file
+/// whenever it changes.
 fn record_until_killed(path: &Path) {
     let bench = Bench::new(path, &["collision"], 5, 1_000_000);
     bench.drive(0..10, 0.5);
@@ -408,7 +410,7 @@ fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
         .filter_map(|line| line.unwrap().strip_prefix("kept ")?.parse::<usize>().ok())
         .nth(1)
         .expect("it says what it has kept");
-    // SIGKILL: nothing of it runs any more.
+    // SIGKILL: no code of the process runs after it.
     child.kill().unwrap();
     child.wait().unwrap();
 

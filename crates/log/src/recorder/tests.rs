@@ -1,4 +1,5 @@
-//! A recorder on variables that nobody but the test writes: nothing is torn, nothing is lost silently, and no disk stops it.
+//! A recorder on variables that only the test writes: no value is torn, no loss is silent, and no disk blocks
+//! it.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -17,7 +18,7 @@ use jde_ros::cdr;
 
 use crate::{Message, Recording};
 
-/// Variables, their time and a folder.
+/// Variables, their clock and a folder.
 struct Bench {
     board: Board,
     time: Arc<AtomicU64>,
@@ -59,7 +60,7 @@ impl Bench {
             .unwrap()
     }
 
-    /// Publishes a value whose first bytes are the number.
+    /// Publishes a value whose first bytes are `number`.
     fn publish(&self, writer: &mut Writer, number: u64) {
         self.time.store(number * 1_000_000, Ordering::Relaxed);
         let value = writer.loan();
@@ -103,7 +104,8 @@ fn in_a_folder_that_is_somebody_elses_nobody_else_may_read_a_recording() {
     let usual = bench.folder.path().join("usual");
     drop(File::create(&usual).unwrap());
     assert_eq!(record(&bench.file()), mode(&usual));
-    // Only root can give a folder away. For all others, that of temporary files is somebody else's.
+    // Only root can change the owner of a folder. Other users use the folder of temporary files, whose owner
+    // is another user.
     let other = bench.folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
     let given = std::os::unix::fs::chown(&other, Some(65534), None).is_ok();
@@ -129,7 +131,7 @@ fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
             variable.writer(1, "test").unwrap()
         })
         .collect();
-    // More than the slots of any of them.
+    // More than the slots of each variable.
     let rounds = 1500_u64;
     for number in 1..=rounds {
         bench.publish(&mut writers[0], number);
@@ -229,7 +231,7 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
         Arc::new(u64::describe()),
         BTreeMap::from([("from".to_owned(), "afar".to_owned())]),
     );
-    // The file has 32 bits for a sequence number, and goes on at 0.
+    // The file has 32 bits for a sequence number, which restarts at 0 after the largest.
     let large = u64::from(u32::MAX);
     for (published, measured, sequence) in [(30, 29, large + 1), (20, 19, large), (10, 9, 1)] {
         let stamps = crate::Stamps {
@@ -250,13 +252,13 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
     assert_eq!(messages[0].channel.about["from"], "afar");
 }
 
-/// Nothing takes so long.
+/// Far longer than any of these tests takes.
 const WATCHDOG: std::time::Duration = std::time::Duration::from_secs(60);
 
-/// Some three chunks.
+/// About three chunks.
 const ROOM: usize = 3_500_000;
 
-/// A disk with so much room.
+/// A disk with limited room.
 struct Small {
     file: File,
     room: usize,
@@ -301,7 +303,7 @@ fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
         bench.time.store(number, Ordering::Relaxed);
         let value = writer.loan();
         value.fill(0);
-        // Lengths that lie are the capacity.
+        // A length beyond the capacity counts as the capacity.
         value.chunks_exact_mut(8).for_each(|bytes| {
             noise = noise.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
             bytes.copy_from_slice(&noise.rotate_left(29).to_ne_bytes());
@@ -319,7 +321,8 @@ fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
     assert!(read > 0 && read >= status.kept, "{read} of {}", status.kept);
 }
 
-/// A disk that is asked so often before it fails, and like Linux says so once; told whenever it has been asked.
+/// A disk that fails after `good` requests and, like Linux, reports the failure once. The receiver gets a
+/// message for each request.
 fn failing(mut good: u64) -> (Disk, Receiver<()>) {
     let (asked, is_asked) = channel();
     let disk = move || {
@@ -334,7 +337,7 @@ fn failing(mut good: u64) -> (Disk, Receiver<()>) {
     (Box::new(disk), is_asked)
 }
 
-/// Has a disk fail after so many flushes of one message each, of which there are so many.
+/// Records `flushes` flushes of one message each, on a disk that fails after `good` of them.
 fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
     let (tell, told) = channel();
     let options = Options {
@@ -411,7 +414,7 @@ fn where_nothing_can_be_written_no_recording_begins() {
     let bench = Bench::new();
     std::fs::write(bench.file(), "a file").unwrap();
     let inside = bench.file().join("run.mcap");
-    // The last is a disk that is full, the one before a folder that even the superuser cannot write to.
+    // The last one is a full disk. The one before it is a folder in which not even root can write.
     for path in [inside.as_path(), "/sys/run.mcap".as_ref(), "/dev/full".as_ref()] {
         let refused = Recorder::create(path, options(false)).err();
         let Some(Error::Create { path: named, .. }) = &refused else {

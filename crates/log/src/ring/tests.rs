@@ -1,4 +1,4 @@
-//! What a ring lets go, and what stays in force.
+//! What a ring removes, and what stays in force.
 
 use super::*;
 

@@ -1,5 +1,5 @@
-//! One file around a firing: what of the ring it takes, what it says of itself, and what it lacks. Where the disk has failed there
-//! is no file, and only the count goes on.
+//! One file around a firing: which messages of the ring it contains, its metadata, and what it lacks. After a
+//! failure of the disk there is no file, and messages are only counted.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -13,25 +13,26 @@ use crate::ring::{Content, Entry, Ring};
 use crate::trigger::Firing;
 use crate::writer::Times;
 
-/// Most firings of which a file's metadata tells; its events tell of all.
+/// The largest number of firings in a file's metadata. Its events contain all of them.
 const TOLD: u32 = 20;
 
-/// A file under way, or where there would be one if the disk had taken it.
+/// A file that is being written, or the counts of one that the disk did not accept.
 pub(super) struct Around {
-    /// None once the disk takes no more.
+    /// `None` once the disk accepts no more.
     pub(super) file: Option<Begun>,
-    /// Number of the next message to write.
+    /// The number of the next message to write.
     pub(super) next: u64,
-    /// No message is older than this.
+    /// No message in the file is older than this.
     start: Nanos,
-    /// And none newer.
+    /// No message in the file is newer than this.
     pub(super) until: Nanos,
-    /// Its place among the files that others are told of.
+    /// The index of the file in the status.
     pub(super) place: usize,
     lost: BTreeMap<String, u64>,
-    /// Messages and bytes that had reached the file when the disk failed, and messages that are lost by that.
+    /// After a failure of the disk: the messages and bytes that had reached the file, and the messages that
+    /// were lost.
     left: (u64, u64, u64),
-    /// How often a condition came true.
+    /// How often a condition became true.
     fired: u32,
 }
 
@@ -49,7 +50,7 @@ impl Around {
         }
     }
 
-    /// Writes what every such file begins with: why it is there, its channels, and what was in force.
+    /// Writes the beginning of the file: the firing, the channels, and the values in force.
     pub(super) fn begin(
         &mut self,
         file: Begun,
@@ -72,7 +73,7 @@ impl Around {
         Ok(())
     }
 
-    /// Says why the file is there, or why it goes on.
+    /// Writes metadata about the firing that started or prolongs the file.
     pub(super) fn fired_again(
         &mut self,
         origin: &Origin,
@@ -114,7 +115,7 @@ impl Around {
             (Content::Lost(count), _) => self.lose(topic, *count),
             (_, None) => self.lose(topic, 1),
             (Content::Message { data, .. } | Content::Retracted { data, .. }, Some(file)) => {
-                // What came late is told late.
+                // A late message is stamped with the start of the file.
                 let log = entry.times.log.max(self.start);
                 let times = Times { log, ..entry.times };
                 file.message(entry.channel, times, data)?;
@@ -123,7 +124,7 @@ impl Around {
         Ok(())
     }
 
-    /// Counts messages of its time that it will not have.
+    /// Counts messages of the file's time that it will not contain.
     pub(super) fn lose(&mut self, topic: &str, count: u64) {
         match self.lost.get_mut(topic) {
             Some(lost) => *lost += count,
@@ -142,19 +143,19 @@ impl Around {
         file.finish(&self.lost)
     }
 
-    /// Lets go of the file where it is; answers with the number of messages that were given to it and are not kept.
+    /// Ends the file where it is. Returns the number of messages that were written to it and are not safe.
     pub(super) fn abandon(&mut self) -> u64 {
         let Some(file) = self.file.take() else {
             return 0;
         };
         let mut ended = file.ended();
-        // What was wrong is known; this is for how much of it the disk has.
+        // The error is known already. This determines how much of the file the disk has stored.
         let _ = ended.wait();
         self.left = (ended.kept(), ended.bytes(), ended.unkept());
         ended.unkept()
     }
 
-    /// Tells how the file is doing.
+    /// Updates the status of the file.
     pub(super) fn note(&self, written: &mut Written) {
         let (kept, bytes, unwritten) = match &self.file {
             Some(file) => (file.kept(), file.bytes(), 0),

@@ -1,5 +1,6 @@
-//! One file under way: its channels, when it was last flushed, and what of it the system and the disk have. The first thing that
-//! fails is the last that is tried; counting what was lost is its owner's business.
+//! One file that is being written: its channels, the time of its last flush, and how many of its messages the
+//! system and the disk have. After the first error its owner must not write again. The owner counts what was
+//! lost.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -11,36 +12,37 @@ use crate::Origin;
 use crate::part::Mark;
 use crate::writer::{Output, Times, Writer};
 
-/// Time between two flushes: half of the second that may be lost.
+/// The time between two flushes: half of the second that may be lost.
 const FLUSH: Duration = Duration::from_millis(500);
 
-/// A file under way.
+/// A file that is being written.
 pub(crate) struct Begun {
     writer: Writer,
-    /// The file's own numbers of channels.
+    /// The numbers of the channels in the file.
     channels: Vec<u16>,
     flushed: Instant,
     messages: Messages,
 }
 
-/// A file that is whole, as far as this process can tell: the disk may not have all of it yet.
+/// A complete file, as far as this process can know: the disk may not have all of it yet.
 pub(crate) struct Ended {
     messages: Messages,
     bytes: u64,
 }
 
-/// The messages of a file, and where they are.
+/// The number of a file's messages, and of those that are safe.
 struct Messages {
     syncer: Option<Syncer>,
     given: u64,
-    /// Those that have reached the system.
+    /// The number of messages that have reached the system.
     flushed: u64,
-    /// The disk does not have all of what reached the system.
+    /// Whether the disk failed to store what had reached the system.
     failed: bool,
 }
 
 impl Begun {
-    /// Begins a file; its head has reached the system when this returns. The disk is asked to have it after each flush.
+    /// Starts a file. When it returns, the header has reached the system. The disk is synchronised after each
+    /// flush.
     pub(crate) fn new(
         output: Output,
         disk: Option<Disk>,
@@ -69,12 +71,12 @@ impl Begun {
 
     /// Adds a message to a channel that is open.
     pub(super) fn message(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
-        // Counted before: if it fails, it is among those that are lost.
+        // Counted first, so that it counts as lost if writing fails.
         self.messages.given += 1;
         self.repeat(channel, times, data)
     }
 
-    /// Adds a message that another file has already: it is not counted.
+    /// Writes a message that another file contains already. It is not counted.
     pub(super) fn repeat(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
         self.writer.message(self.channels[channel], times, data)
     }
@@ -83,7 +85,7 @@ impl Begun {
         self.writer.metadata(name, metadata)
     }
 
-    /// Flushes all that there is.
+    /// Flushes everything.
     pub(super) fn flush(&mut self) -> io::Result<()> {
         self.flushed = Instant::now();
         self.writer.flush()?;
@@ -91,7 +93,7 @@ impl Begun {
         Ok(())
     }
 
-    /// Flushes what half a second has brought, and hears what the disk has said of what was flushed before.
+    /// Flushes if half a second has passed, and reports an error of the disk about earlier flushes.
     pub(super) fn flush_in_time(&mut self) -> io::Result<()> {
         self.messages.check()?;
         if self.flushed.elapsed() < FLUSH {
@@ -104,7 +106,7 @@ impl Begun {
         Ok(())
     }
 
-    /// Writes what it lacks, the index and the end.
+    /// Writes the numbers of lost messages, the index and the end of the file.
     pub(super) fn close(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
         self.writer.flush()?;
         self.writer.metadata("jde/lost", lost_words(lost))?;
@@ -113,13 +115,13 @@ impl Begun {
         Ok(())
     }
 
-    /// The same, and waits until the disk has it.
+    /// Does the same as [`Self::close`], and waits until the disk has stored the file.
     pub(super) fn finish(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
         self.close(lost)?;
         self.messages.wait()
     }
 
-    /// Lets go of it where it is, and of the memory that its index takes.
+    /// Ends the file where it is, and frees the memory of its index.
     pub(super) fn ended(self) -> Ended {
         let mut messages = self.messages;
         if let Some(syncer) = &mut messages.syncer {
@@ -131,25 +133,25 @@ impl Begun {
         }
     }
 
-    /// Messages that have reached the system, and that the disk has not failed to keep.
+    /// Returns the number of messages that have reached the system, or after a failure the disk.
     pub(super) fn kept(&self) -> u64 {
         self.messages.kept()
     }
 
-    /// Bytes that have reached the system.
+    /// Returns the number of bytes that have reached the system.
     pub(super) fn bytes(&self) -> u64 {
         self.writer.bytes()
     }
 }
 
 impl Ended {
-    /// What the disk says of all of it; none if it has not said it yet.
+    /// Returns the result of the disk for the whole file. `None` if the disk has not finished yet.
     pub(super) fn poll(&mut self) -> Option<io::Result<()>> {
         let is_done = self.messages.syncer.as_ref().is_none_or(Syncer::is_done);
         is_done.then(|| self.messages.check())
     }
 
-    /// Waits for it.
+    /// Waits for that result.
     pub(super) fn wait(&mut self) -> io::Result<()> {
         self.messages.wait()
     }
@@ -158,7 +160,7 @@ impl Ended {
         self.messages.kept()
     }
 
-    /// Messages that were given and are not kept.
+    /// Returns the number of messages that were written and are not safe.
     pub(super) fn unkept(&self) -> u64 {
         self.messages.given - self.messages.kept()
     }

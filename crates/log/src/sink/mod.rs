@@ -1,5 +1,5 @@
-//! Where the writing thread puts what has come: one file from beginning to end, one after the other, or the files that conditions ask for. No sink
-//! ever stops the thread for good: what it cannot write it counts.
+//! The destination of messages: one file for the whole recording, one file after the other, or the files that
+//! conditions cause. No sink blocks the writing thread for ever: it counts what it cannot write.
 
 mod around;
 mod file;
@@ -29,39 +29,40 @@ pub(crate) use syncer::Disk;
 pub(crate) use triggered::{Plan, Triggered};
 pub(crate) use whole::Whole;
 
-/// Takes messages in the order in which they came.
+/// A destination of messages. It receives them in the order of their arrival.
 pub(crate) trait Sink: Send {
-    /// Adds a channel; they are numbered from 0 in the order in which they are added.
+    /// Adds a channel. Channels have the numbers 0, 1, 2 and so on, in the order of these calls.
     fn open(&mut self, channel: Channel);
 
-    /// Takes a message.
+    /// Writes a message.
     fn message(&mut self, channel: usize, times: Times, data: &[u8], says: Says);
 
-    /// A condition came true with what came last.
+    /// Reports that a condition became true by the last message.
     fn fired(&mut self, firing: &Firing, condition: &str);
 
-    /// All that had come has been put; answers whether it has more to do at once. `now` is the application's time.
+    /// Called after all messages that had arrived. Returns whether there is more work to do at once. `now` is
+    /// the application's time.
     fn round(&mut self, now: Nanos) -> bool;
 
-    /// Nothing more comes.
+    /// Called after the last message.
     fn finish(&mut self);
 }
 
-/// What a message says beyond itself.
+/// The effect of a message on the values in force.
 #[derive(Clone, Debug)]
 pub(crate) enum Says {
-    /// Something is so until another message says otherwise.
+    /// A state is in force until the next message about it.
     State(About),
-    /// Another channel has no value any more.
+    /// Another channel no longer has a value.
     Retracts(usize),
 }
 
-/// What goes through a channel.
+/// The contents of a channel.
 #[derive(Clone)]
 pub(crate) enum Channel {
     /// Messages of the story.
     Story(Kind),
-    /// Values.
+    /// Values of a variable, or the drawings of a panel.
     Lane(Arc<Lane>),
 }
 
@@ -86,7 +87,7 @@ impl Channel {
         }
     }
 
-    /// Counts messages that are in no file.
+    /// Counts messages that no file contains.
     fn lose(&self, count: u64, shared: &Shared) {
         match self {
             Self::Story(_) => shared.lost_events.fetch_add(count, Ordering::Relaxed),
@@ -95,7 +96,7 @@ impl Channel {
     }
 }
 
-/// What a file says of what it lacks: how many messages of which topic.
+/// Returns the metadata of a file about its lost messages: the number for each topic.
 fn lost_words(lost: &BTreeMap<String, u64>) -> BTreeMap<String, String> {
     lost.iter()
         .filter(|(_, lost)| **lost > 0)

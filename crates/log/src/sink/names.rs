@@ -1,4 +1,4 @@
-//! Making files, the names of those that are numbered, and whether files can be made there at all.
+//! Creates files, numbers their names, and checks whether a folder accepts files.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use super::syncer::{Disk, disk};
 use crate::writer::Output;
 use crate::{Error, writer};
 
-/// Makes a file and the folders above it; answers also with its disk, if it has one.
+/// Creates a file and the folders above it. Returns it with its disk, if it has one.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
     with_disk(writer::create(path, overwrite)?, path)
 }
 
-/// A file that was made, and its disk.
+/// Returns a created file with its disk, if it has one.
 pub(super) fn with_disk(file: File, path: &Path) -> Result<(Output, Option<Disk>), Error> {
     let disk = disk(&file).map_err(|error| Error::Create {
         path: path.to_owned(),
@@ -21,7 +21,7 @@ pub(super) fn with_disk(file: File, path: &Path) -> Result<(Output, Option<Disk>
     Ok((Box::new(file), disk))
 }
 
-/// Whether files can be made beside the one that is asked for. What it makes it takes away again.
+/// Checks whether files can be created in the folder of `path`. It creates a file and deletes it again.
 pub(super) fn probe(path: &Path) -> Result<(), Error> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.probe", std::process::id()));
@@ -33,7 +33,7 @@ pub(super) fn probe(path: &Path) -> Result<(), Error> {
     })
 }
 
-/// `drive.mcap` with a number: `drive-001.mcap`.
+/// Returns the name with a number: `drive-001.mcap` for `drive.mcap`.
 pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{number:03}"));

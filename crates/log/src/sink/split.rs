@@ -1,5 +1,6 @@
-//! A recording in parts: when the next one begins, what it begins with, and which old ones have to go. Each part is a file that can be
-//! read alone; its index ends with it, so what is in memory stays bounded however long the recording goes on.
+//! A recording in parts: when the next part begins, what it begins with, and which old parts are deleted.
+//! Each part is a file that can be read alone. Its index ends with it, so the memory in use is limited
+//! however long the recording continues.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, TryLockError};
@@ -20,8 +21,9 @@ use crate::{Error, Origin};
 
 use super::syncer::Disk;
 
-/// In real time what was published before a part began, and comes so much later, is in that part, ns. So what was in force at its
-/// beginning is stamped so much earlier.
+/// How late a value may arrive in real time, in ns: one that was published before a part began and arrives
+/// within this time is written to that part. So the values in force at the beginning of a part are stamped
+/// this much earlier.
 const LATE: Nanos = 100_000_000;
 
 /// The parts of a recording.
@@ -30,31 +32,34 @@ pub(crate) struct Split {
     plan: recorder::Split,
     origin: Origin,
     overwrite: bool,
-    /// In virtual time nothing comes late.
+    /// In virtual time no value arrives late.
     lossless: bool,
-    /// Of the part under way.
+    /// The mark of the present part.
     mark: Mark,
-    /// The next number of a file; none behind the last that there is.
+    /// The number of the next file. `None` after the largest number.
     number: Option<u32>,
-    /// The part under way, whose lock is let go of when it has ended: the disk may take longer.
+    /// The handle that holds the lock of the present part. The lock is released when the part ends, although
+    /// the disk may need longer.
     lock: Option<File>,
-    /// When the part under way began, once it has a message.
+    /// The time at which the present part began, once it has a message.
     began: Option<Nanos>,
-    /// Bytes of the part under way before anything new.
+    /// The size of the present part before its first new message, in bytes.
     head: u64,
     in_force: InForce<Vec<u8>>,
-    /// Values lost, by topic, as the parts that have ended have told.
+    /// The numbers of lost values, by topic, that ended parts have reported.
     lost: BTreeMap<String, u64>,
-    /// Parts that have ended, of this recording and of those before it under this name, the oldest first, with their bytes.
+    /// The ended parts of this recording and of earlier ones of this name, the oldest first, with their sizes
+    /// in bytes.
     there: VecDeque<(PathBuf, u64)>,
     parts: Parts,
 }
 
 impl Split {
-    /// Begins with the first part. The numbers of its files go on behind those of other recordings of this name, so that files are
-    /// in the order of time; what is to be written over goes first.
+    /// Starts the first part. The numbers of its files follow those of other recordings of this name, so that
+    /// the order of the numbers is the order of time. With `overwrite`, existing parts are deleted first.
     ///
     /// # Errors
+    /// It cannot be written.
     /// It cannot be written.
     pub(crate) fn begin(
         path: &Path,
@@ -115,7 +120,7 @@ impl Split {
         Ok((split, file))
     }
 
-    /// Whether the next part begins with a message of this time, as the present one has so many bytes.
+    /// Returns whether a message of this time starts the next part, when the present part has `bytes` bytes.
     pub(super) fn is_over(&mut self, time: Nanos, bytes: u64) -> bool {
         let began = *self.began.get_or_insert(time);
         match self.plan.every {
@@ -124,7 +129,7 @@ impl Split {
         }
     }
 
-    /// Takes note of what a message says.
+    /// Updates the values in force with a message.
     pub(super) fn take(&mut self, channel: usize, times: Times, data: &[u8], says: Says) {
         match says {
             Says::State(About::Nothing) => {}
@@ -138,7 +143,7 @@ impl Split {
         }
     }
 
-    /// What was lost since the last part ended, given what was lost since the beginning.
+    /// Returns the number of values lost since the last part ended, given those lost since the beginning.
     pub(super) fn lost(&mut self, lost: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
         let before = std::mem::replace(&mut self.lost, lost);
         let since = |(topic, lost): (&String, &u64)| {
@@ -148,10 +153,10 @@ impl Split {
         self.lost.iter().map(since).collect()
     }
 
-    /// The part under way has ended, and the next begins at this time.
+    /// Starts the next part at this time, after the present part has ended.
     pub(super) fn next(&mut self, ended: &Ended, channels: &[Channel], time: Nanos) -> io::Result<Begun> {
         self.there.push_back((self.parts.last.clone(), ended.bytes()));
-        // A lock that the file system did not give cannot be given back.
+        // Unlocking fails on a file system without locks.
         let _ = self.lock.take().map(|file| file.unlock());
         let (output, disk) = self.create().map_err(|error| match error {
             Error::Create { error, .. } | Error::Thread(error) => error,
@@ -162,8 +167,8 @@ impl Split {
         Ok(file)
     }
 
-    /// Deletes the oldest parts while all together, with so many bytes under way, are more than are to be kept. Those that another
-    /// recording writes stay.
+    /// Deletes the oldest parts while all parts together, including the `under_way` bytes of the present one,
+    /// exceed the limit. Parts that another recording is writing are kept.
     pub(super) fn prune(&mut self, under_way: u64) -> io::Result<()> {
         let Some(keep) = self.plan.keep else {
             return Ok(());
@@ -190,12 +195,12 @@ impl Split {
         Ok(())
     }
 
-    /// How many there are, and where.
+    /// Returns the number of parts, and their paths.
     pub(super) fn parts(&self) -> &Parts {
         &self.parts
     }
 
-    /// The next file whose name is free.
+    /// Creates the next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
             let Some(number) = self.number else {
@@ -216,7 +221,7 @@ impl Split {
         }
     }
 
-    /// Writes what every part begins with: its channels, and what is in force.
+    /// Writes the beginning of a part: its channels, and the values in force.
     fn file(
         &mut self,
         output: Output,
@@ -245,11 +250,12 @@ impl Split {
     }
 }
 
-/// Deletes a part that may have gone, unless another recording writes it; answers whether it is gone.
+/// Deletes a part unless another recording is writing it. Returns whether it no longer exists.
 fn remove(path: &Path) -> io::Result<bool> {
     let opened = File::open(path).and_then(|file| match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Ok(None),
-        // Nobody writes it as long as the lock is held. Where there are no locks, nothing says that somebody does.
+        // While this lock is held, no recording writes the file. Without locks there is no sign that one
+        // does.
         Ok(()) | Err(TryLockError::Error(_)) => fs::remove_file(path).map(|()| Some(file)),
     });
     match opened {

@@ -1,5 +1,5 @@
-//! Asks the disk to have what the system was given, and keeps what it answers. It may take its time, so it has a thread of its own.
-//! The system tells of a failed write once, to whoever asks next; nobody may ask without hearing it.
+//! Synchronises a file with the disk, and keeps the results. The disk may be slow, so this has a thread of
+//! its own. The system reports a failed write only once, to the next caller, so every result must be kept.
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
@@ -10,7 +10,7 @@ use std::thread::{Builder, JoinHandle};
 
 use crate::lane::lock;
 
-/// Returns once the disk has all that the system was given of a file.
+/// Returns once the disk has stored everything that the system has of a file.
 pub(crate) type Disk = Box<dyn FnMut() -> io::Result<()> + Send>;
 
 pub(super) struct Syncer {
@@ -21,9 +21,9 @@ pub(super) struct Syncer {
 
 #[derive(Default)]
 struct State {
-    /// Messages that the file has.
+    /// The number of messages in the file.
     given: AtomicU64,
-    /// Messages that the disk has.
+    /// The number of messages that the disk has stored.
     safe: AtomicU64,
     failed: Mutex<Option<io::Error>>,
 }
@@ -37,7 +37,7 @@ impl Syncer {
             while asked.recv().is_ok() {
                 let given = told.given.load(Ordering::Acquire);
                 if let Err(error) = disk() {
-                    // Asked again it may say that all is well: what is lost stays lost.
+                    // A second call might succeed, although what was lost remains lost. So there is none.
                     *lock(&told.failed) = Some(error);
                     return;
                 }
@@ -51,7 +51,8 @@ impl Syncer {
         })
     }
 
-    /// Asks for it, now that the file has so many messages, unless it has been asked for and not begun.
+    /// Requests a synchronisation, now that the file has `given` messages. A request that has not been
+    /// started yet is not repeated.
     pub(super) fn ask(&self, given: u64) {
         self.state.given.store(given, Ordering::Release);
         if let Some(ask) = &self.ask {
@@ -59,34 +60,34 @@ impl Syncer {
         }
     }
 
-    /// What the disk has said since the last call.
+    /// Returns the result of the disk since the last call.
     ///
     /// # Errors
-    /// It does not have all that it was asked to have.
+    /// The disk has not stored everything that it should have.
     pub(super) fn check(&self) -> io::Result<()> {
         lock(&self.state.failed).take().map_or(Ok(()), Err)
     }
 
-    /// Messages that the disk has said to have.
+    /// Returns the number of messages that the disk has stored.
     pub(super) fn safe(&self) -> u64 {
         self.state.safe.load(Ordering::Acquire)
     }
 
-    /// Nothing more is asked for.
+    /// Ends the requests.
     pub(super) fn close(&mut self) {
         drop(self.ask.take());
     }
 
-    /// Whether the disk has answered to all that was asked before [`Self::close`].
+    /// Returns whether the disk has finished all requests from before [`Self::close`].
     pub(super) fn is_done(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits until it has.
+    /// Closes, and waits until all requests are finished.
     pub(super) fn wait(&mut self) {
         self.close();
         if let Some(thread) = self.thread.take() {
-            // It cannot panic but in the disk's own call, which a hook has told.
+            // It panics only in the call of the disk, which the panic hook has reported.
             let _ = thread.join();
         }
     }
@@ -98,17 +99,17 @@ impl Drop for Syncer {
     }
 }
 
-/// The disk of a file; a pipe or a device has none.
+/// Returns the disk of a file. A pipe or a device has none.
 ///
 /// # Errors
-/// The system refuses another handle on it.
+/// The system refuses a second handle of the file.
 pub(crate) fn disk(file: &File) -> io::Result<Option<Disk>> {
     if !file.metadata()?.is_file() {
         return Ok(None);
     }
     let file = file.try_clone()?;
     Ok(Some(Box::new(move || match file.sync_data() {
-        // A file system that cannot be asked has not failed.
+        // A file system without synchronisation has not failed.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
         answer => answer,
     })))

@@ -1,6 +1,6 @@
-//! Files of what was before and after a condition came true. Everything goes through a ring; a file is the ring read from its
-//! oldest message on, until the time after the last firing is over. So nothing that comes while an old minute is being written
-//! waits for it, and what is in memory stays bounded whatever the disk does.
+//! Files of the time before and after a condition became true. All messages pass through a ring. A file
+//! contains the messages of the ring from the oldest one until the time after the last firing ends. So no new
+//! message waits while old ones are being written, and the memory in use is limited whatever the disk does.
 
 use std::fs;
 use std::io;
@@ -20,45 +20,46 @@ use crate::trigger::Firing;
 use crate::writer::{Output, Times};
 use crate::{Error, Origin};
 
-/// Makes a file, or writes over one; answers also with what its disk is asked through.
+/// Creates a file or overwrites one. Returns it with its disk, if it has one.
 type Make = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;
 
-/// Bytes of messages that are written before the queues are emptied again.
+/// The bytes of messages that are written before the queues are emptied again.
 const AT_ONCE: usize = 4 << 20;
-/// In real time, what was published before the end of a file and comes so much later is still in it, ns.
+/// How late a message may arrive in real time, in ns: one that was published before the end of a file and
+/// arrives within this time is still in the file.
 const LATE: Nanos = 100_000_000;
 
-/// Which files, and how much of what.
+/// The names of the files, and how much they contain.
 pub(crate) struct Plan {
-    /// `drive.mcap` stands for `drive-001.mcap`, `drive-002.mcap`.
+    /// The name from which files are numbered: `drive.mcap` for `drive-001.mcap`, `drive-002.mcap`.
     pub(crate) path: PathBuf,
     pub(crate) overwrite: bool,
     pub(crate) before: Nanos,
     pub(crate) after: Nanos,
-    /// Bytes of the ring.
+    /// The limit of the ring, in bytes.
     pub(crate) memory: usize,
 }
 
-/// Files around what conditions told.
+/// The sink of a recording on conditions.
 pub(crate) struct Triggered {
     shared: Arc<Shared>,
     origin: Origin,
     plan: Plan,
     ring: Ring,
     channels: Vec<Channel>,
-    /// Losses of each channel that the ring knows of.
+    /// The losses of each channel that the ring has recorded.
     lost: Vec<u64>,
-    /// Number of the next file.
+    /// The number of the next file.
     number: u32,
     current: Option<Around>,
     make: Make,
     on_file: OnFile,
-    /// A failure has been told, and no file has been whole since.
+    /// Whether a failure has been reported and no file has been complete since.
     failing: bool,
 }
 
 impl Triggered {
-    /// Makes the folder, and sees whether files can be made there.
+    /// Creates the folder, and checks whether files can be created there.
     ///
     /// # Errors
     /// They cannot.
@@ -98,7 +99,7 @@ impl Triggered {
 
     fn begin(&mut self, firing: &Firing, condition: &str) {
         self.ring.forget(firing.time, self.ring.next());
-        // No message is older than what is in force before the first.
+        // Messages are not older than the values that are in force before the first of them.
         let oldest = self.ring.base().map(|(_, times, _)| times.log).max();
         let start = firing
             .time
@@ -142,8 +143,8 @@ impl Triggered {
             }
             Err(trouble) => {
                 self.failed(&trouble);
-                // What could not even be begun is of no use to anybody, and the next one takes its name.
-                // What could not be opened is somebody else's.
+                // A file whose beginning could not be written is useless, so the next one takes its name. A
+                // file that could not be opened is not ours.
                 let path = lock(&self.shared.files)[place].path.clone();
                 if is_ours && fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
                     let _ = fs::remove_file(&path);
@@ -152,7 +153,7 @@ impl Triggered {
         }
     }
 
-    /// The next file whose name is free.
+    /// Creates the next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
             let made = (self.make)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
@@ -163,7 +164,8 @@ impl Triggered {
         }
     }
 
-    /// Writes what the ring has of the present file, at most so many bytes; answers whether there is more.
+    /// Writes the messages of the present file that the ring has, at most `most` bytes. Returns whether there
+    /// are more.
     fn catch_up(&mut self, most: usize) -> bool {
         let mut written = 0;
         loop {
@@ -189,7 +191,8 @@ impl Triggered {
         }
     }
 
-    /// The present file takes no more. The ring goes on, and the next firing tries again.
+    /// Abandons the present file after an error. The ring continues, and the next firing starts a new
+    /// attempt.
     fn failed(&mut self, trouble: &str) {
         let Some(current) = &mut self.current else {
             return;
@@ -206,7 +209,7 @@ impl Triggered {
         }
     }
 
-    /// The time after the last firing is over.
+    /// Ends the present file, after the time that follows the last firing.
     fn end(&mut self) {
         let Some(current) = &mut self.current else {
             return;
@@ -226,7 +229,7 @@ impl Triggered {
         self.current = None;
     }
 
-    /// Tells others how the files are doing.
+    /// Updates the status of the files.
     fn note(&self) {
         let mut files = lock(&self.shared.files);
         if let Some(current) = &self.current {
@@ -239,12 +242,12 @@ impl Triggered {
     }
 
     fn tell(&mut self, place: usize, happened: Happened) {
-        // Not under the lock: whoever is told may look at the status.
+        // The lock is released first, because the callback may read the status.
         let written = lock(&self.shared.files)[place].clone();
         (self.on_file)(happened, &written);
     }
 
-    /// What was lost before it came here goes into the ring, so that a file says so if it was in its time.
+    /// Records in the ring what was lost before it arrived here, so that the file of that time reports it.
     fn losses(&mut self, now: Nanos) {
         for channel in 0..self.channels.len() {
             let Channel::Lane(lane) = &self.channels[channel] else {
@@ -291,7 +294,7 @@ impl Sink for Triggered {
             content,
         });
         if self.shared.lossless {
-            // Virtual time waits for the disk, so nothing has to go before it is written.
+            // Virtual time waits for the disk, so no message is removed from the ring before it is written.
             self.catch_up(usize::MAX);
         }
     }
@@ -304,7 +307,7 @@ impl Sink for Triggered {
         }
         let Some(current) = &mut self.current else {
             self.begin(firing, condition);
-            // The oldest are the first that have to go when memory is full.
+            // If the memory is full, the oldest messages are removed first, so they are written at once.
             self.catch_up(if self.shared.lossless { usize::MAX } else { AT_ONCE });
             return;
         };

@@ -1,4 +1,5 @@
-//! All that comes, from the beginning of the recording to its end or to where the disk takes no more: in one file, or in parts.
+//! Writes all messages, from the beginning of the recording to its end or until the disk accepts no more, to
+//! one file or to parts.
 
 use std::io;
 use std::sync::Arc;
@@ -13,17 +14,17 @@ use crate::recorder::OnTrouble;
 use crate::trigger::Firing;
 use crate::writer::Times;
 
-/// Everything goes to one file, or to one after the other.
+/// The sink of a recording of everything, in one file or in parts.
 pub(crate) struct Whole {
     shared: Arc<Shared>,
-    /// None once the disk takes no more.
+    /// `None` once the disk accepts no more.
     file: Option<Begun>,
     channels: Vec<Channel>,
     on_trouble: OnTrouble,
     split: Option<Split>,
-    /// Parts that have ended, and of which the disk has not said that it has them.
+    /// Ended parts that the disk has not confirmed yet.
     ending: Vec<Ended>,
-    /// Messages and bytes of the parts of which it has.
+    /// The numbers of messages and bytes of the parts that the disk has confirmed.
     done: (u64, u64),
     told: bool,
 }
@@ -49,7 +50,7 @@ impl Whole {
         whole
     }
 
-    /// Does something with the file; the first thing that fails is the last that is tried.
+    /// Performs an operation on the file. After the first error there are no further operations.
     fn write(&mut self, act: impl FnOnce(&mut Begun) -> io::Result<()>) {
         let Some(file) = &mut self.file else {
             return;
@@ -59,12 +60,12 @@ impl Whole {
         self.go_on(done);
     }
 
-    /// Goes on, or ends here if something failed.
+    /// Ends the recording if the operation failed.
     fn go_on(&mut self, done: io::Result<()>) {
         let Err(error) = done else {
             return;
         };
-        // What is in no chunk yet goes nowhere, nor does what the disk has not had when it failed.
+        // What is in no chunk yet is lost, and so is what the disk had not stored when it failed.
         self.ending.extend(self.file.take().map(Begun::ended));
         let mut lost = 0;
         for mut ended in self.ending.drain(..) {
@@ -82,7 +83,7 @@ impl Whole {
         }
     }
 
-    /// The next part begins at this time.
+    /// Starts the next part at this time.
     fn part(&mut self, time: Nanos) {
         let (Some(split), Some(mut file)) = (&mut self.split, self.file.take()) else {
             return;
@@ -96,7 +97,7 @@ impl Whole {
         self.go_on(done);
     }
 
-    /// Hears what the disk has said of parts that have ended, and deletes those that are too many.
+    /// Collects the results of the disk for ended parts, and deletes parts beyond the limit.
     fn tend(&mut self) -> io::Result<()> {
         let mut said = Ok(());
         for mut ended in std::mem::take(&mut self.ending) {
@@ -116,7 +117,7 @@ impl Whole {
         said.and_then(|()| self.split.as_mut().map_or(Ok(()), |split| split.prune(under_way)))
     }
 
-    /// Tells others how it is doing.
+    /// Updates the status.
     fn note(&self) {
         let (mut kept, mut bytes) = self.done;
         for ended in &self.ending {
@@ -176,7 +177,7 @@ impl Sink for Whole {
         if let Some(split) = &mut self.split {
             lost = split.lost(lost);
         }
-        // Waits until the disk has it.
+        // This waits until the disk has stored the file.
         self.write(|file| file.finish(&lost));
         let ended: Vec<_> = self.ending.iter_mut().map(Ended::wait).collect();
         self.go_on(ended.into_iter().collect());

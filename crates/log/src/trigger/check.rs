@@ -1,5 +1,5 @@
-//! Looks through an expression before it is ever asked: whether all it names is there, and its parts go together. What depends on
-//! values, such as an index past the end of a list, cannot be seen here.
+//! Checks an expression before its first evaluation: all names must exist, and the kinds of values must fit.
+//! Mistakes that depend on values, such as an index past the end of a list, cannot be detected here.
 
 mod calls;
 
@@ -14,13 +14,13 @@ use jde_board::nearest;
 use super::condition::{Reason, Wrong};
 use super::kind::Kind;
 
-/// Finds a variable by its name as it is written in an expression: its full name, and its type.
+/// Finds a variable by its name in an expression. Returns its full name and its type.
 pub(super) type Find<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
 
-/// The kind of an expression's value, and the variables that it names as they are written in it.
+/// Returns the kind of an expression's value, and the names of its variables as the expression writes them.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first mistake.
 pub(super) fn check<'n>(
     program: &Program,
     variable: &Find<'_, 'n>,
@@ -41,7 +41,7 @@ struct Checker<'a, 'n> {
     program: &'a Program,
     variable: &'a Find<'a, 'n>,
     known: &'a BTreeMap<String, Arc<Type>>,
-    /// Names that a list's elements have within `exists` and the like, innermost last.
+    /// The names of a list's elements within `exists` and similar macros, innermost last.
     bound: Vec<(String, Kind)>,
     used: BTreeSet<String>,
 }
@@ -99,7 +99,7 @@ impl Checker<'_, '_> {
         found.map(|(_, kind)| kind.clone())
     }
 
-    /// A variable by its two names, or a field of what is before the point.
+    /// Checks a variable, `owner.name`, or a field of the operand.
     fn select(&mut self, id: u64, select: &SelectExpr) -> Result<Kind, Wrong> {
         if let Expr::Ident(owner) = &select.operand.expr
             && self.bound(owner).is_none()
@@ -147,7 +147,7 @@ impl Checker<'_, '_> {
         }
     }
 
-    /// `exists`, `all`, `map` and the like.
+    /// Checks `exists`, `all`, `map` and similar macros.
     fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Wrong> {
         let range = self.kind(&comprehension.iter_range)?;
         let element = match range {

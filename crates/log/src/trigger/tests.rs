@@ -1,4 +1,4 @@
-//! Conditions as users write them, right and wrong, and the moments at which they fire.
+//! Conditions as users write them, valid and invalid, and the moments at which they fire.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ fn triggers(conditions: &[&str]) -> Triggers {
     Triggers::new(names(), conditions)
 }
 
-/// When and why a single condition fires while a value comes every 20 ms.
+/// Returns the indices of the values at which a condition fires, while a value arrives every 20 ms.
 fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> {
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();
@@ -48,7 +48,7 @@ fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> 
         .collect()
 }
 
-/// What is said of a condition that is none.
+/// Returns the message about an invalid condition.
 fn refused(condition: &str) -> String {
     let bad = Condition::new(condition, &names()).unwrap_err();
     assert_eq!(bad.condition, condition);
@@ -329,7 +329,7 @@ fn happened(time_s: f64, kind: &str, schema: &str) -> Line {
     })
 }
 
-/// What a condition says of a story, and when.
+/// Returns the firings of a condition for a story, with their times.
 fn told(condition: &str, story: &[Line]) -> Vec<String> {
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();

@@ -1,5 +1,5 @@
-//! The value of a variable as an expression sees it: a field is read when the expression asks for it, and nothing else is copied
-//! or looked at.
+//! The value of a variable as an expression reads it. A field is decoded when the expression reads it; no
+//! other field is copied or decoded.
 
 use std::fmt;
 
@@ -9,10 +9,10 @@ use cel::common::types::{CelBool, CelDouble, CelInt, CelList, CelString, CelUInt
 use cel::common::value::{CowVal, Val};
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-/// What `type(x)` says of structures, all of which are told apart before the start.
+/// The result of `type(x)` for all structures. The check before the start distinguishes their types.
 static STRUCTURE: CelType = CelType::new_unspecified_type("structure");
 
-/// The value that the bytes are.
+/// Wraps the bytes of a value for an expression.
 pub(super) fn of<'v>(value_type: &'v Type, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
     match (value_type.as_number(), value_type.fields.first()) {
         (Some(_), Some(number)) => field(number, bytes),
@@ -28,7 +28,7 @@ struct Structure<'v> {
 
 fn field<'v>(field: &'v Field, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
     let size = field.kind.bytes();
-    // A length that lies is the capacity.
+    // A length beyond the capacity counts as the capacity.
     let count = field
         .form
         .length_offset()

@@ -1,4 +1,4 @@
-//! Makes recordings of the applications as they are delivered.
+//! Records drives of the delivered applications.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ use jde_log::{Origin, Recorder, Recording, Selection};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
 
-/// What an operator does.
+/// An action of an operator.
 pub(crate) type Act = fn(&Handle);
 
 /// A recorded drive of safe-navigation.
@@ -32,7 +32,7 @@ impl Scene {
         Self::new(name, limit, Some(speed), only, &[])
     }
 
-    /// In lockstep, with what operators do at times, ns.
+    /// Records in lockstep, with actions of operators at times in ns.
     pub(crate) fn operated(name: &str, limit: u64, acts: &[(u64, Act)]) -> Self {
         Self::new(name, limit, None, &[], acts)
     }
@@ -90,7 +90,7 @@ impl Scene {
         app::load(&file, &sets, &self.plugins).unwrap_or_else(|faults| panic!("{faults}"))
     }
 
-    /// How many selections were recorded.
+    /// Returns the number of recorded selections.
     pub(crate) fn decisions(&self) -> u64 {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap();
@@ -99,7 +99,7 @@ impl Scene {
             .count() as u64
     }
 
-    /// What was told of that kind, in words.
+    /// Returns the texts of the recorded events of this kind.
     pub(crate) fn told(&self, kind: &str) -> Vec<String> {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
@@ -125,7 +125,7 @@ impl Scene {
     }
 }
 
-/// The plugins of safe-navigation, from their files anew.
+/// Returns the plugins of safe-navigation, newly loaded from their files.
 pub(crate) fn built() -> Plugins {
     plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
 }
@@ -143,7 +143,7 @@ fn watch(recorder: &Arc<Recorder>, selection: Selection) -> BeforeStart {
     })
 }
 
-/// The folder of the plugins `names`, built if need be.
+/// Returns the plugins `names`. The first call builds them.
 fn plugins(names: &[&str]) -> Plugins {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Drives of the example of the paper, recorded and taken again with its own plugins: what is as it was, and what is not.
+//! Drives of the paper's example, recorded and replayed with its own plugins: what is equal, and what is not.
 
 mod drives;
 mod troupe;
@@ -180,7 +180,7 @@ fn another_application_is_told_apart_before_it_is_replayed() {
             .any(|words| words.starts_with("goon.period starts with 0.1 s")),
         "{differences:?}"
     );
-    // With the values of then it is the same again.
+    // With the recorded values it is equal again.
     let mut restored = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
     drive.restore(&mut restored, |_| false);
     assert_eq!(drive.differences(&restored), [""; 0]);
@@ -247,7 +247,7 @@ fn r14_what_people_did_to_panels_is_done_again() {
         "touched.mcap",
         30 * SECOND,
         &[
-            // Numbers that no decimal fraction of few digits tells exactly.
+            // Numbers that no short decimal fraction represents exactly.
             (2 * SECOND, |handle| click(handle, 0.1 + 0.2, 2.0_f64.sqrt())),
             (9 * SECOND, |handle| touch(handle, "clear", Touch::Pressed)),
             (12 * SECOND, |handle| {

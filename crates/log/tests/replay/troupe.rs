@@ -1,5 +1,6 @@
-//! A troupe made to be hard to take again: senses that nobody can guess, derived values, a father that arbitrates, wakes its
-//! children apart, modulates them by the clock and changes its policy, a schema that fails now and then, and one with many inputs.
+//! A group of schemas that is hard to replay: unpredictable sensors, derived values, a father that
+//! arbitrates, wakes its children at different times, modulates them by the clock and changes its policy, a
+//! schema that fails now and then, and one with many inputs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -66,7 +67,7 @@ struct Above {
     effort: Actuator<f64>,
 }
 
-/// Looks at the same through more inputs than a turn has room for.
+/// A schema that reads the same value through more inputs than a turn has room for.
 macro_rules! many {
     ($first:ident, $($input:ident),*; $last:ident) => {
         /// What the last input showed, long after the first.
@@ -105,7 +106,7 @@ macro_rules! many {
 many!(i00, i01, i02, i03, i04, i05, i06, i07, i08, i09, i10, i11, i12, i13, i14, i15, i16, i17, i18, i19, i20, i21, i22, i23, i24, i25,
     i26, i27, i28, i29, i30, i31, i32; i33);
 
-/// Others go on meanwhile, in real time.
+/// Lets other threads continue, in real time.
 fn dawdle(cx: &Context, time: Duration) {
     let since = Instant::now();
     while cx.require_real_time().is_ok() && since.elapsed() < time {
@@ -174,7 +175,7 @@ impl Schema for Leader {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.one.wake(cx);
         if self.turns == 0 {
-            // One has looked, and its level has selected, long before the other is there.
+            // One has checked, and its level has selected, long before the other is awake.
             dawdle(cx, Duration::from_millis(30));
         }
         self.turns += 1;
@@ -184,7 +185,7 @@ impl Schema for Leader {
             self.other.wake(cx);
         }
         if self.turns % 20 == 5 {
-            // Its level selects by the policy before, and then by this.
+            // Its level selects by the previous policy, and then by this one.
             dawdle(cx, Duration::from_millis(8));
             self.one.set_policy(cx, Policy::Urgency);
             dawdle(cx, Duration::from_millis(8));
@@ -254,7 +255,8 @@ fn application(plugins: &Plugins, text: &str) -> Application {
     app::parse(text, Path::new("troupe.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Records until that many levels were sensed; answers with the recording, and how many selections it has.
+/// Records until `levels` levels were sensed. Returns the application's text, and the number of recorded
+/// selections.
 fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
     let plugins = plugins();
     let text = format!("{head}{TEXT}");
@@ -325,7 +327,7 @@ fn same(head: &str, real: bool) {
     let values = verdict.values.expect("turns tell what schemas wrote");
     assert_eq!((values.different, values.unknown), (0, Vec::new()));
     assert!(values.same > 1000, "{}", values.same);
-    // The same is wanted, and the opposite done.
+    // The same selections, and the opposite commands.
     let verdict = again(&file, &text.replace("strength  = 1.0", "strength  = -1.0"));
     assert_eq!(verdict.comparison.different, 0);
     let values = verdict.values.expect("turns tell what schemas wrote");
@@ -338,7 +340,7 @@ fn same(head: &str, real: bool) {
     assert_eq!((&*first.then, &*first.now), ("1", "-1"));
     assert_eq!(values.different, first.count);
     assert!(first.count > 10 && values.same > 1000, "{values:#?}");
-    // A twelfth of what it bore is too much now.
+    // The schema now fails at an input that it accepted before, a twelfth lower.
     let verdict = again(&file, &text.replace("fragile   = 0.98", "fragile   = 0.9"));
     assert!(!verdict.is_same());
 }

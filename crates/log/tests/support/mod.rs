@@ -1,10 +1,10 @@
-//! What the tests of recordings share.
+//! Shared code of the tests of recordings.
 
 use std::time::SystemTime;
 
 use jde_log::{Options, Origin};
 
-/// A recording of nobody's, that panics when the disk takes no more.
+/// Options for a recording without an application. It panics when the disk accepts no more.
 pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
     Options {
         origin: Origin {

@@ -1,4 +1,4 @@
-//! Disks that run full while a file is written, and before it is.
+//! Disks that become full before or while a file is written.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -17,7 +17,7 @@ use crate::writer;
 
 const SECOND: Nanos = 1_000_000_000;
 
-/// A disk on which the second file gets so many bytes and the third none at all.
+/// A disk that accepts a limited number of bytes of the second file and none of the third.
 struct Small {
     file: File,
     room: usize,
@@ -38,7 +38,7 @@ impl Write for Small {
     }
 }
 
-/// How many files were made.
+/// The number of files that were created.
 static MADE: Mutex<usize> = Mutex::new(0);
 
 fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
@@ -53,7 +53,7 @@ fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> 
     Ok((Box::new(Small { file, room }), None))
 }
 
-/// In `drive.mcap` of a folder, whose files are made so.
+/// Returns a sink for `drive.mcap` in a folder, which creates its files by `make`.
 fn sink(folder: &Path, make: Make, on_file: OnFile) -> Triggered {
     let shared = Arc::new(Shared::new(sync_channel(1).0, true));
     let origin = Origin {
@@ -120,7 +120,8 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     );
     sink.open(Channel::Lane(Arc::new(lane)));
 
-    // Ten values a second for 200 s, and a firing every 40 s. What does not compress fills the disk.
+    // Ten values a second for 200 s, and a firing every 40 s. The values do not compress, so they fill the
+    // disk.
     let mut noise = 1_u64;
     for number in 0..2000 {
         let mut data = vec![0, 1, 0, 0];
@@ -159,7 +160,7 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
             (Happened::Ended, "drive-001.mcap"),
             (Happened::Began, "drive-002.mcap"),
             (Happened::Failed, "drive-002.mcap"),
-            // The third cannot even be begun, which is no news; the fourth takes its name.
+            // The third file cannot even be started, which is not reported again. The fourth takes its name.
             (Happened::Began, "drive-003.mcap"),
             (Happened::Ended, "drive-003.mcap"),
             (Happened::Began, "drive-004.mcap"),
@@ -167,10 +168,10 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
         ]
     );
     let files = lock(&shared.files).clone();
-    // 10 s before, 5 s after, the firing, and what was in force at the beginning.
+    // 10 s before, 5 s after, the firing, and the value in force at the beginning.
     let whole = 10 * 15 + 2;
     for (place, file) in files.iter().enumerate() {
-        // Of what was in force, a file that was never begun knows nothing.
+        // A file that was never started does not count the value in force.
         let known = whole - u64::from(place == 2);
         assert_eq!(file.kept + file.lost, known, "{file:?}");
         assert_eq!(file.trouble.is_some(), [1, 2].contains(&place), "{file:?}");

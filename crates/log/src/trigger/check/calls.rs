@@ -1,5 +1,5 @@
-//! What operators and functions take, and what they make of it. Arithmetic is of two numbers of one kind, as CEL has it; numbers of
-//! all kinds compare.
+//! The kinds of values that operators and functions accept and return. Arithmetic needs two numbers of the
+//! same kind, as in CEL. Comparison accepts numbers of all kinds.
 
 use cel::common::ast::operators;
 use jde_board::nearest;
@@ -7,7 +7,7 @@ use jde_board::nearest;
 use crate::trigger::condition::Reason;
 use crate::trigger::kind::Kind;
 
-/// Functions of the language that are not operators, for those who mean one of them.
+/// The functions that are not operators, to suggest one for a misspelt name.
 const FUNCTIONS: [&str; 20] = [
     "size",
     "int",
@@ -31,10 +31,10 @@ const FUNCTIONS: [&str; 20] = [
     "math.trunc",
 ];
 
-/// The kind of what an operator or a function makes of values of these kinds.
+/// Returns the kind of the result of an operator or a function for values of these kinds.
 ///
 /// # Errors
-/// It takes others, or there is no such function.
+/// It does not accept these kinds, or it does not exist.
 pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
     let unfit = |what: &str| {
         let kinds: Vec<_> = kinds.iter().map(Kind::to_string).collect();
@@ -156,7 +156,7 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
     }
 }
 
-/// The function that was probably meant.
+/// Returns the function that the author probably intended.
 fn meant(name: &str) -> Option<&'static str> {
     let of_math = FUNCTIONS
         .into_iter()
