@@ -33,7 +33,7 @@ pub enum Event {
         /// The new health.
         health: Health,
     },
-    /// A selection (R15). [`Event::Took`] reports the time to the winner's first iteration later.
+    /// A selection (R15). [`Event::Took`] later reports the time to the winner's first iteration.
     Decided(Record),
     /// A new winner began its first iteration.
     Took {

@@ -11,7 +11,7 @@ use jde_panel::{Gesture, List, Touch};
 
 /// The most drawings of a panel per second: more is not visible.
 pub const MOST_RATE: f64 = 30.0;
-/// The fewest drawings per second.
+/// The fewest drawings per second; a viewer that needs fewer registers for each.
 const LEAST_RATE: f64 = 0.01;
 /// Drawing takes at most one part in this many of a schema's time.
 pub(crate) const SHARE: u32 = 20;

@@ -74,7 +74,7 @@ pub struct SchemaView {
     /// The id of its own process; `None` while it has none.
     #[serde(default)]
     pub process: Option<u32>,
-    /// The result of its reloads; `None` if it runs the build with which it started.
+    /// The result of its reloads; `None` before one took over or failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reload: Option<ReloadView>,
 }

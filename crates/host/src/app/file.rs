@@ -8,7 +8,7 @@ use super::Faults;
 use super::report::{Report, quote};
 use super::suggest::nearest;
 
-/// The largest application file: enough for twenty thousand schemas.
+/// The largest application file: enough for twenty thousand schemas. A larger file is no application.
 const MOST_BYTES: u64 = 2 << 20;
 /// Returns the text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Faults> {

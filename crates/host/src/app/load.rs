@@ -43,7 +43,7 @@ pub fn parse(
     read(text, path, overrides, catalogue, false)
 }
 
-/// Reads and checks a text. With `look`, the files that it names must exist.
+/// Reads and checks a text. With `look`, also checks that required files exist.
 fn read(
     text: &str,
     path: &Path,

@@ -7,32 +7,34 @@
 //! ```toml
 //! name     = "patrol"                 # the file's name if left out
 //! doc      = "Walks its round."
-//! roots    = ["teleop", "patrol"]     # the top level (R13); the first wins a collision. Several levels: [roots.NAME] with members
+//! roots    = ["teleop", "patrol"]     # the top level (R13), in priority order; or [roots.NAME] with members
 //! plugins  = ["../target/release"]    # more folders to look for plugins in
 //! seed     = 7                        # 0 if left out
-//! mission  = "patrol.mission"         # an export of type jde_msgs/msg/Mission that says when it is done; or { from, stalls = "60s" }
+//! mission  = "patrol.mission"         # a jde_msgs/msg/Mission, which states when it is done; or { from, stalls }
 //! executor = "threads"                # or "pool"
-//! root     = { policy = "priority" }  # as a group below
-//! link     = { listen = ["tls/0.0.0.0:7447"] } # see [`link`]; without it nobody but its own user reaches it
+//! root     = { policy = "priority" }  # with the keys of a group below
+//! link     = { listen = ["tls/0.0.0.0:7447"] } # see [`link`]; if left out, only the same user can connect
 //!
 //! [schemas.patrol]
-//! type      = "walk/patrol"           # plugin/schema; just the plugin if that leaves no doubt
+//! type      = "walk/patrol"           # plugin/schema; the plugin alone if that is unambiguous
 //! doc       = "From door to door."
 //! period    = "75ms"                  # or "10 Hz", or seconds; the type's if left out
 //! budget    = "5ms"                   # longest iteration; the type's if left out
-//! hang      = "200ms"                 # a call that takes longer is given up; ten budgets and at least 1 s if left out
+//! hang      = "200ms"                 # a longer call is given up; ten budgets and at least 1 s if left out
 //! imports   = { laser = "robot.laser" }       # exports and modulations of any instance
-//! # or exports of another application: "robot2:pioneer.odometry", { from = "robot2:pioneer.odometry", stale = "300ms" }
+//! # or exports of another application: "robot2:pioneer.odometry", or with an age limit:
+//! # { from = "robot2:pioneer.odometry", stale = "300ms" }
 //! triggers  = ["laser"]               # R12; the type's if left out
 //! actuators = { base = "robot.velocity" }     # commands of drivers
 //! children  = { brake = "stop", cruise = "goon" } # this order is the priority order
 //! restart   = { back-off = "500ms", limit = 5, within = "60s" } # the default; or "on-fault", or "never"
-//! isolate   = "process"               # or with limits: { memory = "200 MB", cpu = "2s", network = false, files = "read-only" }
+//! isolate   = "process"               # or with limits:
+//! # { memory = "200 MB", cpu = "2s", network = false, files = "read-only" }
 //! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
 //! # policy: "priority", "urgency", "sticky" (dwell, hysteresis), "round-robin" (turn), "father";
 //! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
-//! # and members (roles), where the type leaves the children to the file
-//! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms", budget = "5ms" }
+//! # also budget = "5ms", and members (roles) if the type leaves the children to the file
+//! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms" }
 //! ```
 
 use std::path::PathBuf;
@@ -115,7 +117,7 @@ pub struct Application {
     pub link: Link,
     /// The variables of other applications that it imports.
     pub remotes: Vec<Remote>,
-    /// What its schemas find missing at present among the files and names in their modulations, or why one
+    /// Things named by modulations that the schemas find unavailable at present, or why a schema
     /// could not be inspected. Not a reason to refuse the start.
     pub concerns: Option<Faults>,
 }
@@ -182,7 +184,7 @@ pub enum Binding {
     },
     /// Writes its own variable.
     Export,
-    /// Is written by its father and operators.
+    /// Is written by fathers and operators.
     Modulation {
         /// Value at the start, as large as the port's type.
         initial: Vec<u8>,

@@ -28,7 +28,7 @@ pub(super) struct Outline<'a> {
     pub(super) executor: Executor,
     pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
-    /// Files that the application names must exist.
+    /// Whether to check that required files exist.
     pub(super) look: bool,
 }
 

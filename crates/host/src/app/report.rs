@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::fault::{Fault, Faults, Place};
 
 /// The most faults that are kept with a message and a position, which may take long to compute. Further
-/// faults are only counted.
+/// ones are only counted: few are corrected at once.
 const MOST: usize = 200;
 /// The longest piece of a file that is repeated in a message, in characters.
 const LONGEST_QUOTE: usize = 60;

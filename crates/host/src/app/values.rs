@@ -27,7 +27,7 @@ pub fn is_path(unit: &str) -> bool {
 pub(super) struct Paths<'p> {
     /// The folder of relative paths.
     pub(super) folder: &'p Path,
-    /// Whether files of unit [`FILE`] must exist.
+    /// Whether to check that files of unit [`FILE`] exist.
     pub(super) look: bool,
 }
 

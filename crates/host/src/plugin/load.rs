@@ -40,7 +40,7 @@ pub(crate) struct Functions {
     table: raw::Schema,
 }
 
-// SAFETY: a plugin's tables are immutable and live until the process ends; nothing in them belongs to a thread.
+// SAFETY: a plugin's tables are immutable, live until the process ends, and are bound to no thread.
 unsafe impl Send for Loaded {}
 // SAFETY: as above.
 unsafe impl Sync for Loaded {}
@@ -63,7 +63,7 @@ pub enum LoadError {
         /// The reason.
         error: std::io::Error,
     },
-    /// The file is no shared library for this machine, or its table has the wrong size.
+    /// The file is no usable plugin library; the reason in words.
     #[error("{0}")]
     Foreign(String),
     /// The file is a valid library that does not claim to be a plugin.
@@ -130,7 +130,7 @@ impl Loaded {
     /// Maps the library `file`; errors name it by `path`, the file that the user knows.
     pub(super) fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
         let held = held(file)?;
-        // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
+        // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|error| LoadError::System(cause(&error, file, path)))?;
         // SAFETY: the symbol is there; its type is checked below before it is used as a table.
@@ -144,7 +144,7 @@ impl Loaded {
         if held < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
         }
-        // SAFETY: the symbol has at least the bytes of the head; the version is looked at before anything behind it.
+        // SAFETY: the symbol has at least the bytes of the head; no byte after it is read before the version.
         let ours = unsafe {
             (&raw const (*table).magic).read() == raw::MAGIC
                 && (&raw const (*table).abi_major).read() == raw::ABI_MAJOR
@@ -161,7 +161,8 @@ impl Loaded {
                 raw::ENTRY_SYMBOL,
             )));
         }
-        // SAFETY: the symbol has the bytes of a table if it is of our version, else of its head; its library stays mapped.
+        // SAFETY: the symbol has the bytes of a table if it is of this version, otherwise those of its head;
+        // its library stays mapped.
         let mut loaded = unsafe { Self::read(table, Some(path.to_owned())) }?;
         // SAFETY: as above, and it was read.
         let catches = unsafe { (&raw const (*table).flags).read() } & raw::PLUGIN_CATCHES != 0;
@@ -176,7 +177,7 @@ impl Loaded {
     unsafe fn read(own: *const raw::Plugin, path: Option<PathBuf>) -> Result<Self, LoadError> {
         // SAFETY: the caller's.
         let description = unsafe { read::plugin(own) }?;
-        // SAFETY: as above, and `read::plugin` walked these tables and found them right.
+        // SAFETY: as above, and `read::plugin` has validated these tables.
         let schemas = unsafe {
             let first = table::read(own).map_err(refused)?.schemas;
             let stride = first.cast::<u32>().read() as usize;

@@ -64,8 +64,9 @@ pub struct Change {
 pub struct Happening {
     /// When, s since the application's start.
     pub time_s: f64,
-    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `left-behind`, `came-back`, `late`, `chatters`, `calmed`,
-    /// `refused`, `operator`, `drag`, `retracted`, `trigger`, `reloaded`, `reload-undone`, `ended`.
+    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `left-behind`, `came-back`, `late`,
+    /// `chatters`, `calmed`, `stalled`, `refused`, `operator`, `drag`, `retracted`, `trigger`,
+    /// `reloaded`, `reload-undone`, `ended`.
     pub kind: String,
     /// The schema concerned, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]

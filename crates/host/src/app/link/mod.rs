@@ -5,16 +5,16 @@
 //!
 //! ```toml
 //! [link]
-//! name          = "robot2"                # how others call it; the application's name if left out
-//! listen        = ["tls/0.0.0.0:7447"]    # the network; none: this machine and this user alone
-//! connect       = ["tls/base.local:7447"] # others to look for, for ever
+//! name          = "robot2"                # its name for others; the application's name if left out
+//! listen        = ["tls/0.0.0.0:7447"]    # further addresses; if left out, this machine and this user alone
+//! connect       = ["tls/base.local:7447"] # others to connect to, with unlimited retries
 //! discover      = false                   # find others by multicast, where it listens
 //! access        = "operate"               # or "read": what clients from the network may do
-//! user          = "lab"                   # with password-file: asked of whoever connects, within TLS
-//! password-file = "link.password"         # holds the password, on its first line
+//! user          = "lab"                   # with password-file: required of clients, within TLS
+//! password-file = "link.password"         # a file with the password on its first line
 //! tls           = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem", clients = true }
-//! stale         = "1s"                    # when what was imported from elsewhere no longer counts
-//! insecure      = false                   # true: speak with whoever is there, although nothing proves who that is
+//! stale         = "1s"                    # when values imported from other applications expire
+//! insecure      = false                   # true: accept peers that are not authenticated
 //! off           = false                   # true: no link at all
 //! ```
 
