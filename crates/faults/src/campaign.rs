@@ -1,4 +1,4 @@
-//! The campaign: case after case until enough faults were injected, each judged by itself.
+//! The campaign: runs cases until enough faults were injected, and judges each separately.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,12 +15,12 @@ use crate::run::{Gear, How, Leaks, Report, run};
 use crate::stage::{Root, Stage};
 use crate::table::Table;
 
-/// How long a case may take of the machine's time, processes included, before it counts as one that never ends.
+/// Longest real time of a case, including its processes, before it counts as hanging.
 const CASE: Duration = Duration::from_secs(120);
 
-/// Bytes that a case loses which is told to lose memory.
+/// Bytes that a case leaks on purpose.
 const LOST: usize = 4 << 20;
-/// Shares of all faults, by where they are injected.
+/// Shares of all faults by clock and application.
 const SHARES: [(Clock, What, u64); 5] = [
     (Clock::Lockstep, What::Demo, 30),
     (Clock::Lockstep, What::Hundred, 30),
@@ -29,58 +29,58 @@ const SHARES: [(Clock, What, u64); 5] = [
     (Clock::Outside, What::Demo, 5),
 ];
 
-/// What a campaign is.
+/// The parameters of a campaign.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// What all choices follow from.
+    /// The seed of all random choices.
     pub seed: u64,
-    /// Faults.
+    /// The number of faults.
     pub count: u64,
-    /// The kinds of these alone.
+    /// Only faults of these kinds.
     pub kinds: Vec<Kind>,
-    /// By these clocks alone.
+    /// Only cases of these clocks.
     pub clocks: Vec<Clock>,
-    /// This case alone.
+    /// Only this case.
     pub case: Option<Case>,
-    /// More folders of plugins.
+    /// Additional folders of plugins.
     pub plugins: Vec<PathBuf>,
-    /// The executable, for processes of its own.
+    /// The executable for cases in processes of their own.
     pub jde: Option<PathBuf>,
-    /// Where the workspace is.
+    /// The root of the workspace.
     pub root: Root,
     /// Whether periods are judged in real time.
     pub rhythm: bool,
-    /// A lie, to see that it is found.
+    /// False data for the observer, to test that it finds them.
     pub tamper: Option<Tamper>,
 }
 
-/// Hears how it goes.
+/// Receives the progress of a campaign.
 pub trait Progress {
-    /// A case begins.
+    /// A case begins; `injected` faults were injected before.
     fn begins(&mut self, case: Case, injected: u64);
-    /// A case is over.
+    /// A case has ended.
     fn ended(&mut self, report: &Report);
 }
 
-/// What came of a campaign.
+/// The results of a campaign.
 pub struct Finished {
-    /// What was injected and survived.
+    /// The faults injected and survived.
     pub table: Table,
-    /// What the process held at the end, in words.
+    /// The resources that the process held at the end, as text.
     pub held: String,
-    /// Memory that it held beyond what it may.
+    /// Memory beyond the allowed amount.
     pub leak: Option<String>,
-    /// The least share of turns that any bystander had in real time.
+    /// The least share of its turns that a bystander had in real time.
     pub kept: Option<f64>,
-    /// Cases in real time in which periods were not judged, and in which they were.
+    /// The numbers of cases in real time in which periods were not judged, and in which they were.
     pub rhythms: [u64; 2],
 }
 
 impl Campaign {
-    /// Runs it, until it is done or `stop` is set.
+    /// Runs the campaign to its end, or until `stop` is set.
     ///
     /// # Errors
-    /// It cannot be run: plugins, the demonstration or the executable are missing.
+    /// The campaign cannot run: plugins, the demonstration or the executable are missing.
     pub fn run(&self, stop: &AtomicBool, progress: &mut dyn Progress) -> Result<Finished> {
         let gear = Gear::new(&self.plugins)?;
         let mut table = Table::default();
@@ -91,7 +91,7 @@ impl Campaign {
             leaks.warms_up();
             let mut injected = 0;
             let mut number = self.case.map_or(0, |case| case.number);
-            // A case in which nothing fits injects nothing: there are not more of these than this in a row.
+            // Cases without a fitting fault inject nothing. After this many in a row the lane ends.
             let mut empty = 0;
             while injected < quota && empty < 100 && !stop.load(Ordering::Relaxed) {
                 let case = Case { clock, what, number };
@@ -102,7 +102,7 @@ impl Campaign {
                 };
                 progress.begins(case, table.injected());
                 let again = format!("broken: {case} has not ended\n  again: {}", self.again(case));
-                // What hangs then is what the campaign looks for.
+                // A hang is a failure that the campaign has to report.
                 let watchdog = Watchdog::new(CASE, move || again);
                 let report = self.case(&gear, case, most, &mut leaks, stop)?;
                 drop(watchdog);
@@ -150,13 +150,13 @@ impl Campaign {
             tamper: self.tamper,
         };
         let mut report = run(gear, case, &stage, faults, how, stop)?;
-        // The first case makes what all of them use.
+        // The first case creates what all cases share.
         if leaks.is_begun() {
             report.broken.extend(leaks.judge(report.left));
         } else {
             leaks.begin(report.left);
         }
-        // Kept until the process ends, as what leaks is.
+        // Kept until the process ends, like a real leak.
         std::mem::forget((leak, memory));
         Ok(report)
     }
@@ -179,7 +179,7 @@ impl Campaign {
             .collect())
     }
 
-    /// The one command that runs a case again.
+    /// The command that repeats a case.
     #[must_use]
     pub fn again(&self, case: Case) -> String {
         let kinds = if self.kinds.len() == Kind::ALL.len() {
@@ -195,7 +195,7 @@ impl Campaign {
 }
 
 impl Finished {
-    /// What was run, on what, and what was measured beside the table.
+    /// The parameters, the machine and the measurements besides the table.
     #[must_use]
     pub fn words(&self, campaign: &Campaign) -> String {
         let processors = std::thread::available_parallelism().map_or(0, usize::from);

@@ -1,43 +1,44 @@
-//! The name of a case: one application that runs with some faults. All that happens in it follows from the seed and this name.
+//! The name of a case: one run of an application with some faults. The seed and this name determine
+//! everything in it.
 
 use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context as _, bail};
 
-/// By whose time it runs.
+/// The clock and the process of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum Clock {
-    /// Virtual time, one thread.
+    /// Virtual time on one thread.
     Lockstep,
-    /// The machine's time, in this process.
+    /// Real time, in this process.
     RealTime,
-    /// The machine's time, in processes of their own.
+    /// Real time, in processes of their own.
     Outside,
 }
 
-/// What runs.
+/// The application of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum What {
-    /// Safe navigation, with schemas that misbehave among its own.
+    /// Safe navigation, with additional schemas that misbehave on command.
     Demo,
-    /// A hundred schemas in groups deep and wide.
+    /// A hundred schemas in deep and wide groups.
     Hundred,
 }
 
-/// An application that runs with some faults.
+/// One run of an application with some faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Case {
-    /// By whose time.
+    /// The clock.
     pub clock: Clock,
-    /// What runs.
+    /// The application.
     pub what: What,
-    /// Which of those.
+    /// The number among cases of this clock and application.
     pub number: u64,
 }
 
 impl Clock {
-    /// What people type and read.
+    /// The name on the command line and in output.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -49,7 +50,7 @@ impl Clock {
 }
 
 impl What {
-    /// What people type and read.
+    /// The name on the command line and in output.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,16 +1,17 @@
-//! Numbers that look random and are the same for the same seed: which fault, where and when. Nothing here is secret.
+//! Reproducible pseudorandom numbers, which choose the faults, their places and times. Nothing here is
+//! secret.
 
-/// SplitMix64 (Steele, Lea and Flood, 2014): small, and good enough to choose faults with.
+/// SplitMix64 (Steele, Lea and Flood, 2014): small, and sufficient to choose faults.
 #[derive(Clone, Debug)]
 pub struct Chance {
     state: u64,
 }
 
 impl Chance {
-    /// That of a seed and the words for what it is for.
+    /// The generator for a seed and a purpose.
     #[must_use]
     pub fn new(seed: u64, purpose: &str) -> Self {
-        // FNV-1a: the same words are the same numbers on every machine.
+        // FNV-1a gives the same number for the same text on every machine.
         let mixed = purpose.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
         });
@@ -28,20 +29,20 @@ impl Chance {
         z ^ (z >> 31)
     }
 
-    /// One from `least` to `most`, both included.
+    /// A number from `least` to `most`, both included.
     pub fn between(&mut self, least: u64, most: u64) -> u64 {
         least + self.draw() % (most - least + 1)
     }
 
-    /// Whether something comes to pass that does so once in `times`.
+    /// `true` with a probability of one in `times`.
     pub fn once_in(&mut self, times: u64) -> bool {
         self.draw().is_multiple_of(times)
     }
 
-    /// One of them.
+    /// One of the elements.
     ///
     /// # Panics
-    /// If there is none.
+    /// If `all` is empty.
     pub fn pick<T: Copy>(&mut self, all: &[T]) -> T {
         all[self.draw() as usize % all.len()]
     }

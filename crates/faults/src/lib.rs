@@ -1,5 +1,6 @@
-//! A campaign of faults: hundreds of them, of every kind, at random moments in running applications, and an observer that says what
-//! does not hold all the same. One seed gives one campaign. It mends nothing and excuses nothing.
+//! A campaign of faults: hundreds of faults of every kind, injected at random times into running
+//! applications, and an observer that reports violated rules. The same seed gives the same campaign. It
+//! repairs nothing and excuses nothing.
 
 pub mod campaign;
 pub mod case;

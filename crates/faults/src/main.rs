@@ -1,5 +1,5 @@
-//! `cargo xtask faults`: runs a campaign of faults and prints what was injected and survived. Exit status 0 only if everything was,
-//! 1 if something was not, 2 if the campaign could not be run.
+//! `cargo xtask faults`: runs a campaign of faults and prints what was injected and survived. Exit status 0
+//! if every fault was survived, 1 if not, 2 if the campaign could not run.
 
 mod page;
 mod screen;
@@ -22,11 +22,12 @@ use jde_host::plugin::Plugins;
 use screen::Screen;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-/// Inject hundreds of faults of every kind into running applications, and see that the rules hold all the same.
+/// Inject hundreds of faults of every kind into running applications, and check that the rules still hold.
 ///
-/// Two applications run, again and again: the demonstration with schemas among its own that misbehave when told, and one of a
-/// hundred schemas; in lockstep, in real time, and in processes of their own. An observer judges all the while: R1, R5, R7, R9 and
-/// R10, no motion that nobody commands, every other schema's period, nothing left over. One seed gives one campaign.
+/// Two applications run repeatedly: the demonstration with additional schemas that misbehave on command, and
+/// one of a hundred schemas. They run in lockstep, in real time, and in processes of their own. An observer
+/// checks R1, R5, R7, R9 and R10, that nothing moves without a command, that every other schema keeps its
+/// period, and that nothing leaks. The same seed gives the same campaign.
 #[derive(Parser)]
 #[command(
     name = "cargo xtask faults",
@@ -40,37 +41,37 @@ use signal_hook::consts::{SIGINT, SIGTERM};
   cargo xtask faults --save docs/faults.md"
 )]
 struct Arguments {
-    /// What all choices follow from.
+    /// Seed of all random choices.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How many faults.
+    /// Number of faults.
     #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
-    /// This kind alone (may be repeated).
+    /// Inject only this kind (may be repeated).
     #[arg(long, value_name = "KIND", hide_possible_values = true, help = kinds())]
     kind: Vec<Kind>,
-    /// There alone (may be repeated).
+    /// Run only cases under this clock (may be repeated).
     #[arg(long, value_name = "WHERE")]
     only: Vec<Clock>,
-    /// This case alone, as a failure names it.
+    /// Run only this case, named as in a failure.
     #[arg(long, value_name = "CASE", conflicts_with_all = ["count", "only", "save"])]
     case: Option<Case>,
     /// Print the application of --case instead of running it.
     #[arg(long, requires = "case")]
     application: bool,
-    /// Put the table into the page of that file, between its two marks.
+    /// Write the table into this file, between its two marks.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// One more folder with plugins (may be repeated).
+    /// Another folder with plugins (may be repeated).
     #[arg(long, value_name = "DIR")]
     plugins: Vec<PathBuf>,
     /// The executable for the cases in processes of their own [default: the one beside this program].
     #[arg(long, value_name = "FILE")]
     jde: Option<PathBuf>,
-    /// Do not judge periods in real time, on a machine that is full of other work.
+    /// Do not judge periods in real time, for a machine under other load.
     #[arg(long)]
     no_rhythm: bool,
-    /// Lie to the observer, to see that it is found.
+    /// Give the observer false data, to test that it finds them.
     #[arg(long, value_name = "LIE", hide = true)]
     tamper: Option<Tamper>,
 }
@@ -93,9 +94,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// This program as the process of one schema.
+/// Runs this program as the process of one schema.
 fn serve_schema() -> ExitCode {
-    // What schemas cry out when they crash on purpose is nobody's to read.
+    // Schemas that crash on purpose print messages that are of no use.
     let quiet = std::fs::File::options().write(true).open("/dev/null");
     if let Ok(quiet) = quiet
         && rustix::stdio::dup2_stderr(&quiet).is_err()
@@ -142,7 +143,7 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        // The second one ends it at once.
+        // A second signal ends the process at once.
         signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))?;
         signal_hook::flag::register(signal, Arc::clone(&stop)).context("the system tells of no signals")?;
     }

@@ -1,4 +1,5 @@
-//! The table of a campaign in a page of the documentation, between two marks. The rest of the page is left alone.
+//! Writes the table of a campaign into a page of the documentation, between two marks. The rest of the page
+//! is not changed.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use anyhow::{Context as _, Result};
 const BEGIN: &str = "<!-- table: cargo xtask faults --save -->\n";
 const END: &str = "<!-- end of table -->\n";
 
-/// Writes the table into a page that has the marks.
+/// Writes the table into a page with the marks.
 pub(crate) fn save(file: &Path, table: &str, words: &str) -> Result<()> {
     let page = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
     let page = with(&page, &format!("{words}\n\n{table}")).with_context(|| {

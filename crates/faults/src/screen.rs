@@ -1,4 +1,5 @@
-//! How a campaign goes: one line that is written over on a terminal, a line now and then in a pipe. All of it to standard error.
+//! Reports the progress of a campaign to standard error: one updated line on a terminal, a line now and then
+//! in a pipe.
 
 use std::io::{IsTerminal as _, Write as _, stderr};
 
@@ -9,10 +10,10 @@ use jde_faults::run::Report;
 /// Faults between two lines in a pipe.
 const EVERY: u64 = 50;
 
-/// Where it goes.
+/// The output.
 pub(crate) struct Screen {
     terminal: bool,
-    /// Every fault is told, for who looks at one case.
+    /// Every fault is printed, for a single case.
     closely: bool,
     count: u64,
     told: u64,
@@ -30,7 +31,7 @@ impl Screen {
         }
     }
 
-    /// Leaves the line.
+    /// Clears the line.
     pub(crate) fn end(&self) {
         if self.terminal {
             self.say("\r\x1b[K");
@@ -38,7 +39,7 @@ impl Screen {
     }
 
     fn say(&self, text: &str) {
-        // Nobody reads it any more: the campaign goes on all the same.
+        // The campaign continues even if standard error is closed.
         let _ = stderr().write_all(text.as_bytes());
         let _ = stderr().flush();
     }

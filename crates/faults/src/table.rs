@@ -1,4 +1,4 @@
-//! The table of what was injected and survived, for terminals and for pages. Figures only; it judges nothing.
+//! The table of faults injected and survived, for terminals and pages. Counts only; it judges nothing.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use crate::case::{Case, Clock, What};
 use crate::plan::Kind;
 use crate::run::Report;
 
-/// The columns: where faults were injected.
+/// The columns: where faults are injected.
 const LANES: [(Clock, What, &str); 5] = [
     (Clock::Lockstep, What::Demo, "lockstep, demo"),
     (Clock::Lockstep, What::Hundred, "lockstep, 100"),
@@ -16,7 +16,7 @@ const LANES: [(Clock, What, &str); 5] = [
     (Clock::Outside, What::Demo, "processes"),
 ];
 
-/// What was counted.
+/// The counts.
 #[derive(Debug, Default)]
 pub struct Table {
     rows: BTreeMap<Kind, Row>,
@@ -31,7 +31,7 @@ struct Row {
 }
 
 impl Table {
-    /// Counts what became of a case.
+    /// Counts the results of a case.
     pub fn add(&mut self, report: &Report) {
         let lane = LANES
             .iter()
@@ -42,26 +42,26 @@ impl Table {
                 row.lanes[lane] += 1;
             }
             row.struck += u64::from(injected.struck);
-            // Of several faults of one case nobody can tell which it was.
+            // Among several faults of one case, the cause cannot be determined.
             row.broke += u64::from(!report.broken.is_empty());
         }
         let told = report.broken.iter().map(|broken| (report.case, broken.clone()));
         self.broken.extend(told);
     }
 
-    /// Faults so far.
+    /// The number of faults so far.
     #[must_use]
     pub fn injected(&self) -> u64 {
         self.rows.values().flat_map(|row| row.lanes).sum()
     }
 
-    /// What was broken, each with its case.
+    /// The violations, each with its case.
     #[must_use]
     pub fn broken(&self) -> &[(Case, String)] {
         &self.broken
     }
 
-    /// It, as a table of Markdown that a terminal can show too.
+    /// The table in Markdown, which a terminal can show too.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut lines = vec![

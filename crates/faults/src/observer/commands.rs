@@ -1,4 +1,5 @@
-//! Every command that reaches a driver: who gave it, whether that one might (R7), and whether it still may be in force (R9).
+//! Observes every command to a driver: its writer, whether the writer had authority (R7), and whether the
+//! command may still be in force (R9).
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -13,7 +14,7 @@ use super::history::Standing;
 use super::{Known, Tamper, lock};
 use crate::case::Clock;
 
-/// How long a group may take until its brake is seen, where others need the processor too: a patience and a loaded machine.
+/// Longest time until a group's brake is visible under load, ns: a patience and scheduling delays.
 const SLACK: Nanos = 250_000_000;
 
 /// All commands of an application.
@@ -23,17 +24,18 @@ pub(crate) struct Commands {
     motors: Vec<bool>,
     given: Vec<Given>,
     closed: bool,
-    /// Brakes are not seen, on purpose.
+    /// Hides brakes, to test the observer.
     blind: bool,
 }
 
 /// A command of a driver.
 struct Line {
     neutral: Vec<u8>,
-    /// The schemas that are bound to it.
+    /// The schemas bound to it.
     commanders: Vec<usize>,
     newest: Option<Given>,
-    /// Since when the newest is in force although nobody is there to give it, or to take it over.
+    /// The time since which the newest command is in force although its schema does not hold authority and no
+    /// winner commands the same.
     orphan: Option<Nanos>,
     reader: Reader,
 }
@@ -50,7 +52,7 @@ struct Given {
 }
 
 impl Commands {
-    /// Watches the commands of an application from the first on.
+    /// Watches the commands of an application from the first one on.
     pub(super) fn watch(shared: &Arc<Mutex<Self>>, handle: &Handle, tamper: Option<Tamper>) -> Vec<Watch> {
         let application = handle.application();
         let mut commands = lock(shared);
@@ -85,14 +87,14 @@ impl Commands {
         watches
     }
 
-    /// Nothing that comes from here on is judged.
+    /// Ignores all later commands.
     pub(super) fn close(&mut self) {
         self.closed = true;
-        // Their readers must not outlive the application in what is counted as left over.
+        // Otherwise these readers would count as leaked after the application's end.
         self.lines.clear();
     }
 
-    /// Judges all that was given since the last time, and what is in force.
+    /// Judges all commands since the last call, and those in force.
     pub(super) fn judge(&mut self, known: &mut Known, now: Nanos) {
         for mut given in std::mem::take(&mut self.given) {
             if given.neutral || !self.is_motor(given.writer) {
@@ -149,13 +151,13 @@ impl Commands {
                     "{why}, and a command of `{giver}` to `{name}` is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));
-                // Once.
+                // Reported once.
                 line.newest = None;
             }
         }
     }
 
-    /// Whether any command of this driver that moves something is in force, by a schema or by an absence policy.
+    /// Whether a non-neutral command of this driver is in force, from a schema or from an absence policy.
     pub(super) fn is_driven(&self, driver: &str, now: Nanos) -> bool {
         let of_it = |name: &str| name.split_once('.').is_some_and(|(owner, _)| owner == driver);
         let lines = self.lines.iter().filter(|(name, _)| of_it(name));

@@ -1,14 +1,14 @@
-//! Who held authority when, and which groups hold their last command: what publications are judged by when the dust has settled.
-//! Keeps the last few spans of each schema; nobody is judged by older ones.
+//! When each schema held authority, and which groups hold their last command. Commands are judged by this
+//! afterwards. Only the last spans of each schema are stored; older ones are not needed.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use jde_core::{GroupId, Nanos, SchemaId, Spec, State};
 
-/// Spans of authority that are kept of a schema: more than change hands between two looks.
+/// Spans of authority stored per schema: more than occur between two judgements.
 const KEPT: usize = 64;
 
-/// Since the start.
+/// The history since the start.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     spans: Vec<VecDeque<(Nanos, Option<Nanos>)>>,
@@ -19,21 +19,22 @@ pub(crate) struct History {
     members: Vec<Vec<usize>>,
 }
 
-/// Why a command may be in force.
+/// The standing of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// Who gave it has authority.
+    /// Its writer holds authority.
     Holds,
-    /// That one won instead on its path, and has not commanded yet: right if it or somebody below it commands the same (R7).
+    /// This schema won in its place, and has not commanded yet. Correct if the schema or one of its
+    /// descendants commands the same (R7).
     TakenOver(usize),
-    /// Nobody won, and the group holds its last command for a while (R9).
+    /// No schema won, and the group holds its last command for a time (R9).
     Held,
-    /// Nobody won in that group: it should have braked (R9).
+    /// No schema won in this group, which should have braked (R9).
     Orphan(usize),
 }
 
 impl History {
-    /// Learns who is whose father.
+    /// Reads the hierarchy.
     pub(crate) fn begin(&mut self, spec: &Spec) {
         let count = spec.schemas.len();
         self.spans = vec![VecDeque::new(); count];
@@ -85,7 +86,7 @@ impl History {
         self.holds.insert(group.index(), until);
     }
 
-    /// Somebody gains authority in a group: what it and those below it hold ends (R9).
+    /// A schema gains authority in a group: held commands of this group and those below end (R9).
     pub(crate) fn taken_over(&mut self, group: GroupId, at: Nanos) {
         let groups: Vec<usize> = self.holds.keys().copied().collect();
         for held in groups {
@@ -98,13 +99,13 @@ impl History {
         }
     }
 
-    /// Whether a schema is another or below it.
+    /// Whether a schema is another one or its descendant.
     pub(crate) fn is_of(&self, schema: usize, above: usize) -> bool {
         let father = |schema: &usize| self.fathers[self.group_of[*schema]?];
         std::iter::successors(Some(schema), father).any(|at| at == above)
     }
 
-    /// Whether it held authority at any instant from `from` to `to`.
+    /// Whether the schema held authority at any instant from `from` to `to`.
     pub(crate) fn held_authority(&self, schema: usize, from: Nanos, to: Nanos) -> bool {
         let Some(spans) = self.spans.get(schema) else {
             return false;
@@ -114,7 +115,8 @@ impl History {
             .any(|(begin, end)| *begin <= to && end.is_none_or(|end| end >= from))
     }
 
-    /// Whether the last command from it or those below stands by its group's absence policy, at any instant from `from` on.
+    /// Whether an absence policy holds the last command of the schema or of one above it, at any instant from
+    /// `from` on.
     pub(crate) fn is_held(&self, schema: usize, from: Nanos) -> bool {
         let mut at = Some(schema);
         while let Some(group) = at.and_then(|schema| self.group_of[schema]) {
@@ -126,8 +128,8 @@ impl History {
         false
     }
 
-    /// How a command stands that this schema gave: by the highest group of its path that somebody else won, or nobody. What is
-    /// below sleeps for that, and need not brake by itself.
+    /// The standing of this schema's command: determined by the highest group on its path that another schema
+    /// won, or none. Groups below sleep for that reason, and need not brake themselves.
     pub(crate) fn standing(&self, giver: usize, now: Nanos) -> Standing {
         let mut standing = Standing::Holds;
         let mut at = Some(giver);

@@ -1,6 +1,6 @@
-//! Watches an application from outside and says which rule is broken. It asks none of the code that it watches whether it is well:
-//! states and authority are rebuilt from effects, commands are read from the board, motion from the simulated robot's truth,
-//! and turns are counted.
+//! Observes an application from outside and reports violated rules. It does not rely on the observed code's
+//! own reports: states and authority are rebuilt from effects, commands are read from the board, motion is
+//! read from the simulated robot's ground truth, and turns are counted.
 
 mod commands;
 mod history;
@@ -27,20 +27,20 @@ use rhythm::Rhythm;
 use rules::Rules;
 pub use tamper::Tamper;
 
-/// What is broken is told at most so often: what follows from the first is of no use.
+/// Most reported violations: later ones follow from the first.
 const MOST_TOLD: usize = 8;
 
-/// Faults after which the next restart comes soon: the back-off of 20 ms doubles with each.
+/// Most faults after which a restart follows soon: the back-off of 20 ms doubles with each.
 const SOON: u64 = 5;
 
-/// What became of a call that did not return: it was given up.
+/// Sign of a call that did not return: the host gave it up.
 pub const LEFT_BEHIND: &str = "left behind";
-/// It returned after all.
+/// Sign of a call that returned after all.
 pub const CAME_BACK: &str = "came back";
-/// It was not waited for when the application ended.
+/// Sign of a call that was abandoned when the application ended.
 pub const LEFT_AT_THE_END: &str = "left at the end";
 
-/// What it knows; shared by all that it hears and sees with.
+/// The observer's state, shared by all its callbacks.
 pub(crate) struct Known {
     pub(crate) clock: Clock,
     pub(crate) tamper: Option<Tamper>,
@@ -48,25 +48,25 @@ pub(crate) struct Known {
     pub(crate) history: History,
     pub(crate) rhythm: Rhythm,
     pub(crate) signs: Vec<Sign>,
-    /// Those who have faulted and were not restarted.
+    /// Schemas that faulted and were not restarted.
     faulted: BTreeSet<usize>,
     broken: Vec<String>,
-    /// The application is about to end, or has.
+    /// The application is ending or has ended.
     over: bool,
 }
 
-/// That something became of a fault.
+/// A consequence of a fault.
 #[derive(Clone, Debug)]
 pub struct Sign {
-    /// When.
+    /// Its time.
     pub time: Nanos,
-    /// Of whom.
+    /// The schema's index.
     pub schema: usize,
-    /// What: "faulted", "hung".
+    /// The consequence: "faulted", "hung".
     pub what: &'static str,
 }
 
-/// Watches one application.
+/// The observer of one application.
 pub struct Observer {
     known: Arc<Mutex<Known>>,
     commands: Arc<Mutex<Commands>>,
@@ -75,7 +75,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// One that is to watch an application of so many schemas.
+    /// An observer for an application that has not started.
     #[must_use]
     pub fn new(clock: Clock, tamper: Option<Tamper>) -> Self {
         let known = Known {
@@ -97,7 +97,7 @@ impl Observer {
         }
     }
 
-    /// Has it hear and see all that an application does that is started with these options.
+    /// Connects the observer to an application that is started with these options.
     pub fn watch(&self, options: &mut Options) {
         options.witness = Some(Box::new(Rules::new(Arc::clone(&self.known))));
         let known = Arc::clone(&self.known);
@@ -107,7 +107,7 @@ impl Observer {
         let known = Arc::clone(&self.known);
         let turns: OnTurn = Arc::new(move |turn: &Turn| {
             if turn.kind == Turn::CYCLED {
-                // A perceptive schema has nothing to check.
+                // A perceptive schema checks nothing.
                 let checked = turn.looked != Call::default();
                 let call = if checked { turn.looked } else { turn.acted };
                 lock(&known).had_turn(turn.schema as usize, call.time);
@@ -138,24 +138,24 @@ impl Observer {
         options.before_start = Some(before);
     }
 
-    /// A schema is about to misbehave, or to be acted upon: from now on it may miss turns.
+    /// A schema is about to have a fault: from now on it may miss turns.
     pub fn excuse(&self, schema: usize) {
         lock(&self.known).rhythm.excuse(schema);
     }
 
-    /// A fault of it is over: from then on it is to have turns again.
+    /// A fault of the schema has ended: from `again` on it must have turns.
     pub fn recovers(&self, schema: usize, again: Nanos) {
         lock(&self.known).rhythm.recovers(schema, again);
     }
 
-    /// Judges who has recovered when its faults have been over for long.
+    /// Reports schemas that were not restarted long after their faults ended.
     pub fn judge_recovery(&self, handle: &Handle) {
-        // Taken first: the rules' lock is not to be waited for with what their witness waits for.
+        // Taken first: the rules' witness waits for the observer's lock, so its holder must not wait for the rules.
         let schemas = handle.snapshot().schemas;
         let mut known = lock(&self.known);
         for (place, schema) in schemas.iter().enumerate() {
             let faulted = matches!(schema.health, Health::Faulted(_));
-            // Who faulted often waits for long.
+            // After many faults, the back-off is long.
             let waits = schema.faults > SOON || schema.left > 0;
             if faulted && !waits && known.rhythm.is_to_have_turns(place, handle.now()) {
                 known.tell(format!(
@@ -166,7 +166,7 @@ impl Observer {
         }
     }
 
-    /// Judges what has happened until now; in lockstep between two instants.
+    /// Judges all that occurred until now; in lockstep, between two instants.
     pub fn judge(&mut self, handle: &Handle) {
         let now = handle.now();
         let mut known = lock(&self.known);
@@ -178,32 +178,32 @@ impl Observer {
         }
     }
 
-    /// The application is about to end: from here on nobody is awake, and nothing is owed.
+    /// The application is about to end. From now on nothing is judged.
     pub fn is_over(&self) {
         lock(&self.known).over = true;
         lock(&self.watches).clear();
         lock(&self.commands).close();
     }
 
-    /// Judges what can be judged at the end alone. `bare` is the share of turns that a thread lost which did nothing but wait for
-    /// its turns beside the application.
+    /// Judges what can be judged only at the end. `bare` is the share of turns that a thread beside the
+    /// application lost although it only waited for its turns.
     pub fn conclude(&self, bare: f64) {
         lock(&self.known).conclude_rhythm(bare);
     }
 
-    /// What was found broken so far.
+    /// The violations found so far.
     #[must_use]
     pub fn broken(&self) -> Vec<String> {
         lock(&self.known).broken.clone()
     }
 
-    /// What became of faults so far.
+    /// The consequences of faults so far.
     #[must_use]
     pub fn signs(&self) -> Vec<Sign> {
         lock(&self.known).signs.clone()
     }
 
-    /// The least share of turns that a bystander had, of those that it should have had.
+    /// The least share of its turns that a bystander had.
     #[must_use]
     pub fn least_kept(&self) -> Option<f64> {
         lock(&self.known).rhythm.least_kept()
@@ -222,7 +222,7 @@ impl Known {
     }
 
     pub(crate) fn tampers(&mut self, with: Tamper) -> bool {
-        // Once: one broken invariant must be found by itself.
+        // Once: the observer must find a single violation.
         self.tamper.take_if(|tamper| *tamper == with).is_some()
     }
 

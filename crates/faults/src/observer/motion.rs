@@ -1,5 +1,5 @@
-//! No motion without somebody who may move: the simulated robot slows down as its brakes allow from the instant at which no
-//! command is in force any more, and stands.
+//! Checks that nothing moves without authority. When no command is in force any more, the simulated robot
+//! must slow down at its braking rate and stop.
 
 use std::collections::BTreeMap;
 
@@ -11,23 +11,23 @@ use super::commands::Commands;
 use super::{Known, Tamper};
 use crate::case::Clock;
 
-/// What a P3-DX of the simulator loses of its speed in a second, m/s (`jde describe sim`).
+/// Deceleration of the simulator's P3-DX, m/s² (`jde describe sim`).
 const BRAKE: f64 = 0.3;
-/// The same of turning, rad/s: 100 degrees.
+/// Angular deceleration, rad/s²: 100 degrees per second squared.
 const TURN_BRAKE: f64 = 1.745;
-/// Two periods of the robot's driver: until one has carried out what is in force now.
+/// Two periods of the robot's driver, ns: until the present command is carried out.
 const CARRIES_OUT: Nanos = 100_000_000;
-/// Two periods of the device.
+/// Two periods of the device, ns.
 const DEVICE_CARRIES_OUT: Nanos = 40_000_000;
-/// More, where others need the processor too.
+/// Additional time under load, ns.
 const SLACK: Nanos = 250_000_000;
-/// What counts as standing, m/s and rad/s: wheels slip by less.
+/// Speed that counts as standing, m/s and rad/s: wheels slip by less.
 const STANDS: f64 = 0.02;
 
-/// A speed that nothing has, m/s: for a lie.
+/// An impossible speed, m/s, for a test of the observer.
 const UNSEEN: f64 = 9.0;
 
-/// How everything that moves was when it was last driven.
+/// The state of each robot and device when it was last driven.
 #[derive(Default)]
 pub(super) struct Motion {
     last: BTreeMap<&'static str, Driven>,
@@ -55,7 +55,7 @@ impl Motion {
             } else {
                 let idle = now.saturating_sub(last.at);
                 let braked = idle.saturating_sub(CARRIES_OUT + slack) as f64 / 1e9;
-                // What it went on to be in the meantime, by the last command: at most what it can gain.
+                // The last command may have increased the speed in the meantime, by at most the acceleration.
                 let gained = CARRIES_OUT.saturating_add(slack) as f64 / 1e9;
                 let may = (last.linear + BRAKE * gained - BRAKE * braked).max(0.0) + STANDS;
                 let may_turn = (last.angular + TURN_BRAKE * gained - TURN_BRAKE * braked).max(0.0) + STANDS;
@@ -89,7 +89,8 @@ impl Motion {
     }
 }
 
-/// What a driver says, unless it is old: the world of a driver that sleeps stands still, and so does what it last said.
+/// The value of a driver's export, unless it is old: the world of a sleeping driver does not advance, nor
+/// does its last export.
 fn fresh<T: Value>(handle: &Handle, variable: &str, now: Nanos, age: Nanos) -> Option<T> {
     let mut reader = handle.board().find(variable)?.reader("faults");
     let latched = reader.latch().filter(|latched| latched.stamp.time + age >= now)?;

@@ -1,5 +1,5 @@
-//! That every schema but those that were told to misbehave keeps its period (R11): exactly in lockstep, and in real time as well
-//! as a bare thread beside it.
+//! Checks that every schema without an injected fault keeps its period (R11): exactly in lockstep; in real
+//! time as well as a bare thread beside it.
 
 use std::sync::{Arc, Mutex};
 
@@ -12,22 +12,22 @@ use jde_host::app::Application;
 use super::{Known, Tamper, lock};
 use crate::case::Clock;
 
-/// Turns of a bystander that are too few to judge it by.
+/// With fewer turns than this a bystander is not judged.
 const FEW: u64 = 40;
-/// Periods after which a schema that is awake has had a turn.
+/// Periods within which an awake schema must have had a turn.
 const AGAIN: u64 = 3;
-/// The same on a machine on which others need the processor too.
+/// Additional time under load, ns.
 const SLACK: Nanos = 500_000_000;
-/// Misses that are told of one that missed too many.
+/// Most misses listed in a report.
 const MOST_TOLD: usize = 6;
-/// What the median of all bystanders may lose beyond what a bare thread loses: a selection and a lock or two a turn.
+/// Allowed loss of the median bystander beyond that of a bare thread: a selection and a few locks per turn.
 const MEDIAN: f64 = 0.02;
-/// What one may: it may have been the one that the machine's load met.
+/// Allowed loss of a single bystander, which the machine's load may have hit.
 const ONE: f64 = 0.15;
-/// Turns that one may lose beyond that: of forty, three are a share that means nothing.
+/// Turns that a single bystander may lose in addition, since a share of few turns means little.
 const ONE_TURNS: f64 = 3.0;
 
-/// When each schema is to have its turns.
+/// The expected turns of all schemas.
 pub(crate) struct Rhythm {
     clock: Clock,
     schemas: Vec<Beat>,
@@ -36,26 +36,26 @@ pub(crate) struct Rhythm {
 #[derive(Clone, Debug)]
 struct Beat {
     period: Nanos,
-    /// It runs in a process of its own.
+    /// The schema runs in a process of its own.
     apart: bool,
-    /// It was told to misbehave, or acted upon.
+    /// The schema had an injected fault.
     victim: bool,
-    /// Faults of it that are not over.
+    /// The number of its faults that have not ended.
     faults: u32,
-    /// From when on it is to have turns again after a fault.
+    /// The time from which on it must have turns again after a fault.
     again: Option<Nanos>,
-    /// When it had a turn or woke up last, while it is awake.
+    /// The time of its last turn or awakening, while it is awake.
     seen: Option<Nanos>,
-    /// While it is awake: in lockstep when it is due next, on the grid of its period from its awakening on; else when it had its
-    /// last turn, or woke up.
+    /// While it is awake: in lockstep the next due time, on the grid of its period since its awakening;
+    /// otherwise the time of its last turn or awakening.
     awake: Option<Nanos>,
-    /// When it had its last.
+    /// The time of its last turn.
     last: Option<Nanos>,
     had: u64,
     owed: u64,
-    /// The last gap, in real time, was so long that a turn seems to have been missed in it.
+    /// The last gap in real time was so long that a turn seems to be missed.
     late: bool,
-    /// When it missed turns, and how many; the first few.
+    /// The first misses: their times and numbers of turns.
     missed: Vec<(Nanos, u64)>,
 }
 
@@ -93,7 +93,7 @@ impl Rhythm {
         here.next().map(|(kept, _)| *kept)
     }
 
-    /// From now on it may miss turns.
+    /// The schema may miss turns from now on.
     pub(super) fn excuse(&mut self, schema: usize) {
         if let Some(beat) = self.schemas.get_mut(schema) {
             beat.victim = true;
@@ -102,7 +102,7 @@ impl Rhythm {
         }
     }
 
-    /// A fault of it is over: if it was the last, it is to have turns again from then on, while it is awake.
+    /// A fault has ended. After the last one, the schema must have turns from `again` on, while it is awake.
     pub(super) fn recovers(&mut self, schema: usize, again: Nanos) {
         if let Some(beat) = self.schemas.get_mut(schema) {
             beat.faults = beat.faults.saturating_sub(1);
@@ -110,13 +110,13 @@ impl Rhythm {
         }
     }
 
-    /// Whether its faults have been over for long enough.
+    /// Whether all its faults ended long enough ago.
     pub(super) fn is_to_have_turns(&self, schema: usize, now: Nanos) -> bool {
         let beat = self.schemas.get(schema);
         beat.and_then(|beat| beat.again).is_some_and(|again| again <= now)
     }
 
-    /// Of each bystander with enough turns, the share that it had, the least first.
+    /// The share of turns that each bystander with enough turns had, in ascending order.
     fn kept(&self) -> Vec<(f64, usize)> {
         let schemas = self.schemas.iter().enumerate();
         let bystanders = schemas.filter(|(_, beat)| !beat.victim && beat.owed >= FEW);
@@ -128,7 +128,7 @@ impl Rhythm {
     }
 }
 
-/// In real time, where turns come a little early or late.
+/// For real time, where turns are slightly early or late.
 impl Beat {
     fn took_turn(&mut self, time: Nanos) {
         let Some(last) = self.awake else {
@@ -136,7 +136,8 @@ impl Beat {
         };
         let gap = time.saturating_sub(last);
         if self.last.is_some() && gap < self.period / 2 {
-            // The one before was late, and this one is on time; or else something came between two that are due.
+            // Either the previous turn was late and this one is on time, or this is an additional turn
+            // between two due ones.
             if std::mem::take(&mut self.late) {
                 self.had += 1;
                 self.awake = Some(time);
@@ -188,14 +189,14 @@ impl Known {
                 }
                 beat.awake = None;
             }
-            // Who slept and woke within an instant iterates once in it (R16).
+            // A schema that sleeps and wakes within an instant iterates once in it (R16).
             (State::Slept, _) if lockstep && beat.last == Some(time) => beat.awake = Some(time + beat.period),
             (State::Slept, _) => beat.awake = Some(time),
             _ => {}
         }
     }
 
-    /// It had a turn, by its period or because something came.
+    /// Records a turn, due by period or triggered by a value.
     pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
         let clock = self.rhythm.clock;
         let blind = self.tamper == Some(Tamper::Recovery);
@@ -249,7 +250,7 @@ impl Known {
         }
     }
 
-    /// Notes the turns that it should have had before now and did not have: in lockstep a broken rule.
+    /// Counts the turns that were due before now and did not occur. In lockstep this is a violation.
     fn owes(&mut self, schema: usize, now: Nanos) {
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
@@ -273,7 +274,8 @@ impl Known {
             return;
         }
         let kept = self.rhythm.kept();
-        // Each turn of a schema in a process of its own waits for the processor several times: it counts among all, not by itself.
+        // A turn of a schema in a process of its own waits for the processor several times. It counts for the
+        // median, but not alone.
         let mut here = kept
             .iter()
             .filter(|(_, place)| !self.rhythm.schemas[*place].apart);
@@ -297,7 +299,7 @@ impl Known {
     }
 }
 
-/// Sees the turns of drivers by what they export, for nobody tells of them.
+/// Observes the turns of drivers by their exports, since drivers' turns are not reported.
 pub(super) fn watch_drivers(known: &Arc<Mutex<Known>>, handle: &Handle) -> Vec<Watch> {
     let application = handle.application();
     let mut watches = Vec::new();
@@ -305,7 +307,7 @@ pub(super) fn watch_drivers(known: &Arc<Mutex<Known>>, handle: &Handle) -> Vec<W
         if instance.schema.kind != Kind::Driver {
             continue;
         }
-        // One that it writes in each of its turns: its count, or where it is.
+        // An export that the driver writes in each turn: its count, or its pose.
         let exports = instance
             .schema
             .ports

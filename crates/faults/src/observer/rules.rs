@@ -1,4 +1,4 @@
-//! Sees every transaction of the rules and has the shadow judge it (R1, R5, R7, R9, R10).
+//! Checks every transaction of the rules against the shadow model (R1, R5, R7, R9, R10).
 
 use std::sync::{Arc, Mutex};
 
@@ -8,7 +8,7 @@ use jde_shadow::Shadow;
 
 use super::{Known, Tamper, lock};
 
-/// The shadow of one application.
+/// The shadow model of one application.
 pub(super) struct Rules {
     known: Arc<Mutex<Known>>,
     shadow: Option<Shadow>,
@@ -64,7 +64,7 @@ impl Witness for Rules {
         if let Step::Began(id) = seen.step {
             shadow.began(id);
         }
-        // Without effects nothing has changed that it could disagree with.
+        // Without effects the states have not changed, and the shadow cannot disagree.
         if seen.effects.is_empty() {
             return;
         }

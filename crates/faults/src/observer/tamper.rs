@@ -1,32 +1,32 @@
-//! Lies that the observer can be told on purpose, one for each thing that it checks: a campaign that cannot fail shows nothing.
+//! False data for the observer, one kind for each of its checks, which prove that the campaign can fail.
 
-/// Something that did not happen.
+/// A kind of false data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Tamper {
-    /// Authority that was withdrawn is not seen to be (R1, R7).
+    /// A withdrawal of authority is hidden (R1, R7).
     Withdrawal,
-    /// A command is seen to be given by somebody without authority (R7).
+    /// A command appears to come from a schema without authority (R7).
     Stranger,
-    /// The brake of a group that has no winner is not seen to be sent (R9).
+    /// The brake of a group without a winner is hidden (R9).
     Brake,
-    /// A robot is seen to move that stands.
+    /// A robot that stands appears to move.
     Motion,
-    /// A turn is not seen to be had.
+    /// A turn is hidden.
     Turn,
-    /// The turns of a schema whose faults are over are not seen.
+    /// The turns of a schema whose faults have ended are hidden.
     Recovery,
-    /// What a schema exported before it faulted is seen to stand.
+    /// An export of a schema appears to persist after its fault.
     Value,
     /// A file stays open.
     Leak,
-    /// A variable of an application that has ended stays held.
+    /// A variable stays referenced after its application has ended.
     Held,
-    /// Memory stays taken.
+    /// Memory stays allocated.
     Memory,
 }
 
 impl Tamper {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 10] = [
         Self::Withdrawal,
         Self::Stranger,

@@ -1,5 +1,4 @@
-//! That nobody reads what nobody vouches for: what a schema exported does not stand any more once it has faulted, until it is there
-//! again.
+//! Checks that a faulted schema's exports are retracted until it is restarted.
 
 use jde_abi::describe::Role;
 use jde_core::Nanos;
@@ -8,7 +7,7 @@ use jde_host::Handle;
 use super::{Known, Tamper};
 
 impl Known {
-    /// Judges the exports of those who have faulted and were not restarted.
+    /// Judges the exports of schemas that faulted and were not restarted.
     pub(super) fn judge_values(&mut self, handle: &Handle, now: Nanos) {
         let application = handle.application();
         let mut broken = Vec::new();

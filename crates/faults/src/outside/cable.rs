@@ -1,4 +1,4 @@
-//! What a driver and its robot are connected by, to be cut: then nothing passes, and nobody is told.
+//! A TCP relay between a driver and its robot that can be cut: data stop, and neither end is notified.
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
@@ -9,20 +9,20 @@ use anyhow::{Context as _, Result};
 
 /// A cable.
 pub(super) struct Cable {
-    /// Where the driver connects to.
+    /// The address for the driver.
     pub(super) address: String,
     cut: Arc<AtomicBool>,
 }
 
 impl Cable {
-    /// To a robot that listens there.
+    /// Connects to a robot that listens at `address`.
     pub(super) fn to(address: &str) -> Result<Self> {
         let robot = address.trim_start_matches("tcp:").to_owned();
         let plug = TcpListener::bind("127.0.0.1:0").context("no port for a cable")?;
         let address = format!("tcp:{}", plug.local_addr()?);
         let cut = Arc::new(AtomicBool::new(false));
         let held = Arc::clone(&cut);
-        // Its threads end with the sockets, which end with what is at both ends.
+        // Its threads end when both sockets do.
         std::thread::spawn(move || {
             if let Ok((driver, _)) = plug.accept()
                 && let Ok(robot) = TcpStream::connect(robot)
@@ -34,7 +34,7 @@ impl Cable {
         Ok(Self { address, cut })
     }
 
-    /// From now on nothing passes.
+    /// Stops all data.
     pub(super) fn cut(&self) {
         self.cut.store(true, Ordering::Relaxed);
     }
@@ -52,7 +52,7 @@ fn carry(from: &TcpStream, to: &TcpStream, cut: &Arc<AtomicBool>) {
                 break;
             }
         }
-        // The other way ends too.
+        // Ends the other direction as well.
         let _ = to.shutdown(std::net::Shutdown::Both);
     });
 }

@@ -1,5 +1,5 @@
-//! The process that runs the application, and its tools: the real executable, in a folder of its own where nobody else's is found; with the
-//! terminal, the pipes and the disk that its fault is about.
+//! The process that runs the application, and its tools: the real executable, in a folder of its own that
+//! isolates it from other applications, with the terminal, the pipes and the disk for its fault.
 
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -15,27 +15,27 @@ use super::words_file;
 use crate::campaign::Campaign;
 use crate::plan::Kind;
 
-/// What the demonstration says of its simulated robot, and who drives beside it.
+/// The demonstration's lines for its simulated robot and for its roots.
 const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
 const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
-/// Never ready of itself: it is there to crash.
+/// Never ready by its own precondition; it exists to crash.
 const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";
 
-/// What is preloaded to be the disk of a recording.
+/// Source of the preloaded library that simulates the disk of a recording.
 const DISK: &str = "crates/jde/tests/c/disk.c";
-/// Bytes that a small disk holds: some seconds of a drive.
+/// Capacity of a small disk, bytes: some seconds of a drive.
 const ROOM: &str = "300000";
 
-/// What its words and its recording go to.
+/// The destination of its output and its recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Around {
     /// Files.
     Files,
-    /// Pipes that nobody reads, and it has much to say.
+    /// Pipes that no process reads, with much output.
     UnreadPipes,
-    /// A terminal of its own, on which it shows the oscilloscope.
+    /// A terminal of its own, which shows the oscilloscope.
     Terminal,
-    /// Files, and it records on a disk that this setting spoils.
+    /// Files, and a recording on a disk that this setting spoils.
     Disk(&'static str, &'static str),
 }
 
@@ -57,12 +57,13 @@ pub(super) struct Host {
     program: PathBuf,
     plugins: std::ffi::OsString,
     folder: tempfile::TempDir,
-    /// The other end of its terminal, while there is one.
+    /// The controlling end of its terminal, if it has one.
     terminal: Option<Pty>,
 }
 
 impl Host {
-    /// Starts the demonstration on a robot behind TCP: beside the line of its driver, only somebody who never drives is added.
+    /// Starts the demonstration on a robot behind TCP. Only the driver's line is changed, and a root added
+    /// that never drives.
     pub(super) fn start(campaign: &Campaign, address: &str, around: Around) -> Result<Self> {
         let program = program(campaign)?;
         let folder = tempfile::tempdir().context("no folder for a process")?;
@@ -98,7 +99,8 @@ impl Host {
             }
             Around::Terminal => {
                 let pty = Pty::open().context("no terminal for a process")?;
-                // Of util-linux: the process leads a session of its own, whose terminal is its input.
+                // From util-linux: the process leads a session of its own, and its input becomes the
+                // session's terminal.
                 command = self::command(&"setsid".into(), &folder, &plugins);
                 command.arg("--ctty").arg(&program).args(["run", &application]);
                 let slave = OpenOptions::new().read(true).write(true).open(pty.path())?;
@@ -107,7 +109,7 @@ impl Host {
                     .stdout(slave.try_clone()?)
                     .stderr(slave);
                 command.env("TERM", "xterm");
-                // Nobody reads it: whoever did would keep it open.
+                // No process reads it, since a reader would keep it open.
                 terminal = Some(pty);
             }
             Around::Disk(setting, value) => {
@@ -130,7 +132,7 @@ impl Host {
         })
     }
 
-    /// Takes its terminal away, as a window that is closed does.
+    /// Closes its terminal, like the window of a terminal.
     pub(super) fn hang_up(&mut self) {
         self.terminal = None;
     }
@@ -140,14 +142,14 @@ impl Host {
         kill_process(process, signal).context("it is not there any more")
     }
 
-    /// Whether it has not ended.
+    /// Whether the process runs.
     pub(super) fn lives(&mut self) -> bool {
         matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// Ends it, whatever it does.
+    /// Kills the process and waits for it.
     pub(super) fn reap(&mut self) {
-        // It may have ended long ago.
+        // It may have ended before.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
@@ -167,14 +169,14 @@ impl Host {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Starts a verb that goes on, and says what it says to there.
+    /// Starts a verb that continues, with the given output.
     pub(super) fn client(&self, words: &[&str], says: fn() -> Stdio) -> Result<Child> {
         let mut client = command(&self.program, &self.folder, &self.plugins);
         client.args(words).stdout(says()).stderr(says());
         client.spawn().context("cannot start a client")
     }
 
-    /// Of each schema that iterates all the time, its iterations and its period, ns.
+    /// The iterations and the period, ns, of each schema that iterates all the time.
     pub(super) fn turns(&self) -> Result<BTreeMap<String, (u64, u64)>> {
         let told: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
         let mut turns = BTreeMap::new();
@@ -186,7 +188,7 @@ impl Host {
             ) else {
                 continue;
             };
-            // Motor schemas below win by turns.
+            // The motor schemas below win only at times.
             if ["pioneer", "example"].contains(&name) {
                 turns.insert(name.to_owned(), (iterations, period));
             }
@@ -197,7 +199,7 @@ impl Host {
         Ok(turns)
     }
 
-    /// What listens in its folder.
+    /// The sockets in its folder.
     pub(super) fn sockets(&self) -> Vec<PathBuf> {
         let mut found = Vec::new();
         let mut folders = vec![self.folder.path().to_owned()];
@@ -216,12 +218,12 @@ impl Host {
         found
     }
 
-    /// Whether it complained of that.
+    /// Whether its error output contains a text.
     pub(super) fn complained_of(&self, what: &str) -> bool {
         std::fs::read_to_string(self.folder.path().join("complained")).is_ok_and(|words| words.contains(what))
     }
 
-    /// The end of what it said and complained of.
+    /// The last lines of its output.
     pub(super) fn words(&self) -> String {
         let read = |name| std::fs::read_to_string(self.folder.path().join(name)).unwrap_or_default();
         let all = read("said") + &read("complained");
@@ -242,7 +244,7 @@ fn said_to_files(command: &mut Command, folder: &tempfile::TempDir) -> Result<()
     Ok(())
 }
 
-/// Builds the disk; where it is.
+/// Builds the disk library; returns its path.
 fn disk(campaign: &Campaign, folder: &Path) -> Result<PathBuf> {
     let library = folder.join("disk.so");
     let made = Command::new("cc")

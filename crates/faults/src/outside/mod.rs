@@ -1,5 +1,6 @@
-//! One case in processes of its own: the demonstration, run by the real executable, drives a robot that is served in this process by
-//! what is behind `jde sim --p2os`, so that the robot's truth can be looked at whatever becomes of the other process.
+//! Runs a case in processes of their own. The real executable runs the demonstration with a robot that this
+//! process serves by the code of `jde sim --p2os`. So the robot's ground truth stays visible whatever happens
+//! to the other process.
 
 mod cable;
 mod host;
@@ -25,37 +26,37 @@ use cable::Cable;
 use host::{Around, Host};
 use robot::Robot;
 
-/// How long an application may take until its robot moves, and moves again.
+/// Longest time until the robot moves, at the start and after a fault.
 const MOVES: Duration = Duration::from_secs(30);
-/// Speed at which it is seen to be driven, m/s.
+/// Least speed that counts as driving, m/s.
 const DRIVEN: f64 = 0.1;
-/// Until a robot that nobody speaks to any more brakes: the watchdog of a Pioneer (docs/safety.md).
+/// Time until a robot without messages brakes, s: the watchdog of a Pioneer (docs/safety.md).
 const WATCHDOG: f64 = 2.0;
-/// Until it brakes when the line ends.
+/// Time until it brakes when the connection ends, s.
 const AT_ONCE: f64 = 0.1;
-/// What it loses of its speed in a second, m/s.
+/// Deceleration, m/s².
 const BRAKE: f64 = 0.3;
-/// For a machine on which others need the processor too, s.
+/// Additional time under load, s.
 const SLACK: f64 = 0.5;
-/// How long a robot that stands is seen to stay so, s.
+/// How long a stopped robot must stay so, s.
 const STAYS: f64 = 1.0;
 /// How long clients are hostile.
 const HOSTILE: Duration = Duration::from_millis(2500);
-/// How long the machine is looked at first, which may be too full to judge anybody by its periods.
+/// How long the machine's load is measured first; under too much load, periods are not judged.
 const LOOKS: Duration = Duration::from_millis(500);
-/// Share of their turns that schemas keep all the while.
+/// Least share of their turns that schemas must keep throughout.
 const KEEPS: f64 = 0.9;
-/// How long a process may take to end in order.
+/// Longest time for a process to end on request.
 const ENDS: Duration = Duration::from_secs(15);
 
-/// Runs a case: one fault.
+/// Runs a case with one fault.
 ///
 /// # Errors
-/// It could not be run at all, which is no verdict.
+/// The case could not run, which is no verdict.
 pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<Report> {
     let kinds = campaign.kinds.iter().filter(|kind| kind.fits(Clock::Outside));
     let kinds: Vec<Kind> = kinds.copied().collect();
-    // Each in its turn, so that a short campaign has all of them.
+    // The kinds take turns, so that a short campaign includes all of them.
     let kind = kinds[case.number as usize % kinds.len()];
     let mut chance = Chance::new(campaign.seed, &format!("plan {case}"));
     let wait = Duration::from_millis(chance.between(0, 1500));
@@ -93,7 +94,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             }
             Kind::HostCrashed => {
                 host.jde(&["set", "drifter.place", "check"])?;
-                // It dies of this, maybe before it has answered.
+                // The host dies of this, possibly before it answers.
                 let _ = host.jde(&["set", "drifter.trouble", "segfault"]);
                 stands(
                     &robot,
@@ -171,10 +172,10 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
     })
 }
 
-/// The robot stands within the time that is promised, and goes on standing; both by the time of its world.
+/// Checks that the robot stops within the promised time and stays so, both in the time of its world.
 fn stands(robot: &Robot, promised: f64, what: &str, broken: &mut Vec<String>) {
     let since = robot.time();
-    // Until it brakes it may still become as fast as it was told last.
+    // Until it brakes it may still accelerate by the last command.
     let mut fastest = robot.speed();
     within(MOVES, || {
         fastest = fastest.max(robot.speed());
@@ -195,7 +196,7 @@ fn stands(robot: &Robot, promised: f64, what: &str, broken: &mut Vec<String>) {
     }
 }
 
-/// Clients ask for everything without end, speak nonsense, and are killed in the middle; nobody who drives may notice.
+/// Clients send endless requests and nonsense, and are killed amid them. Schemas must not be affected.
 fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec<String>) -> Result<()> {
     let full = is_full(LOOKS);
     let before = host.turns()?;
@@ -216,7 +217,7 @@ fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec
             0 => nonsense(host, chance),
             1 => {
                 let victim = chance.between(0, clients.len() as u64 - 1) as usize;
-                // It may have ended by itself: `top` without a terminal does.
+                // It may have ended by itself: `top` does so without a terminal.
                 let _ = clients[victim].kill();
                 let _ = clients[victim].wait();
                 clients[victim] = host.client(chance.pick(&all), Stdio::null)?;
@@ -241,7 +242,8 @@ fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec
     Ok(())
 }
 
-/// Nobody reads what the host says, nor what its clients say; nobody who drives may notice, and whoever stops it must be heard.
+/// No process reads the output of the host and its clients. Schemas must not be affected, and an order to
+/// stop must succeed.
 fn unread(host: &mut Host, robot: &Robot, broken: &mut Vec<String>) -> Result<()> {
     let full = is_full(LOOKS);
     let before = host.turns()?;
@@ -274,7 +276,7 @@ fn unread(host: &mut Host, robot: &Robot, broken: &mut Vec<String>) -> Result<()
     Ok(())
 }
 
-/// The disk of its recording is spoilt: that is said, and nobody who drives may notice.
+/// The disk of the recording fails. The host must report it, and schemas must not be affected.
 fn spoilt(host: &mut Host, robot: &Robot, said: &str, broken: &mut Vec<String>) -> Result<()> {
     let full = is_full(LOOKS);
     let before = host.turns()?;
@@ -291,7 +293,7 @@ fn spoilt(host: &mut Host, robot: &Robot, said: &str, broken: &mut Vec<String>) 
     Ok(())
 }
 
-/// Schemas that iterate all the time have had their turns since.
+/// Checks that schemas that iterate all the time have had their turns since.
 fn have_had_turns(
     host: &Host,
     before: &BTreeMap<String, (u64, u64)>,
@@ -314,7 +316,7 @@ fn have_had_turns(
     Ok(())
 }
 
-/// It lives, and its robot drives.
+/// Checks that the host runs and its robot drives.
 fn goes_on(host: &mut Host, robot: &Robot, after: &str, broken: &mut Vec<String>) {
     if !host.lives() {
         broken.push(format!("{after} ended the host"));
@@ -323,20 +325,20 @@ fn goes_on(host: &mut Host, robot: &Robot, after: &str, broken: &mut Vec<String>
     }
 }
 
-/// Bytes that mean nothing, to whatever listens in the folder of the link.
+/// Sends random bytes to every socket in the folder of the link.
 fn nonsense(host: &Host, chance: &mut Chance) {
     for socket in host.sockets() {
         if let Ok(mut stream) = UnixStream::connect(&socket) {
             let bytes: Vec<u8> = (0..chance.between(1, 4096))
                 .map(|_| chance.draw() as u8)
                 .collect();
-            // It may be thrown out before it has said all.
+            // The link may close the connection before all bytes are sent.
             let _ = stream.write_all(&bytes);
         }
     }
 }
 
-/// Ends what is left in order.
+/// Ends the host in order, if it still runs.
 fn end(host: &mut Host, kind: Kind, broken: &mut Vec<String>) {
     if matches!(kind, Kind::HostKilled | Kind::HostCrashed | Kind::TerminalLost) {
         host.reap();
@@ -350,7 +352,7 @@ fn end(host: &mut Host, kind: Kind, broken: &mut Vec<String>) {
     }
 }
 
-/// A file for what a process says.
+/// A file for the output of a process.
 fn words_file(folder: &std::path::Path, name: &str) -> Result<File> {
     File::create(folder.join(name)).with_context(|| format!("cannot make {name}"))
 }

@@ -1,4 +1,5 @@
-//! The robot of such a case: served by a thread of this process, with its truth in sight.
+//! The robot of a case in processes of their own: served by a thread of this process, with its ground truth
+//! visible.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,9 +15,10 @@ use jde_sim::{Truth, World};
 use crate::observer::lock;
 use crate::stage::Root;
 
-/// Time between two looks at the truth. With each the world falls behind the machine by up to a step, so it is judged by its own time.
+/// Time between two reads of the ground truth. With each the world falls behind real time by up to a step, so
+/// it is judged by its own time.
 const LOOK: Duration = Duration::from_millis(50);
-/// What counts as standing, m/s and rad/s.
+/// Speed that counts as standing, m/s and rad/s.
 const STANDS: f64 = 0.01;
 
 /// A robot behind TCP.
@@ -46,7 +48,7 @@ impl Robot {
                 Place::Tcp(address) => Some(address),
                 _ => None,
             });
-            // Whoever waits for it has gone if this fails.
+            // If this fails, the receiver no longer waits.
             let _ = tell.send(place);
             let robot = server.world().robots().next().map(|(robot, _)| robot);
             let robot = robot.context("the world has no robot")?;
@@ -71,7 +73,7 @@ impl Robot {
         lock(&self.truth).as_ref().map_or(0.0, |(time, _)| *time)
     }
 
-    /// How fast it drives, m/s.
+    /// The speed, m/s.
     pub(super) fn speed(&self) -> f64 {
         self.seen(|truth| truth.twist.linear.abs())
     }
@@ -80,7 +82,7 @@ impl Robot {
         self.seen(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDS
     }
 
-    /// Ends the server; what was wrong with it, if anything was.
+    /// Ends the server; returns its error, if any.
     pub(super) fn end(self) -> Option<String> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.join() {

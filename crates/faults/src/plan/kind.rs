@@ -1,4 +1,4 @@
-//! The kinds of faults: what each is called, where it can be injected, and into whom.
+//! The kinds of faults: their names, where each can be injected, and into which schemas.
 
 use crate::case::Clock;
 
@@ -7,15 +7,15 @@ use crate::case::Clock;
 pub enum Kind {
     /// A call panics.
     Panic,
-    /// A call answers with an error.
+    /// A call returns an error.
     Error,
     /// A call never returns.
     Hang,
-    /// A call returns long after it was given up.
+    /// A call returns long after the host gave it up.
     Dawdle,
-    /// Calls take some of their budgets.
+    /// Calls take a part of their budgets.
     Slow,
-    /// A winner commands nothing, an eye or a device says nothing.
+    /// A winner sends no command, or a perceptive schema or a driver publishes nothing.
     Silence,
     /// Commands and exports are NaN or infinite.
     Nan,
@@ -25,47 +25,47 @@ pub enum Kind {
     Flood,
     /// Commands and wakes without authority.
     Trespass,
-    /// A precondition flips with every look.
+    /// A precondition changes at every check.
     Chatter,
-    /// A father wakes children, lays them down and changes their policy at odd times.
+    /// A father wakes children, puts them to sleep and changes their policy at random times.
     Meddle,
-    /// A process of a schema's own crashes: a wild pointer, abort, exit, a stack without end, all memory.
+    /// A schema's own process crashes: a wild pointer, abort, exit, endless recursion, all memory used.
     Crash,
-    /// A process of a schema's own is killed.
+    /// A schema's own process is killed.
     Kill,
-    /// A process of a schema's own stands still.
+    /// A schema's own process is stopped.
     Freeze,
-    /// Another build takes over and fails at it, or soon after.
+    /// Another build takes over and fails in the takeover, or soon after.
     Reload,
-    /// Somebody stops, forces, plays, re-times, unloads and loads at odd times.
+    /// An operator stops, forces, plays, re-times, unloads and loads at random times.
     Operator,
-    /// Somebody stops everything, and lets it go on.
+    /// An operator stops everything, and releases it.
     StopAll,
-    /// Clients of the link flood it, and are killed in the middle.
+    /// Clients flood the link, and are killed amid requests.
     Client,
     /// The host is killed.
     HostKilled,
-    /// The host stands still.
+    /// The host is stopped.
     HostStopped,
-    /// A schema crashes in the host's own process.
+    /// A schema crashes in the host's process.
     HostCrashed,
-    /// The line to the robot is cut, and nobody is told.
+    /// The line to the robot is cut without notice to either end.
     LineCut,
-    /// Two operators stop everything and let it go on, against each other.
+    /// Two operators stop and release everything, against each other.
     Contest,
-    /// Somebody acts on a schema, or its process is killed, while another build takes over.
+    /// While another build takes over, an operator acts on the schema, a third build follows, or the schema panics.
     AmidReload,
-    /// Nobody reads what the host and its clients say.
+    /// No process reads the output of the host and its clients.
     Unread,
-    /// The terminal of the host is gone.
+    /// The host loses its terminal.
     TerminalLost,
-    /// The disk on which the host records is full.
+    /// The disk of the host's recording is full.
     DiskFull,
-    /// That disk loses what it took.
+    /// That disk loses written data.
     DiskFails,
 }
 
-/// Who misbehaves.
+/// The kind of schema that misbehaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whom {
     /// A motor schema.
@@ -77,7 +77,7 @@ pub enum Whom {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 29] = [
         Self::Panic,
         Self::Error,
@@ -110,7 +110,7 @@ impl Kind {
         Self::DiskFails,
     ];
 
-    /// What people type and read.
+    /// The name on the command line and in output.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -146,7 +146,8 @@ impl Kind {
         }
     }
 
-    /// Whether it can be injected under this clock. In lockstep there is no time to miss, so nothing there is late (R16).
+    /// Whether it can be injected under this clock. Lockstep has no deadlines to miss, so nothing is late
+    /// there (R16).
     #[must_use]
     pub fn fits(self, clock: Clock) -> bool {
         match self {
@@ -184,7 +185,7 @@ impl Kind {
         matches!(self, Self::Crash | Self::Kill | Self::Freeze)
     }
 
-    /// Who can do it.
+    /// The kinds of schemas that it can affect.
     #[must_use]
     pub fn whom(self) -> &'static [Whom] {
         match self {
@@ -218,7 +219,7 @@ impl Kind {
         }
     }
 
-    /// The words of it that schemas know.
+    /// The words by which schemas know it.
     #[must_use]
     pub fn troubles(self) -> &'static [&'static str] {
         match self {
@@ -254,13 +255,13 @@ impl Kind {
         }
     }
 
-    /// The calls in which one can do it.
+    /// The calls in which it can occur.
     #[must_use]
     pub fn places(self, whom: Whom) -> &'static [&'static str] {
         match (self, whom) {
             (Self::Trespass | Self::Chatter, _) => &["check"],
             (Self::Silence | Self::Nan | Self::Beyond | Self::Flood | Self::Meddle, _) => &["iterate"],
-            // What is called often is named twice: of the others some come too seldom to be met.
+            // Frequent calls are listed twice, since some of the others are too rare to occur in time.
             (_, Whom::Motor) => &[
                 "check",
                 "check",

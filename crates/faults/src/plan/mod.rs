@@ -1,4 +1,4 @@
-//! What goes wrong in a case, and when: chosen by its seed, before anything runs.
+//! The faults of a case and their times, chosen by the seed before the case runs.
 
 mod kind;
 
@@ -9,113 +9,113 @@ use crate::chance::Chance;
 pub use kind::{Kind, Whom};
 
 const MS: Nanos = 1_000_000;
-/// Time in which an application begins before anything goes wrong: all that is awake has had some turns.
+/// Time before the first fault, so that all that is awake has had some turns.
 const CALM: Nanos = 300 * MS;
 /// Most faults of one case.
 const MOST: u64 = 6;
-/// Of these, calls that never return: each leaves a thread behind in this process for as long as it lives.
+/// Most calls among them that never return, since each keeps a thread of this process until it ends.
 const MOST_HANGS: usize = 1;
 
 /// A fault.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// When, in the application's time.
+    /// Its time, in the application's clock.
     pub at: Nanos,
-    /// How long it goes on.
+    /// Its duration, ns.
     pub lasts: Nanos,
-    /// What kind it is.
+    /// Its kind.
     pub kind: Kind,
-    /// By what kind of schema.
+    /// The kind of schema.
     pub whom: Whom,
-    /// By which: a number that chooses among those who are fit for it when the time has come.
+    /// A number that selects one of the schemas that are suitable at that time.
     pub choice: u64,
-    /// By anybody, also by who is not about to make the call in question.
+    /// Any schema may be chosen, not only one that is about to make the call.
     pub any: bool,
-    /// It is not taken back: the application ends with it.
+    /// The fault lasts until the application ends.
     pub stays: bool,
-    /// What is done.
+    /// The action.
     pub act: Act,
 }
 
-/// What is done to have a fault.
+/// The action that causes a fault.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// A schema is told to misbehave.
     Tell {
-        /// What it does.
+        /// The misbehaviour.
         trouble: &'static str,
-        /// In which call.
+        /// The call in which it occurs.
         place: &'static str,
     },
-    /// Another build takes over, which misbehaves.
+    /// Another build, which misbehaves, takes over.
     Reload {
-        /// What it does.
+        /// The misbehaviour.
         trouble: &'static str,
-        /// In which call.
+        /// The call in which it occurs.
         place: &'static str,
-        /// Which of the builds.
+        /// The index of the build.
         build: usize,
     },
-    /// Its process is sent a signal.
+    /// The schema's process receives a signal.
     Signal(Signal),
-    /// Somebody acts on it, and lets go at the end.
+    /// An operator acts on the schema, and releases it at the end.
     Operate(Operation),
-    /// Two stop everything and let it go on, against each other, until the end.
+    /// Two operators stop and release everything, against each other, until the end.
     Contest,
-    /// Another build takes over, and before it has, this happens.
+    /// Another build takes over, and during this something else occurs.
     Amid {
-        /// Which build.
+        /// The index of the build.
         build: usize,
-        /// What happens.
+        /// What occurs.
         meanwhile: Meanwhile,
     },
 }
 
-/// What happens while another build takes over.
+/// What occurs while another build takes over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meanwhile {
-    /// Somebody acts on the schema, and lets go at the end.
+    /// An operator acts on the schema, and releases it at the end.
     Operate(Operation),
-    /// Somebody has a third build take over.
+    /// A third build is to take over.
     Reload,
     /// The schema panics in each check and iteration.
     Panic,
 }
 
-/// What a process is sent.
+/// A signal to a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// It ends.
+    /// The process ends.
     Kill,
-    /// It stands still.
+    /// The process stops.
     Stop,
 }
 
-/// What somebody does.
+/// An action of an operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// Puts it to sleep.
+    /// Puts the schema to sleep.
     Stop,
-    /// Has it win.
+    /// Makes the schema win.
     Force,
-    /// Wakes it.
+    /// Wakes the schema.
     Play,
-    /// Changes its period to so many ns.
+    /// Changes the schema's period, ns.
     Retime(Nanos),
-    /// Ends its instance.
+    /// Ends the schema's instance.
     Unload,
     /// Stops everything.
     StopAll,
 }
 
 impl Fault {
-    /// When it is over.
+    /// The time when the fault ends.
     #[must_use]
     pub fn ends(&self) -> Nanos {
         self.at + self.lasts
     }
 
-    /// It in words: "hang in check at 1.234 s for 80 ms".
+    /// The fault as text: "hang in check at 1.234 s for 80 ms".
     #[must_use]
     pub fn words(&self) -> String {
         let what = match &self.act {
@@ -132,7 +132,7 @@ impl Fault {
     }
 }
 
-/// The faults of a case, in order: at most `most`, of these kinds alone.
+/// The faults of a case in order of time: at most `most`, only of these kinds.
 #[must_use]
 pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
     let mut chance = Chance::new(seed, &format!("plan {case}"));
@@ -207,11 +207,12 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
             let trouble = chance.pick(kind.troubles());
             let place = chance.pick(kind.places(whom));
             if ["awake", "sleep", "arbitrate", "end"].contains(&place) {
-                // These calls come seldom.
+                // These calls are rare.
                 lasts = chance.between(200, 1000) * MS;
             }
             if matches!(kind, Kind::Hang | Kind::Dawdle) && ["check", "iterate"].contains(&place) {
-                // Taken back before who hung is there again: one call hangs, not all that follow.
+                // Ends before the hung schema runs again, so that a single call hangs and not all that
+                // follow.
                 lasts = chance.between(50, 150) * MS;
             }
             Act::Tell { trouble, place }
@@ -240,7 +241,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
     }
 }
 
-/// What somebody does to one schema.
+/// An action on one schema.
 fn operation(chance: &mut Chance) -> Operation {
     match chance.between(0, 4) {
         0 => Operation::Stop,

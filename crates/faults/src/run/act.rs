@@ -1,4 +1,5 @@
-//! Doing what has a fault happen, and taking it back. What is refused is no fault of the campaign: it comes at odd times.
+//! Injects faults and ends them. A refused action is no failure of the campaign, since it occurs at random
+//! times.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,25 +16,25 @@ use rustix::process::{Pid, Signal as Posix, kill_process};
 use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
 use crate::stage::Stage;
 
-/// Who acts.
+/// The operator's name.
 const BY: &str = "faults";
-/// Time between two orders of a rival: a person with a key held down is no quicker.
+/// Pause between two orders of a rival, as fast as a key held down.
 const PACE: Duration = Duration::from_millis(1);
-/// How long a build is on trial: some faults come after it, some before.
+/// Probation of a build, ns: some faults occur after it, some before.
 const TRIAL: u64 = 200_000_000;
 
-/// What is under way.
+/// An injected fault.
 pub(super) struct Under {
-    /// Whose fault it is.
+    /// The index of its schema.
     pub(super) place: usize,
-    /// Misdeeds that the schema had told of before.
+    /// The number of misdeeds that the schema had reported before.
     misdeeds: u64,
     process: Option<Pid>,
     done: bool,
     rivals: Option<Rivals>,
 }
 
-/// Two operators who stop everything and let it go on, each as fast as it is answered, until this is dropped.
+/// Two operators that stop and release everything, each as fast as the answers arrive, until dropped.
 struct Rivals {
     over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -46,7 +47,7 @@ impl Rivals {
             let (operator, over) = (handle.operator(by), Arc::clone(&over));
             std::thread::spawn(move || {
                 while !over.load(Ordering::Relaxed) {
-                    // What one is refused the other has done already.
+                    // An order is refused if the other rival has already done the same.
                     drop(act(&operator));
                     std::thread::sleep(PACE);
                 }
@@ -64,13 +65,13 @@ impl Drop for Rivals {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
-            // One that panicked shows as what it left undone.
+            // A panic becomes visible by the rival's missing actions.
             drop(thread.join());
         }
     }
 }
 
-/// Who is to have a fault: mostly somebody who is about to make the call in question.
+/// Selects the schema for a fault: usually one that is about to make the call in question.
 pub(super) fn victim(fault: &Fault, stage: &Stage, handle: &Handle) -> Option<usize> {
     let snapshot = handle.snapshot();
     let fit = stage.victims(fault.whom, fault.kind.needs_process());
@@ -151,14 +152,14 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
     under
 }
 
-/// Takes it back; answers whether it is known to have taken effect.
+/// Ends the fault; returns whether it is known to have taken effect.
 pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
     let place = under.place;
     let operator = handle.operator(BY);
     match &fault.act {
         Act::Tell { .. } | Act::Reload { .. } if fault.stays => {}
         Act::Tell { place: "end", .. } => {
-            // Otherwise it would not end before everything does.
+            // Otherwise the instance would not end before the application does.
             drop(operator.unload(place));
             tell(&operator, place, "", "iterate");
             drop(operator.load(place));
@@ -166,7 +167,7 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
         Act::Tell { .. } | Act::Reload { .. } => tell(&operator, place, "", "iterate"),
         Act::Signal(Signal::Kill) => {}
         Act::Signal(Signal::Stop) => {
-            // It may have been killed for it long ago; only while it is the same process is it woken.
+            // The host may have killed it since. Only the same process is continued.
             let same = handle.snapshot().schemas[place]
                 .process
                 .and_then(|number| Pid::from_raw(number.cast_signed()));
@@ -176,7 +177,7 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
         }
         Act::Operate(_) | Act::Amid { .. } if fault.stays => {}
         Act::Contest => {
-            // Whoever of them was last: what follows is let go on.
+            // Whichever order was last, everything is released.
             under.rivals = None;
             drop(operator.release_all());
         }
@@ -193,7 +194,8 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
     under.done || misdeeds(place, handle) > under.misdeeds
 }
 
-/// Has another build take over; whether that was accepted. It is refused if another waits for its turn already.
+/// Starts a replacement by another build; returns whether it was accepted. It is refused while another one
+/// waits.
 fn reload(operator: &Operating, place: usize, build: &Loaded) -> bool {
     let how = How {
         probation: TRIAL,
@@ -221,18 +223,18 @@ fn let_go(operator: &Operating, place: usize, operation: Operation) {
             operator.release(place)
         }
     };
-    // Somebody else may have let go before.
+    // Another operator may have released it before.
     drop(done);
 }
 
 fn tell(operator: &Operating, place: usize, trouble: &str, call: &str) {
     for (name, word) in [("place", call), ("trouble", trouble)] {
-        // The modulation is there, and the word fits: what could be wrong shows as a fault that never takes effect.
+        // The modulation exists and accepts the word. An error would show as a fault without effect.
         let _ = operator.modulate(place, name, &Value::Text(word.to_owned()));
     }
 }
 
-/// How often it has told of a misdeed, also if that was taken back since.
+/// The number of misdeeds that the schema has reported, including retracted ones.
 fn misdeeds(place: usize, handle: &Handle) -> u64 {
     let name = &handle.application().instances[place].name;
     let told = handle.board().find(&format!("{name}.misdeeds"));

@@ -1,26 +1,27 @@
-//! A thread that does nothing but wait for its turns, beside an application: what the machine itself takes from whoever has a period.
+//! A thread beside an application that only waits for its turns. It measures how many turns the machine
+//! itself costs.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// The shortest of the campaign's schemas.
+/// The shortest period of the campaign's schemas.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Share of all processors that other programs may take if anybody is to be judged by its periods.
+/// Largest share of all processors used by other programs at which periods are judged.
 const OTHERS: f64 = 0.25;
 
 /// What was measured beside an application.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
-    /// The share of its turns that the thread lost.
+    /// The share of turns that the thread lost.
     pub(super) lost: f64,
-    /// Other programs took too much of the processors.
+    /// Other programs used too much of the processors.
     pub(super) full: bool,
 }
 
-/// Time of the processors since the machine started, in the kernel's ticks.
+/// Processor time since the machine started, in the kernel's ticks.
 #[derive(Clone, Copy, Default)]
 struct Ticks {
     all: u64,
@@ -28,7 +29,7 @@ struct Ticks {
     own: u64,
 }
 
-/// The thread.
+/// The measuring thread.
 pub(super) struct Bare {
     before: Ticks,
     stop: Arc<AtomicBool>,
@@ -47,7 +48,7 @@ impl Bare {
                 had += 1;
                 owed += 1;
                 due += PERIOD;
-                // Late by whole periods, it skips them as a schema does.
+                // When late by whole periods, it skips them like a schema.
                 while due < Instant::now() {
                     due += PERIOD;
                     owed += 1;
@@ -62,7 +63,7 @@ impl Bare {
         }
     }
 
-    /// Ends it.
+    /// Ends the measurement.
     pub(super) fn end(self) -> Measured {
         self.stop.store(true, Ordering::Relaxed);
         Measured {
@@ -72,7 +73,7 @@ impl Bare {
     }
 }
 
-/// Whether other programs take too much of the processors for anybody to be judged by its periods; looks at them for so long.
+/// Whether other programs use too much of the processors for judging periods. Measures for `time`.
 pub(crate) fn is_full(time: Duration) -> bool {
     let before = Ticks::now();
     std::thread::sleep(time);
@@ -97,10 +98,10 @@ impl Ticks {
         };
         let stat = std::fs::read_to_string("/proc/stat").unwrap_or_default();
         let all = stat.lines().next().and_then(|line| line.strip_prefix("cpu "));
-        // user, nice, system, idle, waiting for disks, ...; guests are counted in the first two already.
+        // user, nice, system, idle, iowait, ...; guest times are included in the first two.
         let all = numbers(all.unwrap_or_default());
         let own = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-        // Behind the name, which may hold anything: the state, and ten numbers before user and system.
+        // After the name, which may contain anything: the state, and ten numbers before user and system.
         let own = numbers(own.rsplit_once(')').map_or("", |(_, rest)| rest));
         Self {
             all: all.iter().take(8).sum(),

@@ -1,25 +1,27 @@
-//! What this process holds: threads, open files, children, memory. What an application took is to be gone when it has ended.
+//! The resources of this process: threads, open files, children, memory. An application must release all it
+//! took when it ends.
 
 use std::time::Duration;
 
 use super::within;
 
-/// How long a thread that was left behind may take to come back: it dawdles for 0.9 s, and others need the processor too.
+/// Longest time for an abandoned thread to return: it dawdles for 0.9 s, plus delays under load.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// What the process may grow by with each case, bytes: pieces of the heap that lie between others.
+/// Allowed growth of the process per case, bytes: heap fragmentation.
 const GROWTH: u64 = 96 << 10;
-/// Cases until the heap is as large as one case needs it.
+/// Cases until the heap has reached the size that one case needs.
 const WARM: u64 = 10;
-/// What a call keeps that never returns, bytes: its stack, its part of the heap, and the variables of its application, of which it may
-/// still look at some.
+/// Memory of a call that never returns, bytes: its stack, its part of the heap, and the variables of its
+/// application that it may still access.
 const LEFT: u64 = 4 << 20;
 
-/// What is held, before and since.
+/// The resources before and after cases.
 #[derive(Default)]
 pub struct Leaks {
     before: Option<Held>,
     cases: u64,
-    /// Of the present kind of cases: how many, and what there was when it was warm, with the calls left by then.
+    /// Cases of the present kind: their number, and, once warm, the resident memory with the number of
+    /// abandoned calls.
     alike: u64,
     warm: Option<(u64, u64)>,
     left: Left,
@@ -29,9 +31,9 @@ pub struct Leaks {
 /// What calls that never return keep of an application that has ended.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Left {
-    /// Such calls: each keeps its thread.
+    /// The number of such calls; each keeps its thread.
     pub calls: u64,
-    /// Files at most: the memory that the application shared with processes of schemas.
+    /// Most files: the memory that the application shared with processes of schemas.
     pub files: u64,
 }
 
@@ -43,13 +45,13 @@ struct Held {
 }
 
 impl Leaks {
-    /// Whether there was a first case.
+    /// Whether the first case has run.
     #[must_use]
     pub fn is_begun(&self) -> bool {
         self.before.is_some()
     }
 
-    /// After the first case, which made what all of them use.
+    /// Records the resources after the first case, which created what all cases share.
     pub fn begin(&mut self, left: Left) {
         let now = Held::now();
         self.cases = 1;
@@ -61,7 +63,7 @@ impl Leaks {
         });
     }
 
-    /// After a case: what is held that was not before.
+    /// Judges a case; returns the resources that leaked.
     pub fn judge(&mut self, left: Left) -> Vec<String> {
         let Some(before) = self.before else {
             return Vec::new();
@@ -83,7 +85,7 @@ impl Leaks {
                 "leak: {} threads, {} files and {} children, where {}, {} and {} may be",
                 now.threads, now.files, now.children, allowed.threads, allowed.files, allowed.children
             ));
-            // Told once: what follows is judged by what is there since.
+            // Reported once: later cases are compared with the present state.
             self.before = Some(Held {
                 threads: now.threads.saturating_sub(self.left.calls),
                 files: now.files.saturating_sub(self.left.files),
@@ -98,13 +100,13 @@ impl Leaks {
         broken
     }
 
-    /// Cases of another kind follow: other threads, another heap.
+    /// Prepares for cases of another kind, with other threads and another heap.
     pub fn warms_up(&mut self) {
         self.weigh();
         (self.alike, self.warm) = (0, None);
     }
 
-    /// At the end: what the process grew by with cases of one kind, if that is more than it may.
+    /// The growth of the process with cases of one kind, if it exceeds the allowed amount. Called at the end.
     #[must_use]
     pub fn conclude(&mut self) -> Option<String> {
         self.weigh();

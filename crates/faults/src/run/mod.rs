@@ -1,4 +1,5 @@
-//! One case in this process: an application runs, faults are injected at their times, and the observer judges all the while.
+//! Runs a case in this process: an application runs, faults are injected at their times, and the observer
+//! judges it throughout.
 
 mod act;
 mod bare;
@@ -22,22 +23,24 @@ use bare::Bare;
 pub(crate) use bare::is_full;
 pub use leaks::{Leaks, Left};
 
-/// What this program is called with to be the process of one schema.
+/// The argument with which this program runs as the process of one schema.
 pub const SERVE: &str = "--serve-schema";
 
 const MS: Nanos = 1_000_000;
 /// Time between two judgements.
 const SLICE: Nanos = 10 * MS;
-/// Time that an application goes on after the last fault: longer than the back-off after some faults, and than a validity.
+/// Time for which an application continues after the last fault: longer than the back-off after some faults,
+/// and than a validity.
 const TAIL: Nanos = 1_600 * MS;
-/// What became of a fault shows within this time after its end: a hang is found after 300 ms, and a dawdler comes back after 900.
+/// Longest time from a fault's end to its consequences: a hang is found after 300 ms, and a dawdling call
+/// returns after 900 ms.
 const SHOWS: Nanos = 1_000 * MS;
-/// How long those who dawdle may take to come back after the application has ended.
+/// How long dawdling calls may take to return after the application has ended.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Other builds of the plugin: the same code in files of other content, each mapped once.
+/// The number of other builds of the plugin: the same code in different files, each mapped once.
 const BUILDS: usize = 3;
 
-/// What cases need, made once.
+/// The resources that all cases use.
 pub struct Gear {
     /// The plugins.
     pub plugins: Plugins,
@@ -45,53 +48,53 @@ pub struct Gear {
     _folder: tempfile::TempDir,
 }
 
-/// How a case is run.
+/// How a case runs.
 #[derive(Clone, Copy, Debug)]
 pub struct How {
-    /// Of the application.
+    /// The application's seed.
     pub seed: u64,
     /// Whether periods are judged in real time.
     pub rhythm: bool,
-    /// A lie, to see that it is found.
+    /// False data for the observer, to test that it finds them.
     pub tamper: Option<Tamper>,
 }
 
-/// What became of a case.
+/// The result of a case.
 #[derive(Debug)]
 pub struct Report {
-    /// Which.
+    /// The case.
     pub case: Case,
-    /// Every fault, in order.
+    /// All faults, in order.
     pub faults: Vec<Injected>,
-    /// What was broken.
+    /// The violations.
     pub broken: Vec<String>,
-    /// The least share of turns that a bystander had, in real time.
+    /// The least share of its turns that a bystander had in real time.
     pub kept: Option<f64>,
-    /// Whether periods were judged, where there is a machine to share.
+    /// Whether periods were judged; none in lockstep.
     pub rhythm: Option<bool>,
-    /// What calls keep that were given up and have not returned.
+    /// What abandoned calls that have not returned keep.
     pub left: Left,
 }
 
-/// A fault that was injected.
+/// An injected fault.
 #[derive(Debug)]
 pub struct Injected {
-    /// What.
+    /// The fault.
     pub fault: Fault,
-    /// By whom; none if nobody was fit for it.
+    /// The schema; none if no schema was suitable.
     pub whom: Option<String>,
-    /// It took effect: who was to misbehave may have slept through it.
+    /// The fault took effect. The schema may have slept instead.
     pub struck: bool,
 }
 
-/// A running application of either kind.
+/// A running application of either clock.
 enum Run {
     Lockstep(Lockstep),
     RealTime(Running),
 }
 
 impl Gear {
-    /// The plugins of these folders and the usual ones.
+    /// Loads the plugins of these folders and the usual ones.
     ///
     /// # Errors
     /// A plugin is missing.
@@ -102,7 +105,7 @@ impl Gear {
         let first = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let mut builds = Vec::new();
         for number in 0..BUILDS {
-            // What follows the sections of a library is nobody's: another file, the same code.
+            // Bytes after the sections of a library are ignored: another file with the same code.
             let mut bytes = first.clone();
             bytes.extend(format!("build {number}").bytes());
             let file = folder.path().join("libfault.so");
@@ -117,10 +120,10 @@ impl Gear {
     }
 }
 
-/// Runs a case; gives up early when `stop` is set.
+/// Runs a case; ends early when `stop` is set.
 ///
 /// # Errors
-/// It could not be run at all, which is no verdict.
+/// The case could not run, which is no verdict.
 pub fn run(
     gear: &Gear,
     case: Case,
@@ -213,7 +216,7 @@ pub fn run(
     if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
         broken.push(format!("the application ended by itself: {}", outcome.words()));
     }
-    // Those who dawdle come back and let go of everything; those who hang do not.
+    // Dawdling calls return and release everything; hanging ones do not.
     let count = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
     let given_up = || count(LEFT_BEHIND).saturating_sub(count(CAME_BACK));
     let held = || {
@@ -257,7 +260,7 @@ pub fn run(
     })
 }
 
-/// Whether this came of that fault.
+/// Whether a sign is a consequence of this fault.
 fn is_of(sign: &Sign, fault: &Fault, place: usize) -> bool {
     let asked = matches!(fault.act, Act::Operate(_));
     sign.schema == place
@@ -273,7 +276,7 @@ impl Run {
         }
     }
 
-    /// Goes on until then, judging on the way; false if it ended before.
+    /// Runs until `then` and judges on the way; returns `false` if the application ended before.
     fn go_to(&mut self, then: Nanos, handle: &Handle, observer: &mut Observer, stop: &AtomicBool) -> bool {
         loop {
             let now = handle.now();
@@ -295,7 +298,7 @@ impl Run {
     }
 }
 
-/// How long something may take of the machine's time before it is given up.
+/// Polls a condition for at most `time`; returns whether it became true.
 pub(crate) fn within(time: Duration, mut done: impl FnMut() -> bool) -> bool {
     let until = Instant::now() + time;
     while !done() {

@@ -1,5 +1,6 @@
-//! Safe navigation as it is delivered, with schemas that misbehave among its own: one beside its father, one between the father
-//! and the child that drives straight on, one between the laser and the child that avoids, and a device.
+//! Safe navigation with additional schemas that misbehave on command: one beside its father, one between the
+//! father and the child that drives straight on, one between the laser and the child that avoids obstacles,
+//! and a device.
 
 use anyhow::{Context as _, Result};
 
@@ -7,7 +8,8 @@ use super::{Player, Root, Stage};
 use crate::chance::Chance;
 use crate::plan::Whom;
 
-/// What is added. Who leads `goon` is an ordinary father that hands its target on; who drifts wins now and then.
+/// The added schemas. `leader` is an ordinary father that passes its target to `goon`; `drifter` wins now and
+/// then.
 const ADDED: &str = r#"
 [schemas.drifter]
 type = "fault/motor"
@@ -36,7 +38,7 @@ imports = { input = "pioneer.laser" }
 type = "fault/device"
 "#;
 
-/// Faults follow one another quickly here, and nobody is to be given up for good because of that.
+/// Faults follow each other quickly here, which must not make the host give up a schema for good.
 pub(super) const PATIENT: &str = "restart = { back-off = \"20ms\", limit = 1000 }\nhang = \"300ms\"\n";
 
 pub(super) fn stage(root: &Root, chance: &mut Chance) -> Result<Stage> {
@@ -69,7 +71,7 @@ pub(super) fn stage(root: &Root, chance: &mut Chance) -> Result<Stage> {
     schemas.extend(std::mem::take(added));
     let example = schemas.get_mut("example").and_then(toml::Value::as_table_mut);
     let example = example.context("the demonstration has no `example`")?;
-    // For ever, from target to target.
+    // Endless rounds from target to target.
     example.insert("rounds".to_owned(), 0.into());
     set(example, "children", "cruise", "leader")?;
     let vff = schemas.get_mut("vff").and_then(toml::Value::as_table_mut);
@@ -97,12 +99,12 @@ pub(super) fn stage(root: &Root, chance: &mut Chance) -> Result<Stage> {
     })
 }
 
-/// In a process of its own, with little memory, so that who eats all of it is soon done.
+/// Isolation in a process of its own with little memory, so that using all of it takes little time.
 pub(super) fn isolation() -> toml::Value {
     toml::Table::from_iter([("memory".to_owned(), "64 MB".into())]).into()
 }
 
-/// Every schema of it with the patience of a campaign.
+/// Adds the restart and hang settings of a campaign to every schema.
 pub(super) fn patient(text: &str) -> String {
     let lines = text.lines().map(|line| {
         if line.starts_with("[schemas.") {

@@ -1,5 +1,5 @@
-//! A hundred schemas: a robot, an arm, eyes that look through one another, and motor schemas in groups deep and wide, under all
-//! policies and absences, some in processes of their own.
+//! A hundred schemas: a robot, an arm, perceptive schemas that read each other, and motor schemas in deep and
+//! wide groups, under all policies and absences, some in processes of their own.
 
 use std::fmt::Write as _;
 
@@ -8,21 +8,21 @@ use super::{Player, Root, Stage};
 use crate::chance::Chance;
 use crate::plan::Whom;
 
-/// All schemas.
+/// The number of schemas.
 pub(crate) const COUNT: usize = 100;
 const EYES: usize = 6;
 const ROOTS: usize = 3;
-/// The robot, the arm, and the eyes are no motor schemas.
+/// The robot, the arm and the eyes are no motor schemas.
 const MOTORS: usize = COUNT - EYES - 2;
-/// Fathers above a schema at most.
+/// Most fathers above a schema.
 const DEEPEST: usize = 7;
-/// Children of one group: the roles that the type has.
+/// The roles of the type for children of one group.
 const ROLES: [&str; 4] = ["a", "b", "c", "d"];
 const ARM_ROLES: [&str; 2] = ["e", "f"];
-/// One of so many runs in a process of its own.
+/// One in this number of motor schemas runs in a process of its own.
 const APART: u64 = 20;
 
-/// What a schema's subtree moves.
+/// The device that a schema's subtree commands.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Side {
     Base,
@@ -75,8 +75,8 @@ pub(super) fn stage(root: &Root, chance: &mut Chance) -> Stage {
     }
 }
 
-/// Fathers and children: whoever has room gets the next child. Only the roots have a second group, which moves the arm: so nobody
-/// below is above or beside another who commands the same.
+/// Builds the hierarchy: a random schema with a free role gets the next child. Only the roots have a second
+/// group, which commands the arm, so that no two schemas that can win together command the same device.
 fn grow(chance: &mut Chance) -> Vec<Node> {
     let node = |side, depth| Node {
         side,
@@ -139,7 +139,7 @@ fn motor(body: &mut String, chance: &mut Chance, number: usize, node: &Node) {
     }
 }
 
-/// A group's policy and absence. The roots have no father who could arbitrate, and no role to fall back on.
+/// A group's policy and absence. The roots have no father that could arbitrate, and no role as a fallback.
 fn group(chance: &mut Chance, fallback: Option<&str>) -> String {
     let policies = [
         "\"priority\"",

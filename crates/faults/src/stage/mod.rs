@@ -1,4 +1,4 @@
-//! The applications of the campaign, as files that are never written: each follows from a seed.
+//! The applications of the campaign, generated from a seed and never written to a file.
 
 mod demo;
 mod hundred;
@@ -13,11 +13,11 @@ use crate::case::{Case, What};
 use crate::chance::Chance;
 use crate::plan::Whom;
 
-/// Where the workspace is: the demonstration's application and its world are in it.
+/// The root of the workspace, with the demonstration's application and its world.
 #[derive(Clone, Debug)]
 pub struct Root(pub PathBuf);
 
-/// An application, and who in it misbehaves when told.
+/// An application, and its schemas that can misbehave.
 #[derive(Debug)]
 pub struct Stage {
     text: String,
@@ -25,7 +25,7 @@ pub struct Stage {
     cast: Vec<Player>,
 }
 
-/// A schema that misbehaves when told.
+/// A schema that misbehaves on command.
 #[derive(Debug)]
 struct Player {
     name: String,
@@ -34,7 +34,7 @@ struct Player {
 }
 
 impl Root {
-    /// The one that this program was built in, unless another is named.
+    /// The workspace in which this program was built.
     #[must_use]
     pub fn usual() -> Self {
         Self(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))
@@ -42,10 +42,10 @@ impl Root {
 }
 
 impl Stage {
-    /// That of a case.
+    /// The application of a case.
     ///
     /// # Errors
-    /// The demonstration is not there, or not what it was.
+    /// The demonstration is missing, or has changed.
     pub fn of(root: &Root, seed: u64, case: Case) -> Result<Self> {
         let mut chance = Chance::new(seed, &format!("stage {case}"));
         match case.what {
@@ -54,10 +54,10 @@ impl Stage {
         }
     }
 
-    /// The application, checked.
+    /// Parses and checks the application.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The faults of the application.
     pub fn application(&self, plugins: &Plugins, seed: u64) -> Result<Application> {
         let parsed = app::parse(&self.text, &self.path, &[], plugins);
         let mut application = parsed.map_err(|faults| anyhow!("{faults}"))?;
@@ -65,7 +65,7 @@ impl Stage {
         Ok(application)
     }
 
-    /// Those who can have a fault.
+    /// The schemas that can have a fault.
     #[must_use]
     pub fn victims(&self, whom: Whom, apart: bool) -> Vec<&String> {
         let fit = |player: &&Player| player.whom == whom && (player.apart || !apart);
@@ -79,7 +79,7 @@ impl Stage {
     }
 }
 
-/// The plugins, where this program or somebody says that they are.
+/// The plugins in these folders and the usual ones.
 #[must_use]
 pub fn plugins(more: &[PathBuf]) -> Plugins {
     let mut path = SearchPath::default();
@@ -95,7 +95,7 @@ pub fn plugins(more: &[PathBuf]) -> Plugins {
 /// The file of a plugin.
 ///
 /// # Errors
-/// There is none.
+/// There is no such plugin.
 pub fn file_of(plugins: &Plugins, name: &str) -> Result<PathBuf> {
     let found = plugins.search_path().find(name);
     let found =
