@@ -1,5 +1,5 @@
-//! Applications that really run, in this process, with their plugins built if need be; and sessions on them. Nothing here waits
-//! for time to pass: a harness takes steps until what must come has come.
+//! Real applications in this process, and sessions on them. Their plugins are built if needed. No helper
+//! waits for a fixed time: a harness takes steps until a condition holds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,12 +22,12 @@ const PLUGINS: [&str; 10] = [
     "sim", "carmen", "example", "goon", "vff", "stop", "family", "pair", "ball", "teleop",
 ];
 
-/// Steps that a harness may take until what must come has come: minutes, on any machine.
+/// Maximum number of steps of a harness until a condition holds: minutes, on any machine.
 const STEPS: usize = 400_000;
 
-/// An application that runs, and can be looked into.
+/// A running application with a link.
 pub(crate) struct Robot {
-    // Let go in this order: nobody looks into what ends.
+    // Dropped in this order: the link closes before the application ends.
     _link: Link,
     running: Running,
     folder: Folders,
@@ -35,7 +35,7 @@ pub(crate) struct Robot {
 }
 
 impl Robot {
-    /// An application of `apps`, by the name of its file without ending.
+    /// Starts an application of `apps`, by the name of its file without extension.
     pub(crate) fn of(name: &str) -> Self {
         let plugins = plugins();
         let file = Path::new(ROOT).join("apps").join(format!("{name}.toml"));
@@ -43,14 +43,14 @@ impl Robot {
         Self::start(application, &plugins, None)
     }
 
-    /// An application as text, with plugins of the test's own linked in.
+    /// Starts an application from text, with plugins that the test links in.
     pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");
         let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
         Self::start(application, &plugins, None)
     }
 
-    /// As [`Self::linked`], for windows a recording that plays.
+    /// As [`Self::linked`]; the windows see it as a recording that plays.
     pub(crate) fn recorded(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");
         let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
@@ -84,7 +84,7 @@ impl Robot {
         }
     }
 
-    /// Serves it once more, elsewhere, as a run of its own.
+    /// Serves it once more with other settings, as a separate run.
     pub(crate) fn serve(&self, settings: &Settings) -> Link {
         let title = Title {
             application: settings.name.clone(),
@@ -96,22 +96,22 @@ impl Robot {
         Link::open(settings, subject, &Events::told()).expect("the link opens")
     }
 
-    /// What happens in it, asked directly and not over the link.
+    /// Direct access to the application, without the link.
     pub(crate) fn handle(&self) -> Handle {
         self.running.handle()
     }
 
-    /// Where tools find it.
+    /// Where tools find the application.
     pub(crate) fn reach(&self) -> Reach {
         Reach::Local(self.folder.clone())
     }
 
-    /// The folder in which it announces itself.
+    /// The folder in which the application announces itself.
     pub(crate) fn place(&self) -> PathBuf {
         self.files.path().join("jde")
     }
 
-    /// A look into it, as a window has one.
+    /// A session on the application, as a window has one.
     pub(crate) fn session(&self) -> Session {
         let remote = Client::connect(&self.reach())
             .and_then(|client| client.application(None))
@@ -120,7 +120,7 @@ impl Robot {
     }
 }
 
-/// Takes steps until something is so; fails after very many.
+/// Takes steps until a condition holds. Panics after [`STEPS`] steps.
 pub(crate) fn until<State>(
     harness: &mut Harness<'_, State>,
     mut so: impl FnMut(&mut Harness<'_, State>) -> bool,
@@ -130,7 +130,7 @@ pub(crate) fn until<State>(
             return;
         }
         harness.step();
-        // Others of this process have two cores as well; this is no wait for anything.
+        // Gives the application's threads time on a machine with few cores. The loop does not depend on it.
         std::thread::yield_now();
     }
     let shown = harness.query_all(By::new());
@@ -143,7 +143,7 @@ pub(crate) fn until<State>(
     panic!("it did not come to be so in {STEPS} steps; what is shown: {shown:?}");
 }
 
-/// The folder of the plugins, built by the first who asks.
+/// The plugins of [`PLUGINS`], built by the first call.
 pub(crate) fn plugins() -> Plugins {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {

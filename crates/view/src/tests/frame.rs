@@ -1,4 +1,4 @@
-//! The frame around the windows: the start page, the bar, tiles, what stays from one start to the next, and recordings.
+//! The main window: the start page, the bar, tiles, saved layouts, and recordings.
 
 use std::ffi::OsString;
 use std::fs;
@@ -44,7 +44,7 @@ fn open(opening: Opening, store: Option<&Path>) -> Window {
     )
 }
 
-/// With the windows on a robot.
+/// Opens the windows on a robot.
 fn desk(robot: &Robot, store: Option<&Path>) -> Window {
     let mut window = open(opening(robot.reach(), Some("safe-navigation")), store);
     until(&mut window, |window| has(window, "Oscilloscope"));
@@ -212,21 +212,21 @@ fn a_recording_that_takes_too_long_is_cancelled_and_its_player_ends() {
     });
 }
 
-/// What steers a recording.
+/// Stands for the schema that controls a recording.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
 #[expect(dead_code, reason = "the window reads and writes them, nobody here")]
 struct Tape {
-    /// Where it is.
+    /// The position.
     #[modulation(default = 10.0, unit = "s", min = 5.0, max = 100.0)]
     position: Modulation<f64>,
-    /// Whether it stands.
+    /// Whether it is paused.
     #[modulation(default = Flag::TRUE)]
     paused: Modulation<Flag>,
-    /// Seconds in a second.
+    /// Seconds of the recording per second.
     #[modulation(default = 1.0, min = 0.1, max = 10.0)]
     speed: Modulation<f64>,
-    /// What is wrong with it.
+    /// Why the recording is damaged.
     #[export]
     damage: Export<Text<256>>,
 }
@@ -259,7 +259,7 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
         flag.is_some_and(Flag::get)
     };
     until(&mut window, |window| !paused() && has(window, "Pause"));
-    // On the oscilloscope it would have been a pause of the picture.
+    // In the oscilloscope, the key would have paused the picture.
     assert!(!has(&window, "Run"));
 
     let slider = "Place in the recording";
@@ -292,7 +292,7 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
         has(window, &shown)
     });
     until(&mut window, |window| has(window, "cut off"));
-    // At its left end is where the recording begins, which is not where its application did.
+    // The left end is the begin of the recording, at 5 s, not the start of its application.
     let start = window.get_by_label(slider).rect().left_center() + vec2(1.0, 0.0);
     window.hover_at(start);
     window.step();
@@ -300,7 +300,7 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
     window.drop_at(start);
     window.step();
     until(&mut window, |_| position() == 5.0);
-    // A tap, over within a frame, is as good as a drag.
+    // A tap within one frame works as a drag does.
     let middle = window.get_by_label(slider).rect().center();
     window.hover_at(middle);
     window.step();
@@ -316,14 +316,14 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
     until(&mut window, |_| (50.0..55.0).contains(&position()));
 }
 
-/// A process of its own with a robot; killed when dropped.
+/// A separate process with a robot, killed when dropped.
 struct Elsewhere(Child);
 
-/// Tells the process of [`an_application_is_served_where_it_says`] that it is one.
+/// Environment variable that makes [`an_application_is_served_where_it_says`] serve until its input ends.
 const SERVES: &str = "JDE_TEST_SERVES";
 
 impl Elsewhere {
-    /// It, and where it is found.
+    /// Starts the process. Returns it, and where its application is found.
     fn start() -> (Self, Reach) {
         let mut child = Command::new(std::env::current_exe().expect("this program is known"))
             .args([
@@ -360,7 +360,7 @@ impl Drop for Elsewhere {
     }
 }
 
-/// In a process of its own it is the application that hangs.
+/// In the separate process of [`Elsewhere`], it is the application that hangs.
 #[test]
 fn an_application_is_served_where_it_says() {
     let robot = Robot::of("safe-navigation");
@@ -373,7 +373,7 @@ fn an_application_is_served_where_it_says() {
 
 #[test]
 fn an_application_that_hangs_is_said_to_give_no_news_and_nothing_of_it_is_live() {
-    // The plugins are built before, not within.
+    // Builds the plugins here, so that the other process need not.
     drop(super::common::plugins());
     let (elsewhere, reach) = Elsewhere::start();
     let mut window = open(opening(reach, Some("safe-navigation")), None);

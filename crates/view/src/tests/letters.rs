@@ -1,4 +1,4 @@
-//! The letters of all that the windows say are in the fonts that they say it in.
+//! Every letter that the windows show is in the fonts in which it is shown.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +8,7 @@ use eframe::egui::{Context, FontId, RawInput};
 
 use super::common::ROOT;
 
-/// Folders with words that come to be shown.
+/// Folders whose sources contain displayed texts.
 const FOLDERS: [&str; 3] = ["crates/view/src", "schemas", "drivers"];
 
 #[test]
@@ -19,9 +19,9 @@ fn no_letter_of_a_label_is_shown_as_a_box() {
     }
     assert!(letters.contains(&'µ'), "they were looked for");
     let ctx = Context::default();
-    // Fonts are there from the first frame on.
+    // Fonts are loaded with the first frame.
     let mut output = ctx.run_ui(RawInput::default(), |_| {});
-    // Nobody draws them.
+    // No renderer takes the textures.
     output.textures_delta.clear();
     ctx.fonts_mut(|fonts| {
         for font in [FontId::proportional(13.0), FontId::monospace(13.0)] {
@@ -34,7 +34,7 @@ fn no_letter_of_a_label_is_shown_as_a_box() {
     });
 }
 
-/// The letters outside ASCII of sources, without comments.
+/// Collects the letters outside ASCII in sources, without comments.
 fn collect(folder: &Path, letters: &mut BTreeSet<char>) {
     for entry in fs::read_dir(folder).expect("it is there") {
         let path = entry.expect("it can be read").path();

@@ -1,4 +1,5 @@
-//! The windows on applications that really run, found by label, clicked and typed into; and pictures of them.
+//! Tests of the windows on real applications, with widgets found by label, clicked and typed into; and
+//! pictures of them.
 
 mod common;
 mod frame;

@@ -1,4 +1,4 @@
-//! A schema of a test's own, with modulations and a panel, that runs in an application of its own.
+//! A schema with modulations and a panel, which runs in its own application.
 
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_panel::Touch;
@@ -6,20 +6,20 @@ use jde_schema::prelude::*;
 
 use super::common::Robot;
 
-/// Counts, and shows what it was given.
+/// Counts, and shows the target that was clicked.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Painter {
-    /// How fast.
+    /// The speed.
     #[modulation(default = 0.5, unit = "m/s", min = 0.0, max = 2.0)]
     speed: Modulation<f64>,
-    /// How far it turns.
+    /// The angle.
     #[modulation(default = 0.0, unit = "rad")]
     turn: Modulation<f64>,
-    /// How far it counted.
+    /// The number of iterations.
     #[export]
     count: Export<u64>,
-    /// What it drives.
+    /// The velocity made of both modulations.
     #[export]
     velocity: Export<Twist>,
     counted: u64,
@@ -59,12 +59,12 @@ static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels 
 
 const TEXT: &str = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
 
-/// An application of one painter, `goon`.
+/// An application with one painter, `goon`.
 pub(crate) fn robot() -> Robot {
     Robot::linked(TEXT, plugins())
 }
 
-/// The same, for windows a recording that plays.
+/// The same application, which windows see as a recording that plays.
 pub(crate) fn recorded() -> Robot {
     Robot::recorded(TEXT, plugins())
 }

@@ -1,4 +1,5 @@
-//! Panels of schemas: each widget is found by its label and touched, and the gesture that comes back is exactly right.
+//! Panels of schemas: each widget is found by its label and operated, and the reported gesture is compared
+//! exactly.
 
 use std::sync::Arc;
 
@@ -116,7 +117,8 @@ pub(super) fn clicks() -> Wants {
     }
 }
 
-/// Where a place is on the screen when nobody panned or zoomed: worked out by hand, not by what is tested.
+/// The position on the screen of a position on the plane, without pan and zoom. Computed independently of the
+/// tested code.
 fn on_screen(rect: egui::Rect, [x, y]: [f64; 2], forward_up: bool) -> Pos2 {
     let scale = 0.92 * f64::from(rect.width()).min(f64::from(rect.height())) / 4.0;
     let (x, y) = (x * scale, (y - 1.0) * scale);
@@ -184,7 +186,7 @@ fn a_toggle_stays_as_it_was_left_until_the_schema_says_something_new() {
     harness.step();
     assert_eq!(one(&mut harness, "quiet"), Touch::Toggled(true));
     assert!(on(&harness));
-    // A list that was on its way when it was touched does not throw it back.
+    // A list that was in transit at the touch does not reset the toggle.
     says(&mut harness, vec![toggle(false)]);
     assert!(on(&harness));
     says(&mut harness, vec![toggle(true)]);
@@ -310,7 +312,7 @@ fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
     );
     assert_eq!(gestures(&mut harness), []);
     near(seen(&mut harness, at + vec2(60.0, -40.0)), place, pixel);
-    // The wheel zooms at the pointer: what is under it stays, what is beside it comes nearer.
+    // The wheel zooms at the pointer: the point under it stays, and a point beside it is then nearer.
     let pointer = at + vec2(60.0, -40.0);
     let beside = seen(&mut harness, pointer - vec2(80.0, 0.0));
     moved(&mut harness, pointer);
@@ -328,7 +330,7 @@ fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
     harness.get_by_label("whole view of field").click();
     harness.run();
     near(seen(&mut harness, at), place, pixel);
-    // And by keys, once it has the focus.
+    // The keys pan too, once the plane has the focus.
     harness.get_by_label("field").focus();
     harness.run();
     harness.key_press(Key::ArrowRight);

@@ -124,7 +124,7 @@ fn everything() -> Vec<Item> {
 
 #[test]
 fn a_panel_with_every_widget_looks_as_it_did() {
-    // Renderers round edges of letters each in its own way.
+    // Renderers differ in the rounding at the edges of letters.
     let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(60);
     let mut results = SnapshotResults::new();
     for (theme, name) in [(Theme::Dark, "panel-dark"), (Theme::Light, "panel-light")] {

@@ -33,7 +33,7 @@ fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si()
     };
     assert_eq!(widget, "turn");
     assert!((to - std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{to}");
-    // And the slider itself is found by its name.
+    // The slider itself is also found by its name.
     harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
 }
 

@@ -1,4 +1,4 @@
-//! Sensors and motors on robots that really run: what they sense is shown, a hand on a pad drives, and letting go gives them back.
+//! Sensors and motors on real robots: sensor data is shown, a pad drives, and its release returns control.
 
 use eframe::egui::accesskit::Toggled;
 use eframe::egui::{self, Key, Modifiers, Rect, Theme, vec2};
@@ -18,7 +18,7 @@ use crate::window::Window as _;
 use crate::window::robot::RobotWindow as Shown;
 use crate::window::robot::fixture;
 
-/// A look that really waits for a robot that really drives: minutes, on any machine.
+/// Maximum number of polls for a state of the robot: minutes, on any machine.
 const LOOKS: usize = 2_000_000;
 
 struct Desk {
@@ -32,7 +32,7 @@ fn look(robot: &Robot) -> Looking {
     look_with(robot, &serde_json::Value::Null)
 }
 
-/// With what a window kept before.
+/// Opens the window with its saved state.
 fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
     let workspace = Desk {
         session: robot.session(),
@@ -48,12 +48,12 @@ fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
         .build_ui_state(show, workspace)
 }
 
-/// With the switch turned on: where the pad is.
+/// Switches driving on. Returns the rectangle of the pad.
 fn at_the_pad(harness: &mut Looking) -> Rect {
     until(harness, |harness| harness.query_by_label("Drive").is_some());
     assert!(harness.query_by_label("Drive pad").is_none(), "off at first");
     until(harness, |harness| {
-        // What came into the picture meanwhile may have moved it from under the pointer.
+        // New rows may have moved the switch away from the pointer.
         let drive = harness.get_by_label("Drive");
         if drive.accesskit_node().toggled() != Some(Toggled::True) {
             drive.click();
@@ -83,7 +83,7 @@ fn says(harness: &Harness<'_, Desk>, words: &str) -> bool {
     harness.query_by_label_contains(words).is_some()
 }
 
-/// Until the hand drives: it turns on the spot, which `example` does not do on its way.
+/// Waits until the pad drives: the robot turns on the spot, which `example` does not do on its way.
 fn drives(harness: &mut Looking, handle: &Handle) {
     until(harness, |_| {
         state(handle, "teleop") == State::Winner && turns_left(handle)
@@ -104,7 +104,7 @@ fn given_back(harness: &mut Looking, handle: &Handle) {
     );
 }
 
-/// Gives the focus to a pad. A frame later it holds on to arrow keys, which move the focus elsewhere.
+/// Gives the focus to a pad. One frame later, the arrow keys no longer move the focus elsewhere.
 fn focus(harness: &mut Looking, pad: &str) {
     harness.get_by_label(pad).focus();
     until(harness, |harness| harness.get_by_label(pad).is_focused());
@@ -118,7 +118,7 @@ fn push_left(harness: &mut Looking, pad: Rect) {
     harness.step();
 }
 
-/// A robot that a hand on the pad drives, and where the pad is.
+/// A robot that is driven with the pad, and the rectangle of the pad.
 fn driving() -> (Robot, Looking, Rect) {
     let robot = Robot::of("safe-navigation");
     let mut harness = look(&robot);
@@ -150,7 +150,7 @@ fn keys_drive_while_the_pad_has_the_focus_and_no_longer() {
     );
     harness.key_up(Key::ArrowLeft);
     given_back(&mut harness, &handle);
-    // To stand still is something that a hand can want.
+    // Standing still is a command too.
     harness.key_down(Key::Space);
     until(&mut harness, |_| state(&handle, "teleop") == State::Winner);
     until(&mut harness, |harness| says(harness, "driving: 0.00 m/s"));
@@ -165,7 +165,7 @@ fn a_tap_on_the_pad_gives_it_the_keyboard() {
     let pad = at_the_pad(&mut harness);
     harness.hover_at(pad.center());
     harness.step();
-    // Over within a frame, as on a trackpad.
+    // A tap within one frame, as on a trackpad.
     for pressed in [true, false] {
         harness.input_mut().events.push(egui::Event::PointerButton {
             pos: pad.center(),
@@ -223,7 +223,7 @@ fn the_speed_that_was_chosen_is_kept_through_a_robot_that_is_slower() {
     assert_eq!(speed(&harness), 0.4);
 }
 
-/// Looks again and again, without a step of any window.
+/// Polls until `example` has control, without a step of any window.
 fn comes_back(handle: &Handle) {
     let back = (0..LOOKS).any(|_| {
         std::thread::yield_now();
@@ -245,7 +245,7 @@ fn a_window_that_is_closed_with_a_hand_on_the_pad_drives_no_longer() {
     comes_back(&robot.handle());
 }
 
-/// As a viewer that is killed: nothing of it runs any more, so its lease is not renewed and its wish grows old.
+/// As with a viewer that is killed: its lease is not renewed, and its wanted value grows old.
 #[test]
 fn r14_a_wish_that_nobody_renews_ends_with_or_without_its_lease() {
     let robot = Robot::of("safe-navigation");
@@ -340,10 +340,10 @@ fn an_application_that_nobody_can_drive_says_how_to_let_one() {
 #[derive(Describe)]
 #[schema(driver, period = "20ms")]
 struct Eye {
-    /// Whether it sees.
+    /// Whether it is uncovered.
     #[modulation(default = Flag::TRUE)]
     sees: Modulation<Flag>,
-    /// What it sees.
+    /// The scan.
     #[export]
     laser: Export<LaserScan>,
 }
@@ -363,7 +363,7 @@ impl Schema for Eye {
 #[derive(Describe)]
 #[schema(motor, period = "100ms")]
 struct Watcher {
-    /// What it watches.
+    /// The scan.
     #[import]
     laser: Import<LaserScan>,
 }

@@ -1,4 +1,4 @@
-//! The oscilloscope: on made-up hierarchies whose past is the same every time, and on applications that run.
+//! The oscilloscope on artificial hierarchies, whose past is always the same.
 
 use eframe::egui::{Event, Key, Modifiers, MouseWheelUnit, Pos2, Theme, TouchPhase, Vec2, pos2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -9,7 +9,7 @@ use crate::style::{Style, Units};
 use crate::window::scope::fixture::{self, Fixed};
 use crate::window::scope::{Request, Scope};
 
-/// A made-up hierarchy that is looked at.
+/// The oscilloscope on an artificial hierarchy.
 struct Shown {
     scope: Scope,
     fixed: Fixed,
@@ -39,7 +39,7 @@ fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
     harness
 }
 
-/// Where a moment is on the screen, in the row of a schema; for a window of 20 s that ends at 10 s.
+/// The position of a time in a schema's row, for a window of 20 s that ends at 10 s.
 fn moment(harness: &Harness<'_, Shown>, schema: &str, time: f64) -> Pos2 {
     let traces = harness.get_by_label("Traces").rect();
     let row = harness.get_by_label_contains(&format!("{schema}, ")).rect();
@@ -75,7 +75,7 @@ fn it_looks_as_it_did_in_the_light() {
     looks_as_it_did(Theme::Light, "scope_light");
 }
 
-/// Two kinds of software renderers may differ at edges of letters, and in nothing else.
+/// Software renderers may differ only at the edges of letters.
 fn looks_as_it_did(theme: Theme, name: &str) {
     let mut harness = shown(fixture::navigation(), theme);
     let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(400);
@@ -296,7 +296,7 @@ fn two_cursors_tell_the_time_between_them() {
     assert!(has(&harness, "B − A 11.3 s"), "from -3.33 s to 8 s");
 }
 
-/// A thousand schemas in groups of ten, with twenty thousand states each.
+/// A thousand schemas, most in groups of ten, each with this many changes of state.
 fn thousand(bands: usize) -> Fixed {
     use jde_abi::describe::Kind;
     use jde_core::State;
@@ -381,7 +381,7 @@ fn what_is_drawn_does_not_grow_with_the_history() {
                 ..eframe::egui::RawInput::default()
             };
             let mut output = ctx.run_ui(input, |ui| drop(scope.show_fixed(ui, &fixed, &[], &style)));
-            // Nobody draws it.
+            // No renderer takes the textures.
             output.textures_delta.clear();
             shapes = output.shapes.len();
         }

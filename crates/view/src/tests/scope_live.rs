@@ -1,4 +1,5 @@
-//! The oscilloscope on applications that run: what a person does in it is seen in the application, and the other way round.
+//! The oscilloscope on real applications: the user's actions take effect in the application, and its changes
+//! are shown.
 
 use eframe::egui::{Key, vec2};
 use egui_kittest::Harness;
@@ -41,7 +42,7 @@ fn click(harness: &mut Harness<'_, Looked>, label: &str) {
     harness.run_steps(2);
 }
 
-/// What a schema does, asked of the application itself.
+/// The state of a schema, read from the application without the link.
 fn view(robot: &Robot, name: &str) -> SchemaView {
     let snapshot = robot.handle().snapshot();
     let mut schemas = snapshot.schemas.into_iter();

@@ -1,4 +1,4 @@
-//! Space as a simulated robot fills it.
+//! The 3D view of a simulated robot.
 
 use egui_kittest::Harness;
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
@@ -21,7 +21,7 @@ fn harness(robot: &Robot) -> Harness<'static, Shown> {
         eframe::egui_wgpu::RendererOptions::PREDICTABLE,
     );
     let card = state.clone();
-    // Nothing else that is red, and the eye near and still.
+    // Hides all other red items. The eye is near and does not move.
     let kept = serde_json::json!({
         "orbit": { "distance": 3.0, "pitch": 1.0 },
         "items": { "axes": false, "walls": false, "movers": false, "labels": false },
@@ -62,7 +62,7 @@ fn a_robot_that_drives_moves_in_the_picture() {
     until(&mut harness, |harness| place(harness).distance(from) > 120.0);
     let second = harness.render().expect("a picture");
     assert!(first != second);
-    // Its red shell is where it is said to be, no farther than the body reaches, half hidden under the plate.
+    // The red shell is at the reported position, within the body's radius. The plate hides half of it.
     let (at, shell) = (
         place(&harness),
         shell(second.enumerate_pixels().map(|(x, y, pixel)| (x, y, pixel.0))),
@@ -96,7 +96,7 @@ fn the_walls_are_where_the_laser_meets_them() {
             let out = Vec2::new(local.x, local.y).abs() - Vec2::new(thing.length, thing.width) / 2.0;
             out.max(Vec2::ZERO).length()
         });
-        // What moves is not among the scenery.
+        // Moving things are not part of the scenery.
         met += usize::from(gap.fold(f32::INFINITY, f32::min) < 0.12);
     }
     let all = scan.points().count();
@@ -106,7 +106,7 @@ fn the_walls_are_where_the_laser_meets_them() {
     );
 }
 
-/// Where the robot's middle is in the picture.
+/// The position of the robot's middle in the picture.
 fn place(harness: &Harness<'_, Shown>) -> Vec2 {
     let space = &harness.state().space;
     let robot = space.seen().robots[0].place().expect("it has a place");
@@ -126,7 +126,7 @@ fn eye(harness: &Harness<'_, Shown>) -> (Eye, Vec2) {
     (eye, Vec2::new(area.left(), area.top()))
 }
 
-/// The middle of what is red.
+/// The mean position of all red pixels.
 fn shell(pixels: impl Iterator<Item = (u32, u32, [u8; 4])>) -> Vec2 {
     let red = pixels.filter(|(_, _, [red, green, blue, _])| *red > 90 && *green < red / 3 && *blue < red / 3);
     let (sum, count) = red.fold((Vec2::ZERO, 0.0), |(sum, count), (x, y, _)| {

@@ -1,4 +1,5 @@
-//! Variables of a running application: read, and modulations changed in place and seen there.
+//! Variables of a running application: values are read, and modulations are changed in place and checked in
+//! the application.
 
 use eframe::egui::{self, Key, Modifiers};
 use egui_kittest::Harness;
@@ -36,7 +37,7 @@ fn number<W>(harness: &Harness<'_, Shown<W>>, name: &str) -> f64 {
 
 fn enter(harness: &mut Harness<'_, Shown<Values>>, field: &str, text: &str) {
     let role = egui::accesskit::Role::TextInput;
-    // Not by a click: while values come in the columns still move, and with them the place to click on.
+    // Not by a click: arriving values still change the widths of columns, and so the position of the field.
     harness.get_by_role_and_label(role, field).focus();
     harness.step();
     harness.step();
@@ -66,7 +67,7 @@ fn r14_a_modulation_typed_in_its_place_is_in_force_until_it_is_reset() {
     until(&mut harness, |harness| {
         field(harness, "goon.speed").as_deref() == Some("1.50 m/s")
     });
-    // In the unit that is shown, and in that of SI.
+    // The number is typed in the displayed unit and arrives in the SI unit.
     enter(&mut harness, "goon.turn", "180");
     until(&mut harness, |harness| {
         number(harness, "goon.turn") == std::f64::consts::PI
@@ -133,7 +134,7 @@ fn a_click_on_the_panel_of_a_schema_that_runs_reaches_it_and_shows() {
     until(&mut harness, |harness| {
         harness.query_by_label("target 0, 0").is_some()
     });
-    // Put to sleep it says so, and is still drawn.
+    // A SLEPT schema is shown as such, and its panel stays visible.
     let schema = "goon".to_owned();
     let stop = jde_link::message::Action::Stop { schema };
     harness.state().session.act(stop);

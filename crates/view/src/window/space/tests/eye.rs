@@ -1,4 +1,4 @@
-//! The eye's geometry.
+//! The geometry of the eye.
 
 use std::f32::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Pictures of a scene that never changes, and what hand and labels do to them.
+//! Pictures of a constant scene, and the effects of pointer, keys and labels on them.
 
 mod eye;
 mod room;

@@ -1,4 +1,4 @@
-//! A scene that never changes.
+//! A constant scene.
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ fn thing(
     }
 }
 
-/// A room of 8 x 6 m with a table, a ball, somebody, and a robot that looks at them.
+/// A room of 8 x 6 m with a table, a ball, a person, and a robot that faces them.
 pub(super) fn room() -> SceneData {
     let quarter = std::f64::consts::FRAC_PI_2;
     let wall = [207, 199, 180];
@@ -87,7 +87,7 @@ pub(super) fn room() -> SceneData {
         ..LaserScan::default()
     });
     for beam in 0..180_usize {
-        // Somebody's legs, and nothing where the door is.
+        // The legs of a person, and no echo at the door.
         let range = match beam {
             88..=91 => 2.2,
             94..=97 => 2.25,

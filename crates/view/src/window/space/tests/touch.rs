@@ -1,4 +1,4 @@
-//! Hands on the scenes of panels.
+//! Gestures on the scenes of panels.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ const ALL: Wants = Wants {
     keys: true,
 };
 
-/// A ball 1 m above the floor, 2 m ahead of a robot that stands at x = 1 m.
+/// A ball 1 m above the floor, 2 m ahead of a robot at x = 1 m.
 fn ball(id: &str, wants: Wants) -> Item {
     Item::Scene {
         id: id.to_owned(),
@@ -41,7 +41,7 @@ fn ball(id: &str, wants: Wants) -> Item {
     }
 }
 
-/// No picture is drawn, and none is needed.
+/// A window without a renderer, which these tests do not need.
 fn window(scenes: Vec<Item>) -> Window {
     let robot = RobotData {
         name: "pioneer".to_owned(),
