@@ -22,7 +22,7 @@ fn latch(reader: &mut Reader) -> Option<(f64, Stamp)> {
     ))
 }
 
-/// One variable of a number for each kind of cell and access; commands with a grant for writer 7.
+/// Returns one variable of a number for each kind of cell and access. Writer 7 has the grant of the command.
 fn numbers() -> [Arc<Variable>; 3] {
     let [export, modulation, command] =
         [Access::Export, Access::Modulation, COMMAND].map(|access| variable(&float64(), access));
@@ -131,7 +131,7 @@ fn r8_a_latched_value_stays_until_it_is_released() {
         write(&mut writer, 1.0, 1).unwrap();
         let first = reader.latch().unwrap();
         let (address, value) = (first.bytes.as_ptr(), first.bytes.to_vec());
-        // Enough to come round all slots of either cell.
+        // Enough to reuse all slots of either cell.
         (2..40).for_each(|n| assert_eq!(write(&mut writer, f64::from(n), 2), Ok(n as u64)));
         let again = reader.latch().unwrap();
         assert_eq!((again.bytes.as_ptr(), again.bytes), (address, &value[..]));
@@ -208,7 +208,7 @@ fn values_are_aligned_for_any_type() {
             assert!(loan.as_ptr().cast::<u128>().is_aligned());
             loan.fill(0);
             writer.publish(0, 0).unwrap();
-            // The third reads beyond the declared two, by copying.
+            // The third reader exceeds the declared two, so it copies.
             let mut readers = [0; 3].map(|_| variable.reader("r"));
             for reader in &mut readers {
                 assert!(reader.latch().unwrap().bytes.as_ptr().cast::<u128>().is_aligned());
@@ -324,7 +324,7 @@ fn readers_beyond_the_declared_number_read_as_well() {
     for round in 1..=20u8 {
         writer.loan().fill(round);
         writer.publish(0, 0).unwrap();
-        // One after the other latches and keeps; all others keep what they have.
+        // One reader at a time latches a new value. All others keep theirs.
         let reader = &mut readers[usize::from(round) % 10];
         reader.release();
         assert_eq!(reader.latch().unwrap().bytes[999], round);

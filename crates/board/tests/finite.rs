@@ -1,4 +1,4 @@
-//! Where NaNs and infinities are found, and where they are not looked for.
+//! Where NaNs and infinities are found, and where they are not searched for.
 
 use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_board::finite::Finite;

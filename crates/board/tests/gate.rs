@@ -1,5 +1,5 @@
-//! R7: a command takes effect only while its writer holds a grant. The interleavings are tried in `loom.rs`, the real machine
-//! in `torture.rs`.
+//! R7: a command takes effect only while its writer holds a grant. `loom.rs` tries the interleavings,
+//! `torture.rs` runs on the real machine.
 
 use jde_board::{Access, Refused, Writer};
 

@@ -1,7 +1,9 @@
-//! The cells under loom, which tries the interleavings of a few threads and the stale values that the memory model allows.
-//! Run by `RUSTFLAGS="--cfg loom" cargo test -p jde-board --release --test loom`; empty otherwise.
+//! The cells under loom, which tries the interleavings of a few threads and the stale values that the memory
+//! model allows. Run by `RUSTFLAGS="--cfg loom" cargo test -p jde-board --release --test loom`; empty
+//! otherwise.
 //!
-//! Values are chosen so that a torn one shows: every word and stamp of value number `s` is `s`, or the writer's own number.
+//! Values are chosen so that a torn one is detected: every word and stamp of value number `s` is `s`, or the
+//! writer's own number.
 #![cfg(loom)]
 #![allow(unsafe_code, reason = "loom's pointers are read and written raw, and checked")]
 
@@ -9,7 +11,8 @@ use jde_board::cell::{Mark, Pinned, Ring, Withdrawn};
 use loom::sync::Arc;
 use loom::thread;
 
-/// Switches that a model tries beyond those where a thread waits; without a bound the larger models take hours.
+/// Context switches that a model tries beyond those where a thread waits. Without a bound the larger models
+/// take hours.
 const PREEMPTIONS: usize = 3;
 
 fn model(body: impl Fn() + Sync + Send + 'static) {
@@ -18,7 +21,7 @@ fn model(body: impl Fn() + Sync + Send + 'static) {
     builder.check(body);
 }
 
-/// Publishes a value whose every part is `value`.
+/// Publishes a value with `value` in every part.
 fn publish(cell: &Pinned, seat: Option<usize>, value: u64) -> Result<u64, Withdrawn> {
     let claim = cell.claim();
     {
@@ -29,7 +32,7 @@ fn publish(cell: &Pinned, seat: Option<usize>, value: u64) -> Result<u64, Withdr
     cell.publish(claim, seat, value, value as u32, value)
 }
 
-/// Pins, looks twice, and checks that nothing moved or was torn.
+/// Pins, reads twice, and checks that the value neither moved nor was torn.
 fn read(cell: &Pinned) -> Mark {
     let pin = cell.pin();
     let mark = cell.mark(&pin);

@@ -1,4 +1,5 @@
-//! Values that other processes can map: the same values, at the places told, and no way to touch what is not given out.
+//! Values that other processes can map: the same values, at the stated places, and no access to anything
+//! else.
 
 #![allow(unsafe_code, reason = "mapped memory is looked at through raw pointers")]
 
@@ -14,7 +15,7 @@ use jde_board::{Access, Board, Mapped, Variable};
 mod common;
 use common::{declaration, float64, words};
 
-/// Words of a value: enough that it is borrowed, and that several do not end on a page.
+/// Words of a value: enough that it is borrowed, and that a multiple of it does not end on a page boundary.
 const WORDS: usize = 700;
 
 fn image() -> Arc<Variable> {
@@ -24,7 +25,7 @@ fn image() -> Arc<Variable> {
 
 fn seen(mapped: &Mapped, place: usize) -> Vec<u8> {
     let first = mapped.at(place, WORDS * 8).expect("it is inside");
-    // SAFETY: the mapping has these bytes, and nobody writes to them meanwhile.
+    // SAFETY: the mapping has these bytes, and nothing writes to them meanwhile.
     unsafe { std::slice::from_raw_parts(first, WORDS * 8) }.to_vec()
 }
 
@@ -54,7 +55,7 @@ fn what_is_written_where_the_file_is_mapped_is_published() {
     let (mut writer, mut reader) = (variable.writer(1, "camera").unwrap(), variable.reader("eye"));
     let place = variable.place_of(writer.loan()).expect("it is loaned in place");
     let first = mapped.at(place, WORDS * 8).expect("it is inside");
-    // SAFETY: the mapping has these bytes, and the loan says that nobody else touches them.
+    // SAFETY: the mapping has these bytes, and the loan guarantees that no other thread accesses them.
     unsafe { first.write_bytes(34, WORDS * 8) };
     writer.publish(1, 1).expect("it is published");
     assert_eq!(reader.latch().expect("a value").bytes, vec![34; WORDS * 8]);
@@ -98,7 +99,7 @@ fn small_exports_and_variables_not_declared_so_are_not_given_out() {
     assert!(own.expect("it is declared").shared().is_none());
 }
 
-/// An ordinary user who is not this one.
+/// An ordinary user other than the present one.
 const NOBODY: u32 = 65_534;
 
 #[test]
@@ -109,7 +110,7 @@ fn the_memory_is_its_users_alone() {
     assert_eq!(file.metadata().expect("about it").mode() & 0o777, 0o400);
     let name = format!("/proc/{}/fd/{}", std::process::id(), file.as_raw_fd());
     assert!(File::open(&name).is_ok(), "its own user reads it");
-    // The superuser is let through whatever the mode says, and can be somebody else.
+    // The superuser has access whatever the mode, and can change to another user.
     if file.metadata().expect("about it").uid() == 0 {
         let other = Command::new("head")
             .args(["-c", "1", &name])

@@ -1,6 +1,6 @@
-//! Real threads that look for torn, moved or lost values. Bounded by counts, never by time.
+//! Real threads that detect torn, moved or lost values. Bounded by counts, never by time.
 //!
-//! `JDE_TORTURE` scales the counts in percent: 1 under valgrind, more for a long night.
+//! `JDE_TORTURE` scales the counts in percent: 1 under valgrind, more for a run over night.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +12,7 @@ use jde_board::{Access, Board, Declaration, Reader, Refused, Variable};
 mod common;
 use common::{COMMAND, declaration, words};
 
-/// Words of a 640 x 480 picture of three bytes a pixel, about 900 kB.
+/// Words of a 640 x 480 image of three bytes per pixel, about 900 kB.
 const IMAGE: usize = 640 * 480 * 3 / 8;
 /// Far longer than any wake-up: a wait that takes this long was never woken.
 const LOST: Duration = Duration::from_secs(60);
@@ -37,7 +37,7 @@ fn declare(words_each: usize, access: Access, change: impl FnOnce(&mut Declarati
     Board::new().declare(declared).unwrap()
 }
 
-/// Makes every word `value`, by whole copies: this is also run unoptimised.
+/// Sets every word to `value`, by whole copies, because this also runs unoptimised.
 fn fill(bytes: &mut [u8], value: u64) {
     bytes[..8].copy_from_slice(&value.to_ne_bytes());
     let mut filled = 8;
@@ -48,12 +48,13 @@ fn fill(bytes: &mut [u8], value: u64) {
     }
 }
 
-/// Whether every word is `value`: the first is, and each is like the one before.
+/// Returns whether every word is `value`: the first is, and each equals the one before.
 fn is_filled(bytes: &[u8], value: u64) -> bool {
     bytes[..8] == value.to_ne_bytes() && bytes[8..] == bytes[..bytes.len() - 8]
 }
 
-/// Publishes `rounds` values as writer `id`; every word and the time of a value are the same number, no two alike.
+/// Publishes `rounds` values as writer `id`. Every word and the time of a value are the same number, which is
+/// unique.
 fn write(variable: &Arc<Variable>, id: u32, rounds: u64) {
     let mut writer = variable.writer(id, "writer").unwrap();
     let mut last = 0;
@@ -66,7 +67,7 @@ fn write(variable: &Arc<Variable>, id: u32, rounds: u64) {
     }
 }
 
-/// Checks a value in full, twice; answers its number.
+/// Checks a whole value, twice, and returns its number.
 fn check(reader: &mut Reader) -> u64 {
     let Some(latched) = reader.latch() else { return 0 };
     for _ in 0..2 {
@@ -80,7 +81,7 @@ fn check(reader: &mut Reader) -> u64 {
     latched.stamp.sequence
 }
 
-/// Reads until the writers are done, and then once more; answers the last number.
+/// Reads until the writers have finished, and then once more. Returns the last number.
 fn read(variable: &Arc<Variable>, done: &AtomicBool) -> u64 {
     let mut reader = variable.reader("reader");
     let mut last = 0;
@@ -101,7 +102,7 @@ fn read(variable: &Arc<Variable>, done: &AtomicBool) -> u64 {
     }
 }
 
-/// Says so even when a writer panics, so that its readers end.
+/// Signals the end even if a writer panics, so that its readers end.
 struct Done<'a>(&'a AtomicBool);
 
 impl Drop for Done<'_> {

@@ -90,7 +90,7 @@ fn a_type_that_does_not_fit_is_refused_with_words() {
     #[derive(Clone, Copy)]
     #[repr(C, align(32))]
     struct Wide([u64; 4]);
-    // SAFETY: four words fill it.
+    // SAFETY: four words without a gap.
     #[allow(unsafe_code, reason = "this is how a plain type is declared")]
     unsafe impl Plain for Wide {}
 

@@ -1,4 +1,4 @@
-//! Values without their Rust types: what goes in comes out, and what does not fit is named by its path.
+//! Values without their Rust types: decoding inverts encoding, and errors name the path of what does not fit.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 mod common;
 use common::{field, float64, nested, one, sequence, structure, text, twist, vector};
 
-/// Every kind and form of field at once.
+/// A type with every kind and form of field.
 fn robot() -> Arc<Type> {
     let pose = structure(
         "test/Pose2D",
@@ -50,7 +50,7 @@ fn encoded(value_type: &Type, value: &Value) -> Vec<u8> {
     bytes
 }
 
-/// The message for a value that does not fit; the bytes must be untouched.
+/// Returns the message for a value that does not fit. The bytes must be unchanged.
 fn refused(value_type: &Type, value: &Value) -> String {
     let mut bytes = vec![0x5a; value_type.bytes];
     let error = encode(value_type, value, &mut bytes).unwrap_err();
@@ -101,7 +101,8 @@ fn a_list_of_lists_fills_a_sequence_of_structures_of_numbers() {
         )]),
     );
     assert_eq!(get_path(&robot, &bytes, "path[1].y").unwrap(), Value::Float(5.0));
-    // One shorter: the second is forgotten, and does not come back when the sequence grows again.
+    // The sequence shrinks by one. The second element is cleared, and does not reappear when the sequence
+    // grows again.
     let pose = |x: f64| map([("x", x.into())]);
     encode(&robot, &map([("path", Value::List(vec![pose(7.0)]))]), &mut bytes).unwrap();
     assert_eq!(
@@ -283,7 +284,7 @@ fn a_vector_takes_its_numbers_in_order() {
     );
 }
 
-/// A scalar field's type and a value of it.
+/// Generates a scalar field's type and a value of it.
 fn scalar() -> impl Strategy<Value = (Scalar, Value)> {
     let float = prop_oneof![
         any::<f64>().prop_filter("a NaN is not itself", |x| !x.is_nan()),
@@ -306,7 +307,7 @@ fn scalar() -> impl Strategy<Value = (Scalar, Value)> {
     ]
 }
 
-/// A field without its place, and a value of it. Structures nest `depth` deep.
+/// Generates a field without its place, and a value of it. Structures nest `depth` deep.
 fn any_field(depth: u32) -> BoxedStrategy<(Field, Value)> {
     let single = scalar().prop_map(|(scalar, value)| (one("", scalar), value));
     let written =
@@ -316,7 +317,7 @@ fn any_field(depth: u32) -> BoxedStrategy<(Field, Value)> {
         return single;
     }
     let whole = any_type(depth - 1).prop_map(|(inner, value)| (nested("", &inner), value));
-    // Several elements of a type are copies of one value: what they are made of is varied elsewhere.
+    // Several elements of a type are copies of one value. Other tests vary the contents.
     let many = (any_type(depth - 1), 1usize..4, 0usize..4, any::<bool>()).prop_map(
         |((inner, value), capacity, length, fixed)| {
             let kind = FieldKind::Struct(inner);
@@ -336,7 +337,7 @@ fn any_field(depth: u32) -> BoxedStrategy<(Field, Value)> {
     prop_oneof![2 => single, 1 => whole, 1 => many].boxed()
 }
 
-/// A type and a value of it.
+/// Generates a type and a value of it.
 fn any_type(depth: u32) -> BoxedStrategy<(Arc<Type>, Value)> {
     prop::collection::vec(any_field(depth), 1..5)
         .prop_map(|parts| {
@@ -352,7 +353,8 @@ fn any_type(depth: u32) -> BoxedStrategy<(Arc<Type>, Value)> {
         .boxed()
 }
 
-/// A type with its fields one after the other, aligned or not: decoding and encoding must not care.
+/// Returns a type with consecutive fields, aligned or not: decoding and encoding must not depend on
+/// alignment.
 fn packed(name: &str, mut fields: Vec<Field>) -> Arc<Type> {
     let mut bytes = 0;
     for field in &mut fields {
@@ -378,7 +380,7 @@ proptest! {
         let mut bytes = vec![old; value_type.bytes];
         encode(&value_type, &value, &mut bytes).unwrap();
         prop_assert_eq!(decode(&value_type, &bytes), value.clone());
-        // What is under a new value, and not part of it, leaves no trace.
+        // The old bytes under a new value have no effect.
         let Value::Map(fields) = &value else { unreachable!() };
         for (name, part) in fields {
             prop_assert_eq!(&get_path(&value_type, &bytes, name).unwrap(), part);
@@ -391,9 +393,9 @@ proptest! {
         let value = decode(&value_type, &bytes);
         let mut again = bytes.clone();
         match encode(&value_type, &value, &mut again) {
-            // Shown, because a NaN is not itself.
+            // Compared as texts, because a NaN does not equal itself.
             Ok(()) => prop_assert_eq!(decode(&value_type, &again).to_string(), value.to_string()),
-            // Replaced letters may take more room than the bad ones did.
+            // Replacement characters may need more bytes than the invalid ones.
             Err(error) => prop_assert!(error.to_string().contains("bytes of text"), "{error}"),
         }
     }

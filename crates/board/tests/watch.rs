@@ -1,4 +1,4 @@
-//! Watches end while others publish, from any thread, and nothing is called after that (R12).
+//! Watches end while other threads publish, from any thread, and are not called after that (R12).
 
 mod common;
 

@@ -1,6 +1,6 @@
-//! What the stories do not tell: unknown identifiers, late calls, calls in the wrong order.
+//! What the stories omit: unknown identifiers, late calls, calls in the wrong order.
 //!
-//! It refuses to repeat what the random tests hold for every order of calls.
+//! It refuses to repeat what the random tests check for every order of calls.
 
 mod family;
 
@@ -230,7 +230,7 @@ fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
     let mut h = family(Policy::Priority);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
-    // The father is about to lose its place, but its child iterates; meanwhile the child's readiness goes.
+    // The father is being replaced, but its child iterates. Meanwhile the child stops being READY.
     effects(|out| {
         h.checked(
             2,

@@ -1,6 +1,7 @@
-//! Who falls out without a selection: by a fault, by a stop of everything, or because a sibling was woken.
+//! Schemas that lose their place without a selection: by a fault, by a stop of everything, or because a
+//! sibling was woken.
 //!
-//! It refuses to repeat what the stories and the random tests hold.
+//! It refuses to repeat what the stories and the random tests check.
 
 mod family;
 
@@ -13,7 +14,7 @@ use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
 #[test]
 fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
-    // With a successor, without one, and while the father has yet to say.
+    // With a successor, without one, and with an open question to the father.
     for (policy, other) in [
         (Policy::Priority, true),
         (Policy::Priority, false),
@@ -113,7 +114,8 @@ fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
         due
     };
     assert_eq!(h.restarts_left(0, eye), Some(2));
-    // Restarted at 10 and at 120, and once the first is a second ago, again: for ever, if it does not fail more often.
+    // Restarted at 10 and at 120. Once the first is 1000 ago, it is restarted again, and so on, unless it
+    // fails more often.
     let dues = [0, 100, 1_010, 1_120, 2_040].map(|now| fault(&mut h, now));
     assert_eq!(dues, [10, 120, 1_030, 1_140, 2_060].map(Some));
     assert_eq!(h.restarts_left(2_060, eye), Some(0));
@@ -172,7 +174,7 @@ fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hol
         1,
         "a record alone"
     );
-    // Let go on before its iteration has ended, it begins anew after that.
+    // A schema that is released before its iteration has ended begins anew after that.
     let mut released = Vec::new();
     effects(|out| released = h.release_all(4, out).expect("it runs"));
     assert_eq!(released, [FATHER, B]);

@@ -1,6 +1,6 @@
 //! Random hierarchies under random events: the rules hold after every transaction.
 //!
-//! It refuses to know how the rules are kept: see `shadow` for what is checked, and `Wishes` for R6.
+//! It refuses to know the implementation: `shadow` has the checks, and `Wishes` has those of R6.
 
 mod random;
 
@@ -38,7 +38,7 @@ struct Run {
     up: bool,
 }
 
-/// Who keeps perceptive schemas awake besides those who need them, noted from the outside (R6).
+/// The requests that keep perceptive schemas awake, beside the needs of schemas, recorded independently (R6).
 #[derive(Default)]
 struct Wishes {
     fathers: BTreeSet<(SchemaId, SchemaId)>,
@@ -109,7 +109,7 @@ impl Run {
         }
     }
 
-    /// Runs one call on the hierarchy and on a copy, and holds the effects against the rules.
+    /// Runs one call on the hierarchy and on a copy, and checks the effects against the rules.
     fn transaction(&mut self, call: impl Fn(&mut Hierarchy, &mut Vec<Effect>)) -> Result<(), TestCaseError> {
         let mut twin = self.h.clone();
         let before: Vec<_> = self.group_ids().map(|g| self.h.winner(g)).collect();
@@ -146,7 +146,7 @@ impl Run {
         self.groups_are_settled()
     }
 
-    /// R6, counted from the outside.
+    /// R6, computed independently.
     fn perceptive_schemas_are_awake_exactly_when_needed(&self) -> Result<(), TestCaseError> {
         let spec = self.h.spec();
         for id in ids(spec).filter(|id| spec.schemas[id.index()].kind == Kind::Perceptive) {
@@ -167,7 +167,7 @@ impl Run {
         Ok(())
     }
 
-    /// R1, R3: whoever should win does, unless a handover or a question is under way.
+    /// R1, R3: the right member wins, unless a handover or a question is under way.
     fn groups_are_settled(&self) -> Result<(), TestCaseError> {
         for id in self.group_ids() {
             let spec = &self.h.spec().groups[id.index()];
@@ -215,7 +215,7 @@ impl Run {
                     prop_assert!(fair, "R3: alone and not WINNER: {:?}", only);
                 }
                 (None, several) => {
-                    // Only a father's own word may leave a collision without a winner.
+                    // Only the father's own arbitration may leave a collision without a winner.
                     let winner = self.h.winner(id);
                     let decided =
                         spec.policy == Policy::Father || winner.is_some_and(|w| several.contains(&w));
@@ -226,7 +226,7 @@ impl Run {
         Ok(())
     }
 
-    /// R9: a group that loses its winner and finds no other brakes or holds in the same transaction.
+    /// R9: a group that loses its winner and has no other one brakes or holds in the same transaction.
     fn absences_are_answered(
         &self,
         before: &[Option<SchemaId>],
@@ -374,7 +374,7 @@ impl Run {
         Ok(())
     }
 
-    /// Lets every iteration end and every timer fire: nothing is left under way.
+    /// Ends every iteration and fires every timer, so nothing is under way.
     fn finish(&mut self) -> Result<(), TestCaseError> {
         for id in ids(self.h.spec()) {
             if self.shadow.is_running(id) {
@@ -411,7 +411,7 @@ impl Run {
         SchemaId(u32::from(index) % u32::try_from(self.h.spec().schemas.len()).expect("few schemas"))
     }
 
-    /// Usually a schema for which the event means something, now and then any.
+    /// Usually picks a schema to which the event applies, sometimes any.
     fn pick_fitting(&self, index: u16, event: u16) -> SchemaId {
         let fits = |id: &SchemaId| match event {
             0..=7 => self.h.is_awake(*id) && self.h.group_of(*id).is_some(),
@@ -431,7 +431,7 @@ impl Run {
         GroupId(u32::from(index) % u32::try_from(self.h.spec().groups.len()).expect("few groups"))
     }
 
-    /// Usually somebody whom `by` may wake, now and then anybody.
+    /// Usually picks a schema that `by` may wake, sometimes any.
     fn pick_child(&self, by: SchemaId, index: u16) -> SchemaId {
         let spec = self.h.spec();
         let mut children: Vec<_> = spec

@@ -1,8 +1,8 @@
 //! Every order in which the threads of a small hierarchy can step, over the real state machine.
 //!
-//! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins, commands,
-//! wakes, ends, or faults, and each timer fires, at any moment. It refuses to be believed on trust: executors that
-//! are wrong on purpose run through the same model, and each must be caught.
+//! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins,
+//! commands, wakes, ends, or faults, and each timer fires, at any moment. It refuses to trust the model itself:
+//! wrong executors run through the same model, and it must detect each of them.
 
 use std::hash::{Hash, Hasher};
 
@@ -76,21 +76,21 @@ fn caught(executor: Executor) {
 
 const KEPT: &str = "the rules are kept";
 
-/// How the executor treats the state machine.
+/// How the executor uses the state machine.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 enum Executor {
     Faithful,
     /// Fires the patience of a group at once.
     Hasty,
-    /// Iterates without asking.
+    /// Iterates without permission.
     Deaf,
-    /// Lets a command through without asking whether there is authority.
+    /// Accepts a command without a check of authority.
     Credulous,
     /// Applies the last effect first.
     Backwards,
-    /// Lets a loser's command stand when somebody takes over.
+    /// Keeps a loser's command in force at a takeover.
     Careless,
-    /// Lets a command stand that was taken over and not written.
+    /// Keeps a command in force that was taken over and not written.
     Keeping,
 }
 
@@ -303,7 +303,7 @@ impl World {
         }
     }
 
-    /// R7 by the states alone, and no command of an iteration that lost its place.
+    /// R7 by the states alone, and no command of an abandoned iteration.
     fn may_command(&self, id: SchemaId) -> bool {
         let wins = |id| self.shadow.state(id) == State::Winner;
         let chain = match id {
@@ -321,7 +321,7 @@ impl World {
         }
     }
 
-    /// All that decides what can happen next: everything but times and the numbers of records.
+    /// Returns everything that determines what can happen next: all but times and the numbers of records.
     fn key(&self) -> impl Hash + PartialEq + '_ {
         let nodes: Vec<_> = ids(self.h.spec())
             .map(|id| {

@@ -1,6 +1,6 @@
-//! Each ready-made policy by itself, on one group of roots.
+//! Each ready-made policy alone, on one group of roots.
 //!
-//! It refuses to look at effects beyond who wins and why.
+//! It checks only the winner and the reason, and refuses to check other effects.
 
 use jde_core::{
     Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Nanos, Policy, Record, SchemaId, SchemaSpec, Spec,
@@ -59,7 +59,7 @@ impl Level {
         self.h.winner(GROUP)
     }
 
-    /// The winner iterates, and competes again.
+    /// The winner iterates and competes again.
     fn goes_on(&mut self, now: Nanos) -> Option<SchemaId> {
         let winner = self.h.winner(GROUP).expect("somebody wins");
         assert!(self.h.begin(now, winner, &mut self.out));

@@ -1,6 +1,7 @@
-//! Runs the stories in `scenarios/` at the root of the repository, and holds that every rule is told by one.
+//! Runs the stories in `scenarios/` at the root of the repository, and checks that each rule has one.
 //!
-//! It refuses stories it does not understand: an unknown key, phrase or name fails with the file and the step.
+//! It refuses stories that it does not understand: an unknown key, phrase or name fails with the file and the
+//! step.
 
 mod story;
 
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 
 use story::Story;
 
-/// Rules that the state machine alone cannot show, and who holds them.
+/// Rules that the state machine alone cannot show, and where they are tested.
 const ELSEWHERE: [(&str, &str); 2] = [
     (
         "R8",

@@ -1,4 +1,4 @@
-//! What is wrong with a specification is said before the start, all at once; and the contract's arithmetic.
+//! All faults of a specification are reported before the start, at once; and the contract's arithmetic.
 //!
 //! It refuses to start anything.
 
@@ -32,7 +32,7 @@ fn sound() -> Spec {
     }
 }
 
-/// The faults of a sound specification after a change.
+/// Returns the faults of a valid specification after a change.
 fn faults(change: impl FnOnce(&mut Spec)) -> Vec<SpecError> {
     let mut spec = sound();
     change(&mut spec);
@@ -178,7 +178,7 @@ fn all_faults_are_reported_at_once_and_each_says_what_to_do() {
     assert_eq!(told, expected);
 }
 
-/// The group of stop and goon.
+/// Returns the contract of the group of stop and goon.
 fn motion_contract(spec: &Spec) -> GroupContract {
     contract(spec).swap_remove(1)
 }

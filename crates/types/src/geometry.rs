@@ -1,6 +1,6 @@
-//! Points, poses and velocities, and the plane geometry that every mobile robot needs of them.
+//! Points, poses and velocities, and the plane geometry that mobile robots need.
 //!
-//! Metres, radians, seconds; axes by REP-103. Angles that functions here return are in (−π, π].
+//! Metres, radians, seconds; axes by REP-103. Functions return angles in (−π, π].
 
 use core::f64::consts::{PI, TAU};
 
@@ -120,7 +120,7 @@ pub struct TwistWithCovariance {
     pub covariance: [f64; 36],
 }
 
-/// `angle` in (−π, π], rad.
+/// Returns `angle` in (−π, π], rad.
 #[must_use]
 pub fn normalize_angle(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
@@ -136,7 +136,7 @@ impl Quaternion {
         w: 1.0,
     };
 
-    /// A rotation by `yaw` rad about the axis up.
+    /// Returns a rotation by `yaw` rad about the axis up.
     #[must_use]
     pub fn from_yaw(yaw: f64) -> Self {
         let (sin, cos) = (yaw / 2.0).sin_cos();
@@ -147,7 +147,7 @@ impl Quaternion {
         }
     }
 
-    /// The rotation about the axis up, rad; the others are left out.
+    /// Returns the rotation about the axis up, rad, without the rotations about the other axes.
     #[must_use]
     pub fn yaw(&self) -> f64 {
         let Self { x, y, z, w } = *self;
@@ -181,10 +181,10 @@ impl Default for TwistWithCovariance {
 }
 
 impl Twist {
-    /// Standing still.
+    /// No motion.
     pub const ZERO: Self = Self::planar(0.0, 0.0);
 
-    /// Ahead at `linear` m/s while turning left at `angular` rad/s.
+    /// Returns a velocity of `linear` m/s ahead with a left turn of `angular` rad/s.
     #[must_use]
     pub const fn planar(linear: f64, angular: f64) -> Self {
         Self {
@@ -206,25 +206,25 @@ impl Pose2D {
     /// The frame's own origin.
     pub const ORIGIN: Self = Self::new(0.0, 0.0, 0.0);
 
-    /// A pose at `x`, `y` m with a heading of `theta` rad.
+    /// Returns a pose at `x`, `y` m with a heading of `theta` rad.
     #[must_use]
     pub const fn new(x: f64, y: f64, theta: f64) -> Self {
         Self { x, y, theta }
     }
 
-    /// How far `other` is, m.
+    /// Returns the distance to `other`, m.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {
         (other.x - self.x).hypot(other.y - self.y)
     }
 
-    /// By how much to turn left to face `other`, rad.
+    /// Returns the left turn that faces `other`, rad.
     #[must_use]
     pub fn bearing_to(&self, other: &Self) -> f64 {
         normalize_angle((other.y - self.y).atan2(other.x - self.x) - self.theta)
     }
 
-    /// `local`, a pose in the frame of `self`, in the frame that `self` is in.
+    /// Transforms `local`, a pose in the frame of `self`, to the frame that `self` is in.
     #[must_use]
     pub fn transform(&self, local: &Self) -> Self {
         let (sin, cos) = self.theta.sin_cos();
@@ -235,7 +235,8 @@ impl Pose2D {
         )
     }
 
-    /// `other`, a pose in the frame that `self` is in, in the frame of `self`; undoes [`Self::transform`].
+    /// Transforms `other`, a pose in the frame that `self` is in, to the frame of `self`. Inverts
+    /// [`Self::transform`].
     #[must_use]
     pub fn localize(&self, other: &Self) -> Self {
         let (sin, cos) = self.theta.sin_cos();
@@ -248,7 +249,7 @@ impl Pose2D {
     }
 }
 
-/// Leaves out height, roll and pitch.
+/// Drops height, roll and pitch.
 impl From<Pose> for Pose2D {
     fn from(pose: Pose) -> Self {
         Self::new(pose.position.x, pose.position.y, pose.orientation.yaw())

@@ -1,7 +1,9 @@
-//! The standard interfaces of sensors and actuators, and what makes a structure a value that schemas can share.
+//! The standard interfaces of sensors and actuators, and the trait that makes a structure a value that
+//! schemas can share.
 //!
-//! Units are SI and axes follow ROS REP-103 (x ahead, y left, z up, counter-clockwise positive). A standard type has the name
-//! and the fields of its ROS 2 interface; ours are under `jde_msgs`. Nothing here computes behaviour.
+//! Units are SI, and axes follow ROS REP-103 (x ahead, y left, z up, counter-clockwise positive). A standard
+//! type has the name and the fields of its ROS 2 interface; jde's own types are in the package `jde_msgs`.
+//! The crate refuses to compute behaviour.
 
 extern crate self as jde_types;
 
@@ -38,8 +40,8 @@ pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
 pub use value::Value;
 
-/// The descriptions of all standard types, each after those it is made of. Texts and arrays by themselves are left out, for
-/// each capacity is a type of its own.
+/// Returns the descriptions of all standard types, each after the types that it contains. Texts and arrays on
+/// their own are left out, because each capacity is a type of its own.
 #[must_use]
 pub fn standard() -> Vec<jde_abi::describe::Type> {
     vec![
@@ -85,7 +87,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
     ]
 }
 
-/// What the derive macro writes in terms of; not for people.
+/// What the derive macros generate code with; not a public interface.
 #[doc(hidden)]
 pub mod derived {
     pub use crate::modulated::{Modulated, wire};

@@ -1,4 +1,4 @@
-//! How far an application has come, and what only a simulator can know.
+//! The progress of an application, and facts that only a simulator knows.
 
 use crate::{Padding, Pose2D, Text, Twist, Value};
 
@@ -44,10 +44,10 @@ pub struct Truth {
 }
 
 impl Mission {
-    /// State: it goes on.
+    /// State: it is under way.
     pub const RUNNING: u8 = 0;
     /// State: all targets are reached.
     pub const DONE: u8 = 1;
-    /// State: it cannot be done; the note says why.
+    /// State: it cannot be done; the note gives the reason.
     pub const FAILED: u8 = 2;
 }

@@ -1,5 +1,5 @@
-//! What a modulation may be: a value, a bool, or one of several. The last two are no values, for some patterns of their bytes mean
-//! nothing; they cross the boundary as values that do.
+//! The types of a modulation: a value, a bool, or an enumeration. The last two are not values, because some
+//! byte patterns are invalid. They cross the boundary as values that represent them.
 
 #![allow(unsafe_code)]
 
@@ -8,26 +8,27 @@ use core::mem;
 
 use crate::{Flag, Value};
 
-/// What a modulation may be: every [`Value`], `bool`, and an enumeration with `#[derive(Choice)]`.
+/// A type of modulation: every [`Value`], `bool`, and an enumeration with `#[derive(Choice)]`.
 ///
 /// # Safety
-/// It has as many bytes as its `Wire`, and the bytes of each of its values are those of the `Wire` that stands for it.
+/// It has as many bytes as its `Wire`, and the bytes of each of its values are those of the `Wire` that
+/// represents it.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be a modulation",
     note = "use a number, `bool`, `Text<N>`, a structure that derives `Value`, or an enumeration with `#[derive(Clone, Copy, Choice)]` and `#[repr(u8)]`"
 )]
 pub unsafe trait Modulated: Copy + Send + Sync + 'static {
-    /// The value that stands for it.
+    /// The value that represents it.
     type Wire: Value;
 
-    /// Names of the numbers from 0 on, each ending with a NUL, if it is one of several.
+    /// The names of the numbers from 0 on, each ending with a NUL, if it is an enumeration.
     const CHOICES: &'static [*const c_char] = &[];
 
-    /// What a value stands for; none if that is nothing.
+    /// Returns what a value represents; `None` if it represents nothing.
     fn of(wire: &Self::Wire) -> Option<Self>;
 }
 
-// SAFETY: a value stands for itself.
+// SAFETY: a value represents itself.
 unsafe impl<T: Value> Modulated for T {
     type Wire = T;
 
@@ -45,10 +46,10 @@ unsafe impl Modulated for bool {
     }
 }
 
-/// The value that stands for `it`.
+/// Returns the value that represents `it`.
 #[must_use]
 pub const fn wire<T: Modulated>(it: T) -> T::Wire {
     const { assert!(size_of::<T>() == size_of::<T::Wire>()) };
-    // SAFETY: as many bytes, which are such a value by the contract of `Modulated`.
+    // SAFETY: the sizes are equal, and the bytes are such a value by the contract of `Modulated`.
     unsafe { mem::transmute_copy(&it) }
 }

@@ -1,4 +1,4 @@
-//! Where the robot believes it is, and where it is to go.
+//! The estimated position of the robot, and its targets.
 
 use crate::{
     Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist,
@@ -40,28 +40,28 @@ pub struct Route {
     pub poses: Seq<Pose2D, 64>,
 }
 
-/// A place to go to, or none.
+/// An optional target position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Target")]
 pub struct Target {
-    /// The place, in the frame of the odometry; its heading does not count.
+    /// The position, in the frame of the odometry. Its heading is not used.
     pub pose: Pose2D,
-    /// Whether there is one.
+    /// Whether there is a target.
     pub set: Flag,
     /// Nothing.
     pub padding: Padding<7>,
 }
 
 impl Target {
-    /// No place to go to.
+    /// No target.
     pub const NONE: Self = Self {
         pose: Pose2D::ORIGIN,
         set: Flag::FALSE,
         padding: Padding::ZERO,
     };
 
-    /// That place.
+    /// Returns this target.
     #[must_use]
     pub const fn at(pose: Pose2D) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl Target {
         }
     }
 
-    /// The place, if there is one.
+    /// Returns the target, if there is one.
     #[must_use]
     pub fn get(&self) -> Option<Pose2D> {
         self.set.get().then_some(self.pose)
@@ -79,7 +79,7 @@ impl Target {
 }
 
 impl Odometry {
-    /// An odometry that is sure of itself, between the frames "odom" and "base_link".
+    /// Returns an odometry with zero covariance, between the frames "odom" and "base_link".
     #[must_use]
     pub fn planar(stamp: impl Into<crate::Time>, pose: Pose2D, twist: Twist) -> Self {
         Self {
@@ -96,7 +96,7 @@ impl Odometry {
         }
     }
 
-    /// Place and heading in the plane.
+    /// Returns the position and heading in the plane.
     #[must_use]
     pub fn pose2d(&self) -> Pose2D {
         self.pose.pose.into()
@@ -104,10 +104,10 @@ impl Odometry {
 }
 
 impl Route {
-    /// No targets.
+    /// A route without targets.
     pub const EMPTY: Self = Self { poses: Seq::new() };
 
-    /// The route as a path of one time and frame.
+    /// Returns the route as a path; all poses have the time and frame of `header`.
     #[must_use]
     pub fn to_path(&self, header: Header) -> Path {
         Path {

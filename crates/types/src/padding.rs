@@ -1,4 +1,4 @@
-//! A bool whose every byte pattern means something, and bytes that mean nothing.
+//! A bool for which every byte pattern is valid, and bytes without meaning.
 
 #![allow(unsafe_code)]
 
@@ -19,13 +19,13 @@ impl Flag {
     /// True.
     pub const TRUE: Self = Self(1);
 
-    /// A flag of this truth.
+    /// Returns a flag with this truth value.
     #[must_use]
     pub const fn new(truth: bool) -> Self {
         Self(truth as u8)
     }
 
-    /// Its truth.
+    /// Returns its truth value.
     #[must_use]
     pub const fn get(self) -> bool {
         self.0 != 0
@@ -58,12 +58,12 @@ impl fmt::Debug for Flag {
     }
 }
 
-// SAFETY: one byte, each of whose patterns is a truth.
+// SAFETY: one byte, for which every pattern is a truth value.
 unsafe impl Part for Flag {
     const SHAPE: Shape = Shape::scalar(raw::BOOL);
 }
 
-/// Bytes that mean nothing, put where C would leave a gap; no description shows them, and any two are equal.
+/// Bytes without meaning, in place of a gap of C. No description contains them, and all are equal.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct Padding<const N: usize>([u8; N]);
@@ -91,7 +91,7 @@ impl<const N: usize> fmt::Debug for Padding<N> {
     }
 }
 
-// SAFETY: bytes of which every pattern is valid.
+// SAFETY: bytes, for which every pattern is valid.
 unsafe impl<const N: usize> Part for Padding<N> {
     const SHAPE: Shape = Shape::scalar(raw::U8).repeated(raw::PADDING, N, 0);
 }

@@ -1,6 +1,7 @@
-//! What a field of a value may be: a number, a [`Flag`](crate::Flag), a text, a sequence, an array, or another structure.
+//! The types of a value's fields: numbers, [`Flag`](crate::Flag)s, texts, sequences, arrays, and other
+//! structures.
 //!
-//! No bool, enum, char or reference: some patterns of their bytes are no value at all.
+//! It refuses bool, enum, char and references: some of their byte patterns are invalid.
 
 #![allow(unsafe_code)]
 
@@ -9,20 +10,20 @@ use core::ptr;
 
 use jde_abi::raw;
 
-/// A type that a field of a value may have.
+/// A type that a field of a value can have.
 ///
 /// # Safety
-/// `SHAPE` describes every byte of the type, and every pattern of bytes is valid.
+/// `SHAPE` describes every byte of the type, and every byte pattern is valid.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be a field of a value",
     note = "a field is a number, `Flag` (for a bool), `Text<N>` (for a string), `Seq<T, N>` (for a vector), an array of numbers or structures, or a structure that derives `Value`"
 )]
 pub unsafe trait Part: Copy + Send + Sync + 'static {
-    /// How it lies in memory.
+    /// Its memory layout.
     const SHAPE: Shape;
 }
 
-/// How a field lies in memory.
+/// The memory layout of a field.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     pub(crate) kind: u32,
@@ -34,7 +35,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// One number.
+    /// Returns the shape of one number.
     pub(crate) const fn scalar(kind: u32) -> Self {
         Self {
             kind,
@@ -46,7 +47,7 @@ impl Shape {
         }
     }
 
-    /// One structure.
+    /// Returns the shape of one structure.
     #[must_use]
     pub const fn structure(value_type: &'static raw::Type) -> Self {
         Self {
@@ -55,7 +56,8 @@ impl Shape {
         }
     }
 
-    /// Several elements of the shape `self`, the first `offset` bytes from the start of the field.
+    /// Returns the shape of several elements of the shape `self`, the first at `offset` bytes from the start
+    /// of the field.
     pub(crate) const fn repeated(self, form: u32, capacity: usize, offset: usize) -> Self {
         assert!(
             self.form == raw::ONE,
@@ -74,12 +76,12 @@ impl Shape {
     }
 }
 
-// SAFETY: as its elements, which lie one after another.
+// SAFETY: as its elements, which follow each other without gaps.
 unsafe impl<T: Part, const N: usize> Part for [T; N] {
     const SHAPE: Shape = T::SHAPE.repeated(raw::ARRAY, N, 0);
 }
 
-/// The table of the field of type `T` that begins `at` bytes into its structure.
+/// Returns the table of the field of type `T` that begins `at` bytes into its structure.
 #[must_use]
 pub const fn field<T: Part>(
     at: usize,

@@ -1,6 +1,7 @@
-//! Sensors that measure distance: laser scans, sonars and rings of them.
+//! Sensors that measure distance: laser scans, sonars and rings of sonars.
 //!
-//! By REP-117 a range is a distance, +∞ (nothing within reach), −∞ (something too close to measure) or NaN (no measurement).
+//! By REP-117 a range is a distance, +∞ (nothing within range), −∞ (something too close to measure) or NaN
+//! (no measurement).
 
 use crate::{Header, Padding, Pose2D, Seq, Value};
 
@@ -94,10 +95,10 @@ pub struct RangeRing {
     pub ranges: Seq<f32, 32>,
 }
 
-/// What one beam of a laser hit, in the frame of the scanner.
+/// The hit of one laser beam, in the frame of the scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserPoint {
-    /// The beam's place in the scan.
+    /// The index of the beam in the scan.
     pub beam: usize,
     /// Its angle, rad.
     pub angle: f64,
@@ -109,10 +110,10 @@ pub struct LaserPoint {
     pub y: f64,
 }
 
-/// What one sonar of a ring heard, in the frame of the base.
+/// The echo of one sonar of a ring, in the frame of the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SonarEcho {
-    /// The sonar's place in the ring.
+    /// The index of the sonar in the ring.
     pub sonar: usize,
     /// The distance from the sonar, m.
     pub range: f64,
@@ -123,14 +124,14 @@ pub struct SonarEcho {
 }
 
 impl LaserScan {
-    /// Angle of a beam, rad.
+    /// Returns the angle of a beam, rad.
     #[must_use]
     pub fn angle(&self, beam: usize) -> f64 {
         f64::from(self.angle_min) + beam as f64 * f64::from(self.angle_increment)
     }
 
-    /// What the beams hit, first beam first; beams that hit nothing or measured nothing are left out, and something too close
-    /// to measure counts as being at `range_min`, for it is there.
+    /// Returns the hits of the beams, first beam first. Beams without a hit or a measurement are left out. An
+    /// object too close to measure counts as at `range_min`.
     pub fn points(&self) -> impl Iterator<Item = LaserPoint> + '_ {
         self.ranges.iter().enumerate().filter_map(|(beam, &range)| {
             let range = distance(range, self.range_min, self.range_max)?;
@@ -146,7 +147,8 @@ impl LaserScan {
         })
     }
 
-    /// How far ahead the nearest hit within `half_width` m to either side is, m; `None` if there is none.
+    /// Returns how far ahead the nearest hit within `half_width` m to either side is, m; `None` if there is
+    /// none.
     #[must_use]
     pub fn nearest_ahead(&self, half_width: f64) -> Option<f64> {
         self.points()
@@ -157,7 +159,8 @@ impl LaserScan {
 }
 
 impl RangeRing {
-    /// What the sonars heard; those that heard nothing are left out, and something too close counts as at `min_range`.
+    /// Returns the echoes of the sonars. Sonars without an echo are left out. An object too close to measure
+    /// counts as at `min_range`.
     pub fn echoes(&self) -> impl Iterator<Item = SonarEcho> + '_ {
         let sonars = self.poses.iter().zip(&self.ranges).enumerate();
         sonars.filter_map(|(sonar, (pose, &range))| {
@@ -173,7 +176,7 @@ impl RangeRing {
     }
 }
 
-/// A measured distance; REP-117's −∞ is the least one.
+/// Returns a measured distance, or `None`. REP-117's −∞ becomes the least distance.
 fn distance(range: f32, least: f32, greatest: f32) -> Option<f64> {
     if range == f32::NEG_INFINITY {
         return Some(f64::from(least));

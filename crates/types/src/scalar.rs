@@ -1,5 +1,5 @@
-//! Numbers as fields, and alone as values: an `f64` by itself is a `std_msgs/msg/Float64`, an array of them a
-//! `jde_msgs/msg/Float64Array`.
+//! Numbers as fields, and on their own as values: a single `f64` is a `std_msgs/msg/Float64`, an array of
+//! them a `jde_msgs/msg/Float64Array`.
 
 #![allow(unsafe_code)]
 
@@ -13,7 +13,7 @@ use crate::{Flag, Text};
 
 macro_rules! alone {
     ($ty:ty, [$($generic:tt)*], $name:expr, $doc:expr) => {
-        // SAFETY: its one field covers it, and every pattern of its bytes is valid because it is a `Part`.
+        // SAFETY: its one field covers it, and every byte pattern is valid because it is a `Part`.
         unsafe impl<$($generic)*> Value for $ty {
             const TYPE: &'static raw::Type = &structure::<Self>(
                 $name,
@@ -26,7 +26,7 @@ macro_rules! alone {
 
 macro_rules! scalars {
     ($($ty:ty, $kind:ident, $name:literal;)*) => { $(
-        // SAFETY: every pattern of the bytes of a number is one.
+        // SAFETY: every byte pattern is a valid number.
         unsafe impl Part for $ty {
             const SHAPE: Shape = Shape::scalar(raw::$kind);
         }

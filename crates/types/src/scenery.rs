@@ -1,5 +1,5 @@
-//! What a simulated world looks like, for those who look at it from outside. A robot has no such sense: a schema that steers by
-//! these works nowhere else.
+//! The appearance of a simulated world, for external viewers. A robot has no such sensor: a schema that uses
+//! these types for control works only in the simulator.
 
 use crate::{Header, Padding, Pose2D, Seq, Text, Value};
 

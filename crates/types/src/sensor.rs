@@ -1,4 +1,5 @@
-//! The other senses: camera, pan-tilt head, battery, bumpers.
+//! The other sensors: camera, pan-tilt head, battery, bumpers, wheel encoders; and the connection of a driver
+//! to its device.
 
 use crate::{Flag, Header, Padding, Seq, Text, Value};
 
@@ -144,16 +145,16 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// State: nobody has tried yet.
+    /// State: no attempt yet.
     pub const IDLE: u8 = 0;
     /// State: an attempt is under way.
     pub const CONNECTING: u8 = 1;
-    /// State: the device is heard.
+    /// State: the device is connected.
     pub const CONNECTED: u8 = 2;
-    /// State: the device was heard before, or an attempt failed; the next attempt comes by itself.
+    /// State: the connection was lost, or an attempt failed. The next attempt starts automatically.
     pub const LOST: u8 = 3;
 
-    /// Whether the device is heard.
+    /// Returns whether the device is connected.
     pub fn is_up(&self) -> bool {
         self.state == Self::CONNECTED
     }
@@ -178,7 +179,7 @@ impl core::fmt::Debug for Image {
     }
 }
 
-/// Nothing known.
+/// All measurements unknown.
 impl Default for BatteryState {
     fn default() -> Self {
         Self {
@@ -195,7 +196,7 @@ impl Default for BatteryState {
 }
 
 impl Bumpers {
-    /// Whether any bumper is pressed.
+    /// Returns whether any bumper is pressed.
     #[must_use]
     pub fn any(&self) -> bool {
         self.front.iter().chain(&self.rear).any(|pressed| pressed.get())

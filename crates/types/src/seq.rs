@@ -1,4 +1,4 @@
-//! A sequence of a fixed capacity, by value. It never grows: what does not fit is handed back.
+//! A sequence of a fixed capacity, by value. It never grows: an element that does not fit is returned.
 
 #![allow(unsafe_code)]
 
@@ -11,34 +11,34 @@ use jde_abi::raw;
 use crate::part::{Part, Shape};
 use crate::text::TooLong;
 
-/// Up to `N` elements of type `T`; it is a slice of those it holds.
+/// Up to `N` elements of type `T`; dereferences to a slice of the present ones.
 ///
-/// Bytes written by others may lie: a length beyond the capacity counts as the capacity.
+/// Bytes from other writers may be wrong: a length above the capacity counts as the capacity.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Seq<T, const N: usize> {
     length: u32,
-    /// Brings the first element to a multiple of 8, so that no alignment of `T` leaves a gap.
+    /// Aligns the first element to a multiple of 8, so that no alignment of `T` leaves a gap.
     spare: u32,
     items: [T; N],
 }
 
 impl<T: Part, const N: usize> Seq<T, N> {
-    /// Most elements.
+    /// The maximum number of elements.
     pub const CAPACITY: usize = N;
 
-    /// No elements.
+    /// Returns an empty sequence.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             length: 0,
             spare: 0,
-            // SAFETY: every pattern of bytes is a valid `T`, because it is a `Part`.
+            // SAFETY: every byte pattern is a valid `T`, because it is a `Part`.
             items: unsafe { core::mem::zeroed() },
         }
     }
 
-    /// A copy of `items`.
+    /// Returns a copy of `items`.
     ///
     /// # Errors
     /// If there are more than `N`.
@@ -48,7 +48,7 @@ impl<T: Part, const N: usize> Seq<T, N> {
         Ok(this)
     }
 
-    /// How many elements it holds.
+    /// Returns the number of elements.
     #[must_use]
     pub const fn len(&self) -> usize {
         if self.length as usize > N {
@@ -58,19 +58,19 @@ impl<T: Part, const N: usize> Seq<T, N> {
         }
     }
 
-    /// Whether it holds none.
+    /// Returns whether it has no elements.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The elements it holds.
+    /// Returns the elements.
     #[must_use]
     pub fn as_slice(&self) -> &[T] {
         &self.items[..self.len()]
     }
 
-    /// The elements it holds.
+    /// Returns the elements for writing.
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         let length = self.len();
         &mut self.items[..length]
@@ -79,7 +79,7 @@ impl<T: Part, const N: usize> Seq<T, N> {
     /// Appends `item`.
     ///
     /// # Errors
-    /// Gives `item` back if it is full.
+    /// Returns `item` if the sequence is full.
     pub fn push(&mut self, item: T) -> Result<(), T> {
         let length = self.len();
         let Some(place) = self.items.get_mut(length) else {
@@ -107,7 +107,8 @@ impl<T: Part, const N: usize> Seq<T, N> {
         Ok(())
     }
 
-    /// Makes it hold `length` elements, at most `N`, whatever bytes those have; gives them for writing.
+    /// Sets the number of elements to `length`, at most `N`, and returns them for writing. The contents of
+    /// new elements are arbitrary.
     pub fn resize(&mut self, length: usize) -> &mut [T] {
         self.length = length.min(N) as u32;
         self.as_mut_slice()
@@ -179,7 +180,8 @@ impl<T: Part + fmt::Debug, const N: usize> fmt::Debug for Seq<T, N> {
     }
 }
 
-// SAFETY: two numbers and elements, of which every pattern is valid, and no gap by the two assertions.
+// SAFETY: two numbers and elements, for which every byte pattern is valid, without a gap by the two
+// assertions.
 unsafe impl<T: Part, const N: usize> Part for Seq<T, N> {
     const SHAPE: Shape = {
         assert!(

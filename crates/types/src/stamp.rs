@@ -1,10 +1,10 @@
-//! Times and frames, as every stamped interface begins.
+//! Times and frames, with which every stamped interface begins.
 
 use core::time::Duration;
 
 use crate::{Text, Value};
 
-/// Name of a frame of coordinates (REP-105: "map", "odom", "base_link").
+/// The name of a frame of coordinates (REP-105: "map", "odom", "base_link").
 pub type Frame = Text<52>;
 
 /// A time, in seconds and nanoseconds since the application's start.
@@ -32,7 +32,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// A header of this time and frame; a name that does not fit is cut.
+    /// Returns a header with this time and frame. A name that does not fit is cut.
     #[must_use]
     pub fn new(stamp: impl Into<Time>, frame: &str) -> Self {
         Self {
@@ -42,7 +42,7 @@ impl Header {
     }
 }
 
-/// The largest time for durations beyond 68 years.
+/// A duration beyond 68 years becomes the largest time.
 impl From<Duration> for Time {
     fn from(time: Duration) -> Self {
         match i32::try_from(time.as_secs()) {
@@ -58,7 +58,7 @@ impl From<Duration> for Time {
     }
 }
 
-/// Zero for times before the start.
+/// A time before the start becomes zero.
 impl From<Time> for Duration {
     fn from(time: Time) -> Self {
         match u64::try_from(time.sec) {

@@ -1,4 +1,5 @@
-//! UTF-8 of a fixed capacity, by value. It never grows: what does not fit is refused or cut, as the caller chooses.
+//! UTF-8 text of a fixed capacity, by value. It never grows: the caller chooses whether a text that does not
+//! fit is refused or cut.
 
 #![allow(unsafe_code)]
 
@@ -11,8 +12,8 @@ use crate::part::{Part, Shape};
 
 /// A text of up to `N` bytes of UTF-8; `N` is a multiple of 4.
 ///
-/// Bytes written by others may lie: a length beyond the capacity counts as the capacity, and reading stops before the first
-/// byte that is not UTF-8.
+/// Bytes from other writers may be wrong: a length above the capacity counts as the capacity, and reading
+/// stops before the first byte that is not UTF-8.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Text<const N: usize> {
@@ -27,7 +28,7 @@ impl<const N: usize> Text<N> {
         bytes: [0; N],
     };
 
-    /// A copy of `text`; good for constants, where too long a text is an error of compilation.
+    /// Returns a copy of `text`. In a constant, a text that is too long is a compile error.
     ///
     /// # Panics
     /// If `text` has more than `N` bytes; [`Self::truncated`] cuts instead, and `try_from` refuses.
@@ -44,13 +45,13 @@ impl<const N: usize> Text<N> {
         this
     }
 
-    /// As much of `text` as fits, in whole characters.
+    /// Returns as much of `text` as fits, in whole characters.
     #[must_use]
     pub fn truncated(text: &str) -> Self {
         Self::new(&text[..text.floor_char_boundary(N)])
     }
 
-    /// The text, up to the first byte that is not UTF-8.
+    /// Returns the text, up to the first byte that is not UTF-8.
     #[must_use]
     pub fn as_str(&self) -> &str {
         let bytes = &self.bytes[..self.len()];
@@ -60,13 +61,13 @@ impl<const N: usize> Text<N> {
         }
     }
 
-    /// Bytes of the text.
+    /// Returns the length of the text in bytes.
     #[must_use]
     pub fn len(&self) -> usize {
         (self.length as usize).min(N)
     }
 
-    /// Whether it is empty.
+    /// Returns whether the text is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -125,7 +126,8 @@ impl<const N: usize> fmt::Debug for Text<N> {
     }
 }
 
-// SAFETY: a number and bytes, of which every pattern is valid, and no gap because `N` is a multiple of the number's size.
+// SAFETY: a number and bytes, for which every byte pattern is valid, without a gap because `N` is a multiple
+// of the number's size.
 unsafe impl<const N: usize> Part for Text<N> {
     const SHAPE: Shape = {
         assert!(N.is_multiple_of(4), "the capacity of a text is a multiple of 4");
@@ -133,12 +135,12 @@ unsafe impl<const N: usize> Part for Text<N> {
     };
 }
 
-/// More elements or bytes than fit.
+/// More elements or bytes than the capacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLong {
-    /// How many there are.
+    /// The number of elements or bytes.
     pub length: usize,
-    /// How many fit.
+    /// The capacity.
     pub capacity: usize,
 }
 

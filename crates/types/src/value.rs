@@ -1,6 +1,6 @@
-//! What a value is: plain data that any thread, process, tool or language can read by its description.
+//! Values: plain data that any thread, process, tool or language can read by its description.
 //!
-//! A value owns nothing and points to nothing; that is what lets it cross every boundary as bytes.
+//! A value owns no memory and contains no pointers, so it can cross every boundary as bytes.
 
 #![allow(unsafe_code)]
 
@@ -9,7 +9,7 @@ use core::{ptr, slice};
 
 use jde_abi::{describe, raw, read};
 
-/// Plain data of fixed size that describes itself; made by `#[derive(Value)]`.
+/// Plain data of fixed size that describes itself; implemented by `#[derive(Value)]`.
 ///
 /// ```
 /// use jde_types::{Pose2D, Seq, Text, Value};
@@ -33,7 +33,7 @@ use jde_abi::{describe, raw, read};
 /// assert_eq!(Landmarks::describe().name, "my_msgs/msg/Landmarks");
 /// ```
 ///
-/// What could be no value, or would leave bytes that nobody describes, does not compile:
+/// A field type with invalid byte patterns, and a gap that no field describes, do not compile:
 ///
 /// ```compile_fail
 /// #[derive(Clone, Copy, jde_types::Value)]
@@ -59,13 +59,13 @@ use jde_abi::{describe, raw, read};
     note = "use a standard type, a number, `Flag`, `Text<N>`, or a `#[repr(C)]` structure with `#[derive(Clone, Copy, Value)]`"
 )]
 pub unsafe trait Value: Copy + Send + Sync + 'static {
-    /// The table that describes it.
+    /// The table that describes the type.
     const TYPE: &'static raw::Type;
 
-    /// Its description, owned.
+    /// Returns the description of the type, owned.
     ///
     /// # Panics
-    /// Only if the table is wrong, which `#[derive(Value)]` excludes.
+    /// Only if the table is invalid, which `#[derive(Value)]` excludes.
     #[must_use]
     fn describe() -> describe::Type {
         // SAFETY: a type's table follows the rules of `raw` by the contract of this trait.
@@ -75,28 +75,30 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
         }
     }
 
-    /// The value that these bytes are; `None` if they are not as many as it has.
+    /// Returns the value with these bytes; `None` if their number differs from its size.
     #[must_use]
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        // SAFETY: as many bytes as the value has, and every pattern of them is valid by the contract of this trait.
+        // SAFETY: there are as many bytes as the value has, and every pattern is valid by the contract of
+        // this trait.
         (bytes.len() == size_of::<Self>()).then(|| unsafe { bytes.as_ptr().cast::<Self>().read_unaligned() })
     }
 
-    /// Its bytes, as its description tells them.
+    /// Returns its bytes, as in its description.
     #[must_use]
     fn as_bytes(&self) -> &[u8] {
-        // SAFETY: as many bytes as it has, all of them initialised, for each belongs to a field by the contract of this trait.
+        // SAFETY: the value has this many bytes. All are initialised, because each belongs to a field by the
+        // contract of this trait.
         unsafe { slice::from_raw_parts(ptr::from_ref(self).cast(), size_of::<Self>()) }
     }
 
-    /// Its bytes, for writing; whatever is written, it stays a value.
+    /// Returns its bytes for writing. Any bytes are a valid value.
     #[must_use]
     fn as_bytes_mut(&mut self) -> &mut [u8] {
-        // SAFETY: as above, borrowed for writing as long as the value is, and every pattern of them is valid.
+        // SAFETY: as above, borrowed exclusively for as long, and every pattern is valid.
         unsafe { slice::from_raw_parts_mut(ptr::from_mut(self).cast(), size_of::<Self>()) }
     }
 
-    /// The value whose bytes are all 0.
+    /// Returns the value whose bytes are all 0.
     #[must_use]
     fn zeroed() -> Self {
         // SAFETY: every pattern of bytes is a valid value by the contract of this trait.
@@ -104,7 +106,7 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
     }
 }
 
-/// The table of a structure, from its fields.
+/// Returns the table of a structure with these fields.
 #[must_use]
 pub const fn structure<T>(
     name: &'static CStr,

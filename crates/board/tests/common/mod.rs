@@ -1,4 +1,4 @@
-//! Types and variables that the tests share. No checks of its own.
+//! Types and variables that the tests share. It refuses to check anything.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own share")]
 
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::{Access, Board, Declaration, Variable};
 
-/// A type laid out as C would, without padding: the callers order fields so that none is needed.
+/// Returns a type with the layout of C, without padding: the callers order fields so that none is needed.
 pub fn structure(name: &str, fields: Vec<Field>) -> Arc<Type> {
     let mut bytes = 0;
     let mut align = 1;
@@ -15,7 +15,7 @@ pub fn structure(name: &str, fields: Vec<Field>) -> Arc<Type> {
         .map(|mut field| {
             if let Form::Sequence { length_offset, .. } | Form::Text { length_offset, .. } = &mut field.form {
                 *length_offset = bytes;
-                // The number, and the spare half of it before elements of eight bytes.
+                // The length, and its spare half before elements of eight bytes.
                 bytes += field.kind.align().max(4);
                 align = align.max(4);
             }

@@ -1,4 +1,4 @@
-//! A father with three children, for the tests that call the rules one by one.
+//! A father with three children, for the tests that make each call themselves.
 
 use jde_core::{
     Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Policy, Restart, SchemaId, SchemaSpec, Spec,
@@ -15,7 +15,7 @@ pub(crate) const READY: Check = Check {
     cause: 0,
 };
 
-/// A father that wins and has woken the first two of its three children, decided by `policy`.
+/// Returns a father that wins and has woken the first two of its three children, decided by `policy`.
 pub(crate) fn family(policy: Policy) -> Hierarchy {
     let restart = Restart::OnFault {
         backoff: 10,

@@ -1,6 +1,6 @@
-//! Random sound specifications.
+//! Random valid specifications.
 //!
-//! It refuses to make unsound ones: those are tried where a specification is checked.
+//! It refuses to make invalid ones: `specification.rs` tests those.
 
 use jde_core::{Absence, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId, SchemaSpec, Spec};
 use proptest::prelude::*;
@@ -23,7 +23,8 @@ pub(crate) const POLICIES: [Policy; 7] = [
     Policy::Father,
 ];
 
-/// Up to ten motor schemas at most four deep, up to two groups a father, up to four perceptive schemas shared by all.
+/// Generates up to ten motor schemas at most four deep, up to two groups for each father, and up to four
+/// shared perceptive schemas.
 pub(crate) fn specs() -> impl Strategy<Value = Spec> {
     let motors = prop::collection::vec(any::<[u8; 4]>(), 1..=10);
     let perceptive = prop::collection::vec(any::<u8>(), 0..=4);
@@ -43,7 +44,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
     let mut depths = Vec::new();
     for (index, &[father, slot, needs, restart]) in motors.iter().enumerate() {
         let father = usize::from(father) % (index + 1);
-        // The last value stands for a root; a father that is deep enough gets no more children.
+        // The last value is a root. A father at the maximum depth gets no more children.
         let father = Some(father).filter(|&f| f < index && depths[f] < 4);
         depths.push(father.map_or(1, |f| depths[f] + 1));
         let mut schema = SchemaSpec::new(format!("motor{index}"), Kind::Motor, 10 * MS);

@@ -1,6 +1,7 @@
-//! A behaviour told in TOML: a small hierarchy, what happens when, and what must follow.
+//! A behaviour in TOML: a small hierarchy, its events, and their expected effects.
 //!
-//! This is the form of the file; `stage` plays it, `words` turns phrases into calls and effects into phrases.
+//! This is the format of the file. `stage` plays it, `words` converts phrases to calls and effects to
+//! phrases.
 
 mod stage;
 mod words;
@@ -57,35 +58,35 @@ struct SchemaTold {
 struct RestartTold {
     after: String,
     times: u32,
-    /// A minute if it says nothing.
+    /// The default is one minute.
     within: Option<String>,
 }
 
-/// What happens at one time, and what must follow from it.
+/// The events of one time, and their expected effects.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Step {
     at: String,
     #[serde(default)]
     when: Vec<String>,
-    /// These follow, in this order; others may come between.
+    /// These effects occur in this order; others may occur in between.
     #[serde(default)]
     order: Vec<String>,
-    /// None of these follows.
+    /// None of these effects occurs.
     #[serde(default)]
     never: Vec<String>,
     #[serde(default)]
     states: BTreeMap<String, String>,
     #[serde(default)]
     winner: BTreeMap<String, String>,
-    /// Exactly these hold authority.
+    /// Exactly these schemas hold authority.
     authority: Option<Vec<String>>,
     #[serde(default)]
     health: BTreeMap<String, String>,
     /// The last record of a group in this step.
     #[serde(default)]
     why: BTreeMap<String, Why>,
-    /// What the refusals of this step say, in part.
+    /// Parts of the messages of this step's refusals.
     refused: Option<Vec<String>>,
     /// When the next timer is due; "none" for none.
     timer: Option<String>,
@@ -100,7 +101,7 @@ struct Why {
     before: Option<String>,
     choice: Option<String>,
     decider: Option<String>,
-    /// The record's reason holds these words.
+    /// The record's reason contains this text.
     reason: Option<String>,
     cause: Option<String>,
     caused_at: Option<String>,
@@ -121,7 +122,7 @@ impl Story {
         &self.rule
     }
 
-    /// Plays it twice: the second time must give the same effects (R16).
+    /// Plays the story twice. The second run must have the same effects (R16).
     pub(crate) fn play(&self) -> Result<(), String> {
         let first = stage::play(self)?;
         let second = stage::play(self)?;
@@ -132,7 +133,7 @@ impl Story {
         }
     }
 
-    /// Motor schemas in the order of the groups, then the perceptive ones.
+    /// Returns the motor schemas in the order of the groups, then the perceptive ones.
     fn cast(&self) -> Vec<&str> {
         let mut cast: Vec<&str> = Vec::new();
         for group in self.groups.values() {

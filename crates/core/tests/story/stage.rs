@@ -1,6 +1,6 @@
-//! Plays a story on the real state machine, with the shadow watching.
+//! Plays a story on the real state machine, observed by the shadow.
 //!
-//! It refuses to go on after the first thing that is not as told.
+//! It refuses to continue after the first difference from the story.
 
 use jde_core::{Answer, Check, Effect, Hierarchy, Nanos, Operator, Record, Refused, SchemaId};
 
@@ -8,7 +8,7 @@ use super::words::{Names, Told, case, decider, health, number, policy, state, ti
 use super::{Step, Story, Why};
 use jde_shadow::{Shadow, ids};
 
-/// Plays all steps; gives all effects.
+/// Plays all steps and returns all effects.
 pub(super) fn play(story: &Story) -> Result<Vec<Effect>, String> {
     let spec = story.spec()?;
     let shadow = Shadow::new(&spec);
@@ -41,7 +41,7 @@ struct Stage {
     h: Hierarchy,
     shadow: Shadow,
     now: Nanos,
-    /// Of the present step.
+    /// The effects of the present step.
     effects: Vec<Effect>,
     refused: Vec<Refused>,
 }

@@ -1,6 +1,6 @@
-//! The words of a story: times, policies, and how effects and records are told.
+//! The vocabulary of a story: times, policies, and phrases for effects and records.
 //!
-//! One phrase for one thing; it refuses synonyms.
+//! Each thing has one phrase; it refuses synonyms.
 
 use jde_core::{
     Absence, Case, Cause, Decider, Effect, GroupId, Health, Nanos, Policy, SchemaId, Spec, State, Timer,
@@ -9,7 +9,7 @@ use jde_core::{
 pub(super) fn time(told: &str) -> Result<Nanos, String> {
     let unit = |suffix: &str, nanos: f64| {
         let number: f64 = told.strip_suffix(suffix)?.trim().parse().ok()?;
-        // Stories use whole microseconds at the finest, which a float holds exactly.
+        // The finest time in a story is a whole microsecond, which a float represents exactly.
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -98,7 +98,7 @@ pub(super) fn decider(decider: Decider) -> &'static str {
     }
 }
 
-/// Names of schemas and groups.
+/// The names of schemas and groups.
 #[derive(Copy, Clone)]
 pub(super) struct Names<'a>(pub(super) &'a Spec);
 
@@ -183,7 +183,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// A time as a story writes it.
+/// A time in the form of a story.
 pub(super) struct Told(pub(super) Nanos);
 
 impl std::fmt::Display for Told {

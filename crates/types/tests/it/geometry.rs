@@ -1,4 +1,4 @@
-//! Plane geometry and ranges against known figures.
+//! Plane geometry and ranges, compared with known numbers.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::time::Duration;

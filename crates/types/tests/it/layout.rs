@@ -1,4 +1,4 @@
-//! Descriptions of values, and values that lie.
+//! Descriptions of values, and values with wrong bytes.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar};
 use jde_types::*;
@@ -13,7 +13,7 @@ fn names<T: Value>() -> Vec<String> {
 
 #[test]
 fn every_standard_type_is_described_whole() {
-    // `describe` goes through the host's door, which refuses a byte that belongs to no field.
+    // `describe` uses the host's reader, which refuses a byte that belongs to no field.
     let types = standard();
     for ty in &types {
         assert!(!ty.doc.is_empty(), "{} says what it means", ty.name);
@@ -112,11 +112,11 @@ fn a_number_alone_is_a_number_to_everybody() {
     );
 }
 
-/// A sequence by itself.
+/// A sequence on its own.
 #[derive(Clone, Copy, Value)]
 #[repr(C)]
 struct Alone {
-    /// It.
+    /// The sequence.
     items: Seq<f32, 8>,
 }
 
