@@ -1,5 +1,5 @@
-//! The campaign as a person starts it, short: that what runs survives it, that it finds what is broken, and that it says how to see
-//! that again.
+//! Short campaigns from the command line: applications survive the faults, the observer finds violations, and
+//! a failure names the command that repeats it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 /// The plugins of the applications of the campaign.
 const PLUGINS: [&str; 7] = ["fault", "sim", "example", "goon", "vff", "stop", "teleop"];
 
-/// Runs it.
+/// Runs a campaign.
 fn faults(words: &[&str]) -> Output {
     let mut campaign = Command::new(env!("CARGO_BIN_EXE_jde-faults"));
     campaign.arg("--plugins").arg(plugins()).args(words);
@@ -62,7 +62,8 @@ fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
     assert!(struck > 15, "{sum}");
 }
 
-/// What is late on a machine full of tests is no fault, so the rhythm is not judged here; everything else is.
+/// Delays on a machine that runs many tests are no faults, so periods are not judged here; everything else
+/// is.
 #[test]
 fn schemas_that_hang_and_crash_in_real_time_leave_everything_else_as_it_is() {
     let mut words = vec![
@@ -92,7 +93,7 @@ fn r16_a_case_of_one_seed_goes_alike_each_time() {
     assert_ne!(told("3"), told("4"));
 }
 
-/// What is broken on purpose is found, each by the check that is there for it, and said with the command that shows it again.
+/// Each kind of false data is found by its check, and reported with the command that repeats the case.
 #[test]
 fn a_campaign_fails_when_an_invariant_does() {
     for (lie, found, kind, count) in [
@@ -119,7 +120,7 @@ fn a_campaign_fails_when_an_invariant_does() {
         assert_eq!(run.status.code(), Some(1), "{lie}: {told}");
         let broken = told.lines().find(|line| line.starts_with("broken: "));
         assert!(broken.is_some_and(|line| line.contains(found)), "{lie}: {told}");
-        // Memory is weighed over many cases, none of which shows it by itself.
+        // Memory is judged over many cases, so no single case repeats the failure.
         let again = format!("again: cargo xtask faults --seed 5 --kind {kind} --case lockstep/");
         assert!(lie == "memory" || told.contains(&again), "{lie}: {told}");
     }

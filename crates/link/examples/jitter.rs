@@ -1,13 +1,15 @@
-//! Measures what clients do to the control loop: how late a motor schema of 100 Hz wakes, with no client, with one that
-//! listens to everything, with one that floods, with one that is stopped, and with one that is killed again and again; and,
-//! to compare with, with a program that only computes and knows nothing of the application.
+//! Measures the effect of clients on the control loop: the lateness of a motor schema's wake-ups at 100 Hz,
+//! with no client, with one that subscribes to everything, with one that floods, with one that is stopped,
+//! and with one that is killed repeatedly. For comparison it measures with a program that only computes and
+//! does not use the link.
 //!
 //! ```text
 //! cargo run --release -p jde-link --example jitter -- 10 3
 //! ```
 //!
-//! runs each case for 10 s, three times in turn, and prints the table of `docs/link.md`: of each case the round whose p99 is the
-//! median of all its rounds. Clients and the program that computes run at nice +19, as if on a machine of their own.
+//! runs each case for 10 s, three times in turn, and prints the table of `docs/link.md`: for each case the
+//! round whose p99 is the median of all its rounds. Clients and the computing program run at nice +19, as if
+//! on another machine.
 
 use std::process::{Child, Command};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -28,9 +30,9 @@ use zenoh::qos::CongestionControl;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// When the loop woke, in the application's time.
+/// Wake-ups of the loop, in application time.
 static WOKE: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
-/// When the rules woke it, from where its periods count.
+/// The schema's awakening, from which its periods count.
 static AWOKE: Mutex<Duration> = Mutex::new(Duration::ZERO);
 
 const PERIOD: Duration = Duration::from_millis(10);
@@ -39,13 +41,13 @@ const PERIOD: Duration = Duration::from_millis(10);
 #[derive(Describe)]
 #[schema(motor, period = "10ms", budget = "5ms")]
 struct Beat {
-    /// Counts.
+    /// The count.
     #[export]
     count: Export<f64>,
-    /// Something larger.
+    /// A larger value.
     #[export]
     route: Export<Path>,
-    /// How fast it counts.
+    /// Increment per iteration.
     #[modulation(default = 1.0)]
     step: Modulation<f64>,
     counted: f64,
@@ -69,7 +71,7 @@ static PLUGIN: raw::Plugin = jde_schema::plugin!("jitter", "A control loop.", [B
 
 const APPLICATION: &str = "name = \"jitter\"\nroots = [\"beat\"]\n[schemas.beat]\ntype = \"jitter/beat\"\n";
 
-/// What a client does.
+/// The client of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Case {
     NoLink,
@@ -143,13 +145,13 @@ fn main() -> std::result::Result<(), Failure> {
     Ok(())
 }
 
-/// Of sorted times, the one below which such a share of them lies.
+/// The value below which a share of sorted times lies.
 fn at(sorted: &[Duration], share: f64) -> Duration {
     let place = (sorted.len().saturating_sub(1) as f64 * share) as usize;
     sorted.get(place).copied().unwrap_or_default()
 }
 
-/// How late the loop woke each time.
+/// The lateness of each wake-up of the loop.
 fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Failure> {
     let files = tempfile::tempdir()?;
     let folder = Folders::at(files.path().join("jde"));
@@ -183,7 +185,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
         role.map(|role| Guest::start(role, &folder)).transpose()
     };
     let mut guest = start()?;
-    // Until it listens, or floods.
+    // Until the client subscribes or floods.
     std::thread::sleep(Duration::from_secs(1));
     if case == Case::Stopped
         && let Some(guest) = &guest
@@ -206,13 +208,13 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     Ok(woke.into_iter().map(|at| lateness(awoke, at)).collect())
 }
 
-/// By how much a wake-up came after its place on the grid of periods.
+/// The delay of a wake-up from its place on the grid of periods.
 fn lateness(awoke: Duration, woke: Duration) -> Duration {
     let late = woke.saturating_sub(awoke).as_nanos() % PERIOD.as_nanos();
     Duration::from_nanos(late as u64)
 }
 
-/// Notes when the rules wake the loop.
+/// Records the awakening of the loop's schema.
 struct Woken;
 
 impl Observer for Woken {

@@ -1,4 +1,4 @@
-//! An application of nothing but variables, for the link to serve; and a folder of its own for each test.
+//! A subject with variables only, and a separate folder for each test.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,7 +18,7 @@ use zenoh::Wait;
 
 use crate::panels::Easel;
 
-/// How long a test waits for what must come.
+/// Longest wait for an expected event.
 pub(crate) const SOON: Duration = Duration::from_secs(30);
 
 /// An application without schemas.
@@ -27,13 +27,13 @@ pub(crate) struct Stage {
     pub(crate) clock: AtomicU64,
     pub(crate) acted: Mutex<Vec<(String, Action)>>,
     pub(crate) snapshots: AtomicU64,
-    /// How often its board was looked at.
+    /// The number of accesses to its board.
     pub(crate) looked: AtomicU64,
     pub(crate) easel: Arc<Easel>,
-    /// Whoever has it holds up gestures.
+    /// Holding it delays gestures.
     pub(crate) hold: Mutex<()>,
     imports: Vec<Import>,
-    /// Its time goes with the machine's, if it goes.
+    /// Set if its time advances in real time.
     start: Option<Instant>,
 }
 
@@ -42,7 +42,7 @@ impl Stage {
         Self::importing(Vec::new())
     }
 
-    /// One whose time goes on, and which imports from others.
+    /// A stage that imports from others, and whose time advances.
     pub(crate) fn importing(imports: Vec<Import>) -> Arc<Self> {
         let stage = Self {
             start: (!imports.is_empty()).then(Instant::now),
@@ -174,7 +174,7 @@ impl Subject for Stage {
     }
 }
 
-/// A number imported from a peer, that counts for so long.
+/// The import of a number from a peer, valid for `stale`.
 pub(crate) fn import(peer: &str, variable: &str, stale: Duration) -> Import {
     Import {
         peer: peer.to_owned(),
@@ -221,7 +221,7 @@ impl Home {
     }
 }
 
-/// Values of a variable as they come.
+/// Receives the values of a variable.
 pub(crate) fn watch(
     remote: &Remote,
     variable: &str,
@@ -234,12 +234,12 @@ pub(crate) fn watch(
     (watching, told)
 }
 
-/// Looks again and again until it is so.
+/// Polls a condition until it is true.
 pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
     let start = std::time::Instant::now();
     while !so() {
         assert!(start.elapsed() < SOON, "{what}");
-        // Whoever is waited for may need the processor.
+        // The awaited thread may need the processor.
         std::thread::park_timeout(Duration::from_millis(2));
     }
 }
@@ -249,7 +249,7 @@ pub(crate) fn number(sample: &Sample) -> Option<f64> {
     Some(f64::from_ne_bytes(bytes.as_slice().try_into().unwrap()))
 }
 
-/// A client that keeps to no protocol.
+/// A client without the protocol.
 pub(crate) fn stranger(endpoint: &str) -> zenoh::Session {
     let mut config = zenoh::Config::default();
     for (key, value) in [
@@ -262,7 +262,7 @@ pub(crate) fn stranger(endpoint: &str) -> zenoh::Session {
     zenoh::open(config).wait().unwrap()
 }
 
-/// The private socket of the only application there is.
+/// The private socket of the only application.
 pub(crate) fn socket(folder: &Folders) -> PathBuf {
     std::fs::read_dir(folder.path())
         .unwrap()

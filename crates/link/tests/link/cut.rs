@@ -1,5 +1,6 @@
-//! Two machines that find each other by multicast, and the cable between two pulled and put back: network namespaces of the kernel, a link of their own between
-//! them, an application in each. Needs a system that lets us make them.
+//! Two machines that discover each other by multicast, and two whose cable is cut and restored. Each machine
+//! is a network namespace with an application; a virtual link connects them. Needs a system that permits
+//! their creation.
 
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -7,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::common::until;
 use crate::processes::Actor;
 
-/// Two namespaces with a cable between them; gone when dropped.
+/// Two namespaces with a cable between them; removed when dropped.
 struct Machines {
     base: String,
     robot: String,
@@ -22,7 +23,7 @@ fn ip(arguments: &str) -> bool {
 }
 
 impl Machines {
-    /// None where the system refuses.
+    /// None if the system refuses.
     fn new() -> Option<Self> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = std::process::id();
@@ -86,7 +87,7 @@ fn an_import_is_taken_back_when_the_cable_is_pulled_and_comes_back_with_it() {
 fn two_that_were_not_told_of_each_other_meet_by_multicast() {
     let Some(machines) = Machines::new() else { return };
     let files = tempfile::tempdir().unwrap();
-    // The base looks before there is anybody to be found.
+    // The base searches before the robot exists.
     let mut base = Actor::on(&machines.base, "base to meet", &files.path().join("base"));
     let _robot = Actor::on(&machines.robot, "robot to meet", &files.path().join("robot"));
     let first = base.number("shows ");

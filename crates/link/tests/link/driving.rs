@@ -1,5 +1,5 @@
-//! A schema that runs while people look at its panel and touch it: they see what it did and do what they may, and it does not
-//! notice them otherwise.
+//! A running schema whose panel clients watch and touch. They see its drawings and their gestures take
+//! effect, and the schema is not disturbed otherwise.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use jde_watchdog::Watchdog;
 use crate::common::{Home, until};
 use crate::processes::Actor;
 
-/// Counts, and shows how far.
+/// Counts and draws the count.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Painter {
@@ -61,13 +61,13 @@ static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels 
 fn application() -> (Plugins, Application) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PAINTERS).unwrap();
-    // Called as the stage of the other tests, so that their actors find its panel.
+    // Has the name of the other tests' stage, so that their actors find its panel.
     let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
     let application = app::parse(text, Path::new("painters.toml"), &[], &plugins).unwrap();
     (plugins, application)
 }
 
-/// Options of a run with a link, and the link once it has begun.
+/// Options of a run with a link, and the link after the start.
 fn linked(home: &Home, application: &Application) -> (Options, Arc<Mutex<Option<Link>>>) {
     let events = Events::of(application);
     let title = Title::new(application, 1.0);
@@ -153,7 +153,7 @@ fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
     drop(running);
 }
 
-/// What the schema did at each tenth of a second of virtual time.
+/// Records the schema's state at each tenth of a second of virtual time.
 fn trace(lockstep: &mut Lockstep, tenth: u64, trace: &mut Vec<(u64, u64)>) {
     lockstep.run_until(tenth * 100_000_000);
     let handle = lockstep.handle();
@@ -183,7 +183,7 @@ fn r16_a_schema_does_the_same_whoever_looks_floods_and_dies() {
             lists.fetch_add(u64::from(panel.list.is_ok()), Ordering::Relaxed);
         });
         while !over.load(Ordering::Relaxed) {
-            // What is too much is refused.
+            // Excess gestures are refused.
             let is_accepted = remote.touch("eva", "goon", click("nothing")).is_ok();
             accepted.fetch_add(u64::from(is_accepted), Ordering::Relaxed);
         }

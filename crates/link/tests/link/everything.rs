@@ -1,4 +1,4 @@
-//! Stopping everything, whoever else is asked, and whatever else is asked of the application (R14).
+//! Stopping everything while other applications and the same one have other requests (R14).
 
 use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
@@ -28,7 +28,7 @@ fn at(endpoints: &[&str]) -> Reach {
     }
 }
 
-/// Stops everything there, and gives what was heard in its order.
+/// Stops everything in reach, and returns the outcomes in their order of arrival.
 fn stopped(reach: &Reach, name: Option<&str>) -> Result<Vec<Heard>, Error> {
     let mut heard = Vec::new();
     everything(reach, name, &stop(), &mut |what| heard.push(what))?;
@@ -60,7 +60,7 @@ fn r14_a_flood_of_questions_keeps_nobody_from_stopping_everything_from_anywhere(
     }
 }
 
-/// A peer that lets everybody in, and has a question at hand.
+/// A peer that admits everybody and answers with a function.
 fn answering(answer: impl Fn(zenoh::query::Query) + Send + Sync + 'static) -> (String, zenoh::Session) {
     let endpoint = format!("tcp/{}", free());
     let mut config = zenoh::Config::default();
@@ -113,7 +113,7 @@ fn r14_one_that_does_not_answer_delays_nobody_and_is_named() {
         ghosts.next().is_some() && ghosts.all(|wrong| wrong),
         "nonsense is no answer"
     );
-    // One that is named is the only one that is stopped, wherever it is.
+    // Only the named application is stopped, wherever it is.
     let other = Home::new();
     let (link, second, there) = open(&other, "tcp", |settings| settings.name = "robot2".to_owned());
     let both = at(&[&live, &there]);
@@ -135,7 +135,7 @@ fn r14_of_several_at_an_endpoint_one_that_does_not_answer_is_told_as_well() {
     let (endpoint, _both) = answering(move |query| {
         let done = r#"{"ok": true, "roots": ["goon"]}"#;
         query.reply("jde/1/quick/1/operate", done).wait().unwrap();
-        // Another there has not answered as long as the question is open.
+        // While the query is open, another application may still answer.
         keeps.lock().unwrap().push(query);
     });
     let heard = stopped(&at(&[&endpoint]), None).unwrap();

@@ -1,4 +1,4 @@
-//! Clients that send what makes no sense, too much of it, or do not listen.
+//! Clients that send nonsense or floods, or do not read.
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
@@ -26,7 +26,7 @@ fn no_bytes_upset_an_application() {
     let mut runner = proptest::test_runner::TestRunner::default();
     runner
         .run(&(bytes, below, parameters), |(bytes, below, parameters)| {
-            // What is no key is refused before it is sent.
+            // An invalid key is refused before it is sent.
             let selector = format!("{root}/{below}?{parameters}");
             if let Ok(get) = zenoh::query::Selector::try_from(selector) {
                 let (tell, told) = std::sync::mpsc::channel::<()>();
@@ -39,7 +39,7 @@ fn no_bytes_upset_an_application() {
                     })
                     .wait()
                     .unwrap();
-                // It ends when all has been answered.
+                // The channel closes when all answers have arrived.
                 while told.recv().is_ok() {}
             }
             Ok(())
@@ -75,7 +75,7 @@ fn bytes_that_are_not_even_zenoh_upset_nobody() {
         b"",
     ] {
         let mut socket = UnixStream::connect(&path).unwrap();
-        // It may be shut in our face, which is fine.
+        // The socket may be closed meanwhile.
         let _ = socket.write_all(noise);
     }
     assert_eq!(home.remote().about().name, "robot");
@@ -93,7 +93,7 @@ fn a_flood_keeps_nobody_else_from_being_served() {
     until("it floods", || !stage.acts().is_empty());
     for value in 1..=200 {
         write(&mut writer, f64::from(value), 1);
-        // Some are left out, and the newest comes.
+        // Some values are skipped, but the newest arrives.
         while number(&told.recv_timeout(SOON).unwrap()) != Some(f64::from(value)) {}
     }
     until("somebody new gets in", || {
@@ -128,7 +128,8 @@ fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
         },
     );
     let held = stage.hold.lock().unwrap();
-    // More than may be asked and than may wait, and the first is not done before the stop has been asked for.
+    // More than the allowed rate and the queue permit; the first is not finished before the stop is
+    // requested.
     let open = Arc::new(());
     for _ in 0..400 {
         let open = Arc::clone(&open);
@@ -141,7 +142,7 @@ fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
     get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
         .wait()
         .unwrap();
-    // What is asked later is answered later.
+    // Later queries are answered later.
     let about = flood.get(key.replace("operate", "about")).wait().unwrap();
     assert!(about.recv_timeout(SOON).unwrap().is_some());
     drop(held);
@@ -167,7 +168,7 @@ fn what_is_nowhere_is_looked_for_once_however_many_want_it() {
     let remote = home.remote();
     let mut writer = stage.writer("pioneer.bearing");
     write(&mut writer, 1.0, 1);
-    // Its value comes behind the tokens that came before it.
+    // Its value arrives after the earlier tokens were processed.
     let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
     assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
     let before = stage.looked.load(Ordering::Relaxed);

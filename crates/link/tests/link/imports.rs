@@ -11,7 +11,7 @@ use crate::common::{Home, Stage, import, until, write};
 
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The number that is there, if one is.
+/// The current number, if there is one.
 fn shown(variable: &Arc<Variable>) -> Option<f64> {
     let mut reader = variable.reader("test");
     let latched = reader.latch()?;
@@ -27,7 +27,7 @@ fn an_import_comes_with_its_age_goes_with_its_peer_and_comes_back() {
     assert_eq!(shown(&proxy), None, "nobody is there");
     let there = Stage::new();
     let mut writer = there.writer("pioneer.bearing");
-    // Two seconds old by the peer's clock, which stands at five.
+    // Two seconds old by the peer's clock, which is fixed at five.
     write(&mut writer, 1.0, 3_000_000_000);
     let link = home.open("robot2", &there);
     until("the value comes", || shown(&proxy) == Some(1.0));
@@ -119,7 +119,7 @@ fn imports_cross_the_network_whoever_of_the_two_listens() {
             );
             match opened {
                 (Ok(here), Ok(there)) => break (here, there),
-                // Another test was quicker with the port.
+                // Another test has taken the port.
                 (Err(Error::Listen { .. }), _) | (_, Err(Error::Listen { .. })) => {}
                 (Err(error), _) | (_, Err(error)) => panic!("{error}"),
             }

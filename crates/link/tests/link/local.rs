@@ -187,7 +187,7 @@ fn events_come_in_order_after_those_that_were_before() {
         let watching = remote.events(&[Kind::Happening], 2, move |happened| drop(tell.send(happened)));
         (watching.unwrap(), told)
     };
-    // Events are taken in a quarter of a second at most while nobody listens.
+    // Without subscribers, events are processed within a quarter of a second.
     until("the third is known", || {
         let (_watching, told) = earlier();
         told.try_iter().any(|happened| happened.number == 3)
@@ -218,7 +218,7 @@ fn a_snapshot_is_taken_for_those_who_look_and_for_nobody_else() {
         told.recv_timeout(SOON).unwrap();
     }
     drop(watching);
-    // What was under way still comes.
+    // A snapshot in progress still arrives.
     while told.recv_timeout(SOON).is_ok() {}
     let taken = stage.snapshots.load(Ordering::Relaxed);
     remote.variables(true).unwrap();
@@ -254,7 +254,7 @@ fn r14_a_hold_ends_with_whoever_holds() {
         schema: "goon".to_owned(),
     };
     assert_eq!(stage.acts().last().unwrap().1, let_go);
-    // A client that dies without a word: nobody renews.
+    // A client that dies: its lease is not renewed.
     let mut request = play("ben", "goon");
     request.lease_ms = Some(100);
     remote.operate(&request).unwrap();

@@ -1,4 +1,4 @@
-//! Applications that open the network: who gets in, who does not, and what they may do there.
+//! Applications on the network: which clients are admitted, and what they may do.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use zenoh::Wait;
 
 use crate::common::{Home, SOON, Stage, number, stranger, watch, write};
 
-/// A port that nobody has at the moment.
+/// A free port.
 pub(crate) fn free() -> String {
     let port = TcpListener::bind("127.0.0.1:0")
         .unwrap()
@@ -22,7 +22,7 @@ pub(crate) fn free() -> String {
     format!("127.0.0.1:{port}")
 }
 
-/// A networked application, on a port that was free.
+/// A networked application on a free port.
 pub(crate) fn open(
     home: &Home,
     protocol: &str,
@@ -37,7 +37,7 @@ pub(crate) fn open(
         change(&mut settings);
         match Link::open(&settings, stage.clone(), &Events::told()) {
             Ok(link) => return (link, stage, endpoint),
-            // Another test was quicker.
+            // Another test has taken the port.
             Err(Error::Listen { .. }) => {}
             Err(error) => panic!("{error}"),
         }
@@ -94,7 +94,7 @@ fn clients_from_the_network_look_and_operate_only_if_they_may() {
                 let touched = remote.touch("ana", "goon", gesture);
                 assert!(touched.err().unwrap().to_string().contains("may only look"));
                 assert_eq!(stage.acts(), []);
-                // The same user on the same machine may.
+                // The same user on the same machine may operate.
                 home.remote().operate(&play()).unwrap();
             }
             Access::Operate => remote.operate(&play()).unwrap(),
@@ -133,14 +133,14 @@ fn whoever_has_not_the_password_stays_outside() {
     assert!(secrets.is_empty(), "no password stays in a file");
 }
 
-/// An authority with a certificate for this machine, as files.
+/// A certificate authority with a certificate for this machine, as files.
 pub(crate) struct Authority {
     certificate: PathBuf,
     identity: (String, String),
 }
 
 impl Authority {
-    /// Believes it, shows its certificate or not, asks for certificates or not.
+    /// Settings that trust the authority; `shows` presents its certificate, `clients` requires one.
     pub(crate) fn tls(&self, shows: bool, clients: bool) -> Tls {
         Tls {
             identity: shows.then(|| self.identity.clone()),
@@ -271,7 +271,7 @@ fn a_peer_of_another_version_is_named_with_both_versions() {
     assert!(!path.exists());
 }
 
-/// All answers to a question.
+/// All answers to a query.
 fn answers(session: &zenoh::Session, key: &str) -> Vec<String> {
     let (tell, told) = channel();
     session
@@ -332,7 +332,7 @@ fn nobody_speaks_for_an_application_to_its_clients() {
             .wait()
             .unwrap();
     }
-    // An answer says that what was sent before it has been dealt with.
+    // An answer implies that all earlier messages were processed.
     assert_eq!(
         answers(&puts, &format!("{root}/about")),
         [format!("{root}/about")]

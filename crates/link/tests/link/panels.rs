@@ -1,4 +1,5 @@
-//! Panels over the link: drawn while somebody looks, seen alike by all who do, touched by whoever may.
+//! Panels over the link: drawn while clients watch, the same for all of them, and touched by clients with
+//! permission.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -18,7 +19,7 @@ use crate::processes::Actor;
 /// The panel of the schema `goon`, drawn by a test.
 #[derive(Default)]
 pub(crate) struct Easel {
-    /// Whether there is one.
+    /// Whether the schema has a panel.
     is_there: AtomicBool,
     sequence: AtomicU64,
     next: AtomicU64,
@@ -32,7 +33,7 @@ struct Look {
 }
 
 impl Easel {
-    /// Schemas without a panel, until there is one.
+    /// The schemas; `goon` has a panel once `is_there` is set.
     pub(crate) fn schemas(&self) -> Schemas {
         let schema = |name: &str, panel| SchemaInfo {
             name: name.to_owned(),
@@ -63,7 +64,7 @@ impl Easel {
         Box::new(Look { easel, number })
     }
 
-    /// Draws it anew, and gives the number of the drawing.
+    /// Draws anew; returns the sequence number.
     pub(crate) fn draw(&self, list: Result<List, &str>) -> u64 {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed) + 1;
         *self.newest.lock().unwrap() = Some(Arc::new(Drawn {
@@ -79,7 +80,7 @@ impl Easel {
         sequence
     }
 
-    /// How often it is wanted by each who looks.
+    /// The rate that each viewer requests.
     fn rates(&self) -> Vec<f64> {
         let lookers = self.lookers.lock().unwrap();
         let mut rates: Vec<_> = lookers.iter().map(|(_, rate, _)| *rate).collect();
@@ -108,7 +109,7 @@ pub(crate) fn stage() -> Arc<Stage> {
     stage
 }
 
-/// A list that is not like the others.
+/// A distinct list for each value.
 pub(crate) fn list(value: u64) -> List {
     List {
         time: 3_000_000_000,
@@ -155,7 +156,7 @@ fn a_panel_is_drawn_while_somebody_looks_and_all_see_the_same() {
     }
     for value in 2..=50 {
         let number = stage.easel.draw(Ok(list(value)));
-        // None is drawn twice as fast as it is sent: every one comes, and in order.
+        // Each drawing is sent before the next is drawn, so all arrive in order.
         let panel = told.recv_timeout(SOON).unwrap();
         assert_eq!((panel.list, panel.sequence), (Ok(list(value)), number));
     }
@@ -281,7 +282,7 @@ fn stop() -> Request {
     }
 }
 
-/// More gestures than may wait, and then a stop, all through one door.
+/// Sends more gestures than the queue permits and then a stop, through one door.
 fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Arc<Stage>) {
     let key = format!("jde/1/robot/{}/operate", link.about().id);
     let request = Request {
@@ -294,7 +295,7 @@ fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Ar
     };
     let request = serde_json::to_vec(&request).unwrap();
     let held = stage.hold.lock().unwrap();
-    // More than may wait, and the first is not done before the stop has been asked for.
+    // More than the queue permits; the first is not finished before the stop is requested.
     let open = Arc::new(());
     for _ in 0..400 {
         let open = Arc::clone(&open);
@@ -310,7 +311,7 @@ fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Ar
     get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
         .wait()
         .unwrap();
-    // What is asked later and is less urgent is answered later.
+    // Later and less urgent queries are answered later.
     let about = flood.get(key.replace("operate", "about")).wait().unwrap();
     assert!(about.recv_timeout(SOON).unwrap().is_some());
     drop(held);

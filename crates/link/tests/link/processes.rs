@@ -1,4 +1,4 @@
-//! Applications and clients in processes of their own, since only those can be killed and stopped.
+//! Applications and clients in processes of their own, which can be killed and stopped.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -13,11 +13,11 @@ use zenoh::qos::CongestionControl;
 
 use crate::common::{Home, SOON, Stage, import, number, socket, stranger, until, watch, write};
 
-/// What a process of ours is to be, and where.
+/// Environment variables with the role of a child process and its folder.
 const ROLE: &str = "JDE_LINK_TEST_ROLE";
 const PLACE: &str = "JDE_LINK_TEST_PLACE";
 
-/// This very test program in another role. Killed when dropped.
+/// This test program in another role; killed when dropped.
 pub(crate) struct Actor {
     child: Child,
     out: BufReader<ChildStdout>,
@@ -33,7 +33,7 @@ impl Actor {
         )
     }
 
-    /// In a network namespace.
+    /// Starts an actor in a network namespace.
     pub(crate) fn on(machine: &str, role: &str, folder: &Path) -> Self {
         let mut command = Command::new("ip");
         command
@@ -60,7 +60,7 @@ impl Actor {
         actor
     }
 
-    /// Waits for a line with a word, and gives it.
+    /// Waits for a line with a word, and returns the line.
     pub(crate) fn hears(&mut self, word: &str) -> String {
         let mut line = String::new();
         while !line.contains(word) {
@@ -73,7 +73,7 @@ impl Actor {
         line
     }
 
-    /// Waits for a line with a word, and gives the number behind it.
+    /// Waits for a line with a word, and returns the number after it.
     pub(crate) fn number(&mut self, word: &str) -> u64 {
         let line = self.hears(word);
         let (_, number) = line.split_once(word).unwrap();
@@ -93,7 +93,7 @@ impl Drop for Actor {
     }
 }
 
-/// What the processes of this file do; no test of itself.
+/// Plays the roles of the child processes; tests nothing itself.
 #[test]
 fn plays_its_role() {
     let Ok(role) = std::env::var(ROLE) else { return };
@@ -122,7 +122,7 @@ fn plays_its_role() {
                 std::thread::park();
             }
         }
-        // Looks at a panel.
+        // Watches a panel.
         "viewer" => {
             let client = Client::connect(&Reach::Local(folder)).unwrap();
             let remote = client.application(None).unwrap();
@@ -132,7 +132,7 @@ fn plays_its_role() {
                 std::thread::park();
             }
         }
-        // Asks for a value 3000 times a second.
+        // Queries a value 3000 times a second.
         "asks" => {
             let socket = socket(&folder);
             let stranger = stranger(&format!("unixsock-stream/{}", socket.display()));
@@ -146,7 +146,7 @@ fn plays_its_role() {
                 std::thread::park_timeout(Duration::from_millis(1));
             }
         }
-        // Asks for everything all the time and listens to nothing.
+        // Queries everything endlessly and reads nothing.
         "flood" => {
             let socket = socket(&folder);
             let stranger = stranger(&format!("unixsock-stream/{}", socket.display()));
@@ -169,8 +169,8 @@ fn plays_its_role() {
                 let _ = put.congestion_control(CongestionControl::Drop).wait();
             }
         }
-        // The two machines of a cut: a number that grows, and whoever imports it.
-        // Told where the other is, or met by multicast.
+        // The two machines of `cut`: an increasing number, and its importer. They connect by address or by
+        // multicast.
         "robot" | "robot to meet" => {
             let stage = Stage::new();
             let mut writer = stage.writer("pioneer.bearing");
@@ -237,7 +237,7 @@ fn an_application_that_is_killed_is_gone_and_leaves_nothing() {
     let left = std::fs::read_dir(home.folder.path()).unwrap().flatten();
     let left: Vec<_> = left.map(|file| file.file_name()).collect();
     assert_eq!(left, ["lock"]);
-    // And its name is free again.
+    // Its name is free again.
     assert_eq!(home.open("robot", &Stage::new()).about().name, "robot");
 }
 

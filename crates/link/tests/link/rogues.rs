@@ -1,4 +1,5 @@
-//! Peers that mean harm on the network: one without credentials, one of a foreign authority, one that plays with a login. None operates.
+//! Hostile peers on the network: one without credentials, one of a foreign authority, and one that is after a
+//! password. None can operate.
 
 use std::net::TcpListener;
 use std::sync::mpsc::channel;
@@ -10,7 +11,7 @@ use zenoh::Wait;
 use crate::common::{Home, SOON, Stage, until};
 use crate::network::{Authority, authority, free, login, open, play, reach};
 
-/// A Zenoh peer that listens, with a certificate or without, and answers to whoever connects.
+/// A Zenoh peer that listens, with or without a certificate, and answers every connection.
 fn rogue(endpoint: &str, certificate: Option<&Authority>, multicast: bool) -> zenoh::Session {
     let mut config = zenoh::Config::default();
     let tls = certificate.map(|authority| {
@@ -29,7 +30,8 @@ fn rogue(endpoint: &str, certificate: Option<&Authority>, multicast: bool) -> ze
     zenoh::open(config).wait().unwrap()
 }
 
-/// Whether whoever the rogue has got hold of can be made to play; it is asked until it answers or nobody is there.
+/// Whether the rogue can operate the application that connected to it. Waits for the answer, or until the query
+/// ends without one.
 fn operates(rogue: &zenoh::Session, id: &str) -> bool {
     let (tell, told) = channel();
     let order = serde_json::to_vec(&play()).unwrap();
@@ -50,7 +52,7 @@ fn a_peer_without_credentials_is_not_connected_to() {
     let rogue = rogue(&there, None, false);
     let mut settings = home.settings("robot");
     settings.connect = vec![there.clone()];
-    // What the authority is good for says nothing about an address without TLS, nor does a password.
+    // An authority proves nothing about an address without TLS, nor does a password.
     settings.tls = Some(ours.tls(true, true));
     let error = Link::open(&settings, Stage::new(), &Events::told())
         .err()
@@ -64,7 +66,7 @@ fn a_peer_without_credentials_is_not_connected_to() {
         .err()
         .unwrap();
     assert!(matches!(error, Error::PlainPassword { .. }), "{error}");
-    // Said and meant, it is connected to: so the rogue is one that would have got in.
+    // With explicit consent it connects, which proves that this rogue would have succeeded.
     let stage = Stage::new();
     (settings.login, settings.insecure) = (None, true);
     let link = Link::open(&settings, stage.clone(), &Events::told()).unwrap();
@@ -104,7 +106,8 @@ fn where_nobody_has_to_prove_anything_no_public_authority_is_believed() {
         rogue(&encrypted, Some(&theirs), false),
         rogue(&plain, None, false),
     );
-    // Without an authority nobody is believed within TLS; the one of the rogue shows that it would have got in.
+    // Without an authority no certificate is trusted. The rogue's own authority proves that it would have
+    // succeeded.
     for (tls, believed) in [
         (None, false),
         (Some(Tls::default()), false),
@@ -147,7 +150,7 @@ fn a_password_never_leaves_for_an_address_that_proves_nothing() {
     let files = tempfile::tempdir().unwrap();
     let (ours, theirs) = (authority(files.path(), "ours"), authority(files.path(), "theirs"));
     let lab = || Some(login("lab", "secret"));
-    // Somebody who would pass on what he is asked, and what he is answered.
+    // An intermediary that would forward queries and answers.
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     listener.set_nonblocking(true).unwrap();
     let address = listener.local_addr().unwrap();
@@ -161,7 +164,7 @@ fn a_password_never_leaves_for_an_address_that_proves_nothing() {
     }
     let knocked = listener.accept().map(drop).unwrap_err();
     assert_eq!(knocked.kind(), std::io::ErrorKind::WouldBlock, "nobody came");
-    // Within TLS it is told to whoever has a certificate of the authority, and to no other who has one.
+    // Within TLS the password is sent only to an end with a certificate of the authority.
     let there = format!("tls/{}", free());
     let middle = rogue(&there, Some(&theirs), false);
     let tampered: Reach = reach(&there, lab(), Some(ours.tls(false, false)));
