@@ -95,7 +95,7 @@ pub enum Event {
         time: Nanos,
         /// The schema that exports the mission.
         schema: usize,
-        /// When the distance last decreased.
+        /// Since when there has been no progress.
         since: Nanos,
         /// The distance to the target, m.
         distance: f64,

@@ -13,7 +13,7 @@ use crate::event::{Event, Outcome};
 /// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
 const NEARER: f64 = 0.05;
 
-/// The smallest distance to the present target, and when it last decreased.
+/// The smallest distance to the present target, and since when there has been no progress.
 #[derive(Default)]
 struct Progress {
     mission: Mission,

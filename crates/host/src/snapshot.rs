@@ -1,6 +1,6 @@
 //! The state of every schema and group at one instant, as the oscilloscope shows it. Data only. The JSON form
-//! has the names of the fields, and enumerations as words: `"winner"`, `"motor"`, `"ok"` or `{"faulted":
-//! "why"}`. Times are in ns.
+//! has the names of the fields, and enumerations as words, such as `"winner"`, `"motor"`, `"ok"` or
+//! `{"faulted": "why"}`. Times are in ns.
 
 mod names;
 

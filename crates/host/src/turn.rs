@@ -46,14 +46,14 @@ pub struct Call {
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Turn")]
 pub struct Turn {
-    /// 1 awoke, 2 slept, 3 checked or iterated, 4 arbitrated. Not a turn of the schema: 5 start, 6 timer, 7
-    /// operator, 8 given up, 9 end, 10 a father woke a child, put it to sleep or changed a policy, 11 a
-    /// gesture on its panel, 12 another build took over, 13 more ports of its next turn.
+    /// 1 awoke; 2 slept; 3 checked or iterated; 4 arbitrated. Others: 5 start; 6 timer; 7 operator; 8 given
+    /// up; 9 end; 10 a father woke a child, put it to sleep or changed a policy; 11 a gesture on its panel;
+    /// 12 another build took over; 13 more ports of its next turn.
     pub kind: u8,
-    /// How it requested permission to iterate: 1 in general, 2 only to take over. What an operator did: 1
-    /// play, 2 stop, 3 force, 4 release, 5 write a modulation or a period, 6 unload, 7 load, 8 stop
-    /// everything, 9 release everything, 10 undo at the end of a lease. A father: 1 wake, 2 put to sleep, 3
-    /// change the policy. A reload: 1 a new build took over, 2 the build before took over again. Otherwise 0.
+    /// How it requested permission to iterate: 1 in general; 2 only to take over. What an operator did: 1
+    /// play; 2 stop; 3 force; 4 release; 5 write a modulation or a period; 6 unload; 7 load; 8 stop
+    /// everything; 9 release everything; 10 undo at the end of a lease. A father: 1 wake; 2 put to sleep; 3
+    /// change the policy. A reload: 1 a new build took over; 2 the build before took over again. Otherwise 0.
     pub way: u8,
     /// Unused.
     pub padding: Padding<2>,

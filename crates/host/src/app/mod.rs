@@ -234,7 +234,7 @@ pub struct Group {
     pub members: Vec<usize>,
     /// How collisions are settled.
     pub policy: Policy,
-    /// What happens when nobody wins.
+    /// What happens without a winner.
     pub absence: Absence,
     /// How long a loser may delay the new winner, ns.
     pub patience_ns: u64,
