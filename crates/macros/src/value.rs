@@ -61,8 +61,8 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
         const _: () = {
             #covered
             const FIELDS: &[#derived::raw::Field] = &[#(#tables),*];
-            // SAFETY: it is in C layout, its fields cover it without a gap by the assertion above, and every pattern of bytes
-            // of a field is valid because each is a `Part`.
+            // SAFETY: it is in C layout. The assertion above shows that its fields cover it without a gap.
+            // Every pattern of a field's bytes is valid because each field is a `Part`.
             unsafe impl #derived::Value for #ident {
                 const TYPE: &'static #derived::raw::Type = &#derived::structure::<#ident>(#name, #type_doc, FIELDS);
             }

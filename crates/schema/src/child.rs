@@ -51,7 +51,7 @@ pub struct Status {
 pub enum Policy {
     /// By the order in which the father names its children.
     Priority,
-    /// The highest urgency that a candidate offers.
+    /// By the highest urgency that a candidate offers.
     Urgency,
     /// The winner stays for at least `dwell`, and until the urgency of a rival exceeds its own by
     /// `hysteresis`.
@@ -66,7 +66,7 @@ pub enum Policy {
         /// How long each turn lasts.
         turn: Duration,
     },
-    /// The father's own function.
+    /// By the father's own function.
     Father,
 }
 

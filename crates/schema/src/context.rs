@@ -137,8 +137,8 @@ impl Context<'_> {
             size_of::<T>(),
             align_of::<T>(),
         );
-        // SAFETY: as many bytes as a `T` has, aligned for it and unchanged until this call returns, which `self` cannot outlive;
-        // every pattern of them is a valid `T`.
+        // SAFETY: as many bytes as a `T` has, aligned for it and unchanged until this call returns, which
+        // `self` cannot outlive. Every pattern of them is a valid `T`.
         let value = unsafe { &*data };
         Ok(Some(Sample::new(value, &sample)))
     }

@@ -1,7 +1,7 @@
 //! The API for authors of schemas: ports, traits, the derive and export macros, and a test bench.
 //!
-//! It requires no `unsafe` code of an author. It runs an author's code only inside the calls that the host
-//! makes: it starts no thread.
+//! It requires no `unsafe` code of an author, and runs an author's code only inside the calls that the host
+//! makes.
 //!
 //! ```
 //! //! Brakes while something stands in a very close area ahead.

@@ -6,17 +6,17 @@ use jde_abi::raw;
 use jde_schema::bench::{Bench, Failure};
 use jde_schema::prelude::*;
 
-/// Panics or errs wherever it is told to.
+/// Panics or returns an error in the call that a modulation names.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Fragile {
     /// The call that panics.
     #[modulation(default = "")]
     panics: Modulation<Text<32>>,
-    /// The call that errs.
+    /// The call that returns an error.
     #[modulation(default = "")]
     errs: Modulation<Text<32>>,
-    /// What it offers.
+    /// The urgency that the check returns.
     #[modulation(default = 0.0)]
     urgency: Modulation<f64>,
     #[modulation(default = 1.0)]
@@ -147,7 +147,7 @@ impl Default for Bomb {
     }
 }
 
-/// Panics when it ends.
+/// Panics in its drop.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
 struct EndsBadly {
@@ -179,7 +179,7 @@ impl Default for Unmakeable {
     }
 }
 
-/// Cannot be made.
+/// Panics in its creation.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
 struct NeverBegins {

@@ -3,7 +3,7 @@
 use jde_schema::bench::{Bench, Remembered};
 use jde_schema::prelude::*;
 
-/// Remembers something of every kind.
+/// Saves an entry of every kind.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
 struct Scholar {
@@ -63,7 +63,7 @@ impl Memory for Scholar {
     }
 }
 
-/// Has another type in the place of the first.
+/// Saves another type as the first entry.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
 struct Other {

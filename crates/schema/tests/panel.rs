@@ -9,7 +9,7 @@ use jde_schema::bench::Bench;
 use jde_schema::panel::{Button, Item, Touch, Words};
 use jde_schema::prelude::*;
 
-/// Draws what the test says.
+/// Draws what a modulation selects.
 #[derive(Describe)]
 #[schema(motor, period = "1s")]
 struct Easel {
@@ -65,7 +65,7 @@ impl Panel for Easel {
     }
 }
 
-/// Shows, and takes nothing.
+/// Has a panel that ignores gestures.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
 struct Window {}
@@ -80,7 +80,7 @@ impl Panel for Window {
     fn draw(&self, _: &Context, _: &mut Pen) {}
 }
 
-/// Shows nothing.
+/// Has no panel.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
 struct Blind {}

@@ -5,7 +5,7 @@
 use jde_abi::{raw, read};
 use jde_schema::prelude::*;
 
-/// Takes back what it exports, or asks whether time is real.
+/// Retracts its export, and requires real time.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
 struct Modern {

@@ -5,7 +5,7 @@
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
-/// Passes a scan on and commands the base by it.
+/// Copies a scan, and commands the base according to it.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Pass {
@@ -149,7 +149,7 @@ fn optional_ports_left_unbound_are_no_fault() {
     );
 }
 
-/// Turns as it is told.
+/// Keeps the command that it receives.
 #[derive(Describe)]
 #[schema(driver, period = "10ms")]
 struct Base {
@@ -197,7 +197,7 @@ fn a_wrong_type_on_the_bench_names_both() {
     Bench::<Pass>::new().import("scan", &Twist::ZERO);
 }
 
-/// Forwards a number, and takes it back when it is gone.
+/// Forwards a number, and retracts it when its source has no value.
 #[derive(Describe)]
 #[schema(perceptive, period = "10ms")]
 struct Relay {

@@ -4,7 +4,7 @@
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
-/// Has wide ports where others have narrow ones.
+/// Has ports with large values where the other schema has ports with small ones.
 #[derive(Describe)]
 #[schema(motor, period = "1s")]
 struct Wide {
@@ -22,7 +22,7 @@ impl Schema for Wide {
     }
 }
 
-/// Uses the ports of another.
+/// Uses the ports of the other schema in its own calls.
 #[derive(Describe)]
 #[schema(motor, period = "1s")]
 struct Narrow {

@@ -23,13 +23,13 @@ use crate::turns::TOPIC;
 /// How long to wait for a missing step, in ns of the drive's time: longer than any call takes before it is
 /// given up.
 const PATIENCE: Nanos = 30_000_000_000;
-/// How much later than it was seen a value's time of publication may be, in ns. The writer determines that
-/// time.
+/// How much later than the step that saw it a value's time of publication may be, in ns. The writer
+/// determines that time.
 const LATE: Nanos = 2_000_000_000;
-/// The fewest values of a variable that are kept for the steps in which they were written, because those are
-/// read later than the values.
+/// At least this many values of a variable are kept for the steps in which they were written, because those
+/// steps are read later than the values.
 const WRITTEN: usize = 64;
-/// The bytes of a variable's values that are kept beyond that number.
+/// More values of a variable are kept while they need at most this many bytes.
 const ROOM: usize = 4 << 20;
 
 /// A recording during a replay. Clones share their state.

@@ -12,7 +12,7 @@ use super::condition::{Reason, Wrong};
 use super::kind::Kind;
 use super::{Names, view};
 
-/// The largest length of an expression, in bytes: a longer one is not readable.
+/// The largest length of an expression, in bytes. A longer one would be hard to read.
 const LONGEST: usize = 1000;
 /// The deepest nesting of brackets: far more than an author writes, and far less than would exhaust the
 /// stack.

@@ -17,52 +17,52 @@ use jde_schema::prelude::*;
 #[derive(Describe)]
 #[schema(driver, period = "4ms")]
 struct Noise {
-    /// From 0 to 1.
+    /// A level from 0 to 1.
     #[export]
     level: Export<f64>,
-    /// Is carried out by nobody.
+    /// Has no effect.
     #[command(neutral = 0.0, validity = "100ms")]
     #[expect(dead_code, reason = "commands reach nobody here")]
     effort: Command<f64>,
     state: u64,
 }
 
-/// Follows what is sensed.
+/// Averages the sensed level.
 #[derive(Describe)]
 #[schema(perceptive, period = "5ms")]
 struct Smooth {
-    /// What is sensed.
+    /// The sensed level.
     #[import]
     level: Import<f64>,
-    /// Its mean.
+    /// The mean of the level.
     #[export]
     mean: Export<f64>,
     value: f64,
 }
 
-/// Wants to act above a level.
+/// Is ready above a level.
 #[derive(Describe)]
 #[schema(motor, period = "7ms")]
 struct Above {
-    /// What is sensed.
+    /// The sensed level.
     #[import(trigger)]
     level: Import<f64>,
-    /// Its mean.
+    /// The mean of the level.
     #[import(optional)]
     mean: Import<f64>,
-    /// What another shows of it.
+    /// A value that another schema derives from the level.
     #[import(optional)]
     shown: Import<f64>,
-    /// From where on.
+    /// The level from which it is ready.
     #[modulation(default = 0.5)]
     from: Modulation<f64>,
-    /// Fails above this.
+    /// The level above which it fails.
     #[modulation(default = 2.0)]
     fragile: Modulation<f64>,
-    /// How much it does.
+    /// The value of its commands.
     #[modulation(default = 1.0)]
     strength: Modulation<f64>,
-    /// What it does.
+    /// The command.
     #[actuator]
     effort: Actuator<f64>,
 }
@@ -70,23 +70,23 @@ struct Above {
 /// A schema that reads the same value through more inputs than a turn has room for.
 macro_rules! many {
     ($first:ident, $($input:ident),*; $last:ident) => {
-        /// What the last input showed, long after the first.
+        /// Exports the sum of its last and its first input, which it reads much later.
         #[derive(Describe)]
         #[schema(perceptive, period = "23ms")]
         struct Many {
-            /// The first.
+            /// The first input.
             #[import]
             $first: Import<f64>,
             $(
-                /// Another.
+                /// Another input.
                 #[import(optional)]
                 #[expect(dead_code, reason = "they only take up room")]
                 $input: Import<f64>,
             )*
-            /// The last.
+            /// The last input.
             #[import]
             $last: Import<f64>,
-            /// What it showed.
+            /// The sum.
             #[export]
             shown: Export<f64>,
         }
@@ -114,17 +114,17 @@ fn dawdle(cx: &Context, time: Duration) {
     }
 }
 
-/// Leads two.
+/// A father of two.
 #[derive(Describe)]
 #[schema(motor, period = "11ms")]
 struct Leader {
-    /// One.
+    /// The first child.
     #[child(group = "work")]
     one: Child,
-    /// The other.
+    /// The second child.
     #[child(group = "work")]
     other: Child,
-    /// When one wants to act.
+    /// The level from which the first child is ready.
     #[modulates(child = "one", name = "from")]
     from: Modulates<f64>,
     turns: u64,

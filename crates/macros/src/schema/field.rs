@@ -21,7 +21,7 @@ pub(super) struct Field {
     value: Option<Type>,
 }
 
-/// What a field is.
+/// The role of a field.
 #[allow(
     clippy::large_enum_variant,
     reason = "a handful live for the length of a compilation"
@@ -57,7 +57,7 @@ pub(super) enum Role {
     },
 }
 
-/// The type of a role that any number of children have.
+/// The type of a role for any number of children.
 const MANY: &str = "Children";
 
 /// The name of each attribute, the type of its field, and its options.

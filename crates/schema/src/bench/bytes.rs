@@ -45,7 +45,8 @@ impl Bytes {
                 "a value is aligned to 16 at most"
             )
         };
-        // SAFETY: as many bytes, initialised and aligned, of which every pattern is a value; borrowed as long as they are.
+        // SAFETY: as many bytes, initialised and aligned, of which every pattern is a valid value. They are
+        // borrowed as long as the reference lives.
         unsafe { &*self.words.as_ptr().cast::<T>() }
     }
 

@@ -39,7 +39,8 @@ pub(super) static HOST: raw::Host = raw::Host {
 };
 
 /// # Safety
-/// `cx` is the bench's own, of the present call; nothing else holds it meanwhile. So for all functions here.
+/// `cx` is the bench's own context of the present call, and no other reference to it exists. The same applies
+/// to all functions here.
 unsafe fn place<'a>(cx: *mut raw::Context) -> &'a mut Place {
     // SAFETY: the caller's.
     unsafe { &mut *cx.cast() }

@@ -71,7 +71,8 @@ impl<S> Bench<S> {
             touch,
         };
         jde_panel::lend_gesture("ana@laptop", &gesture, |gesture| {
-            // SAFETY: the table's own function, instance and context, and a gesture that lives until it returns.
+            // SAFETY: the table's own function, instance and context, and a gesture that lives until the
+            // function returns.
             self.call(|instance, cx| unsafe { call(instance, cx, gesture) })
         })
     }

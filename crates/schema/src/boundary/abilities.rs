@@ -48,7 +48,7 @@ pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
 /// ability.
 ///
 /// # Safety
-/// As [`raw::Schema::ability`]; so for all functions here, each as the field of its name.
+/// As for [`raw::Schema::ability`]. For each other function here, as for the field of its name.
 pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *const c_void {
     if id.is_null() {
         return ptr::null();

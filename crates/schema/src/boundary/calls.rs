@@ -22,7 +22,7 @@ struct Instance<S> {
 }
 
 /// # Safety
-/// As [`raw::Schema::create`]; so for all functions here, each as the field of its name.
+/// As for [`raw::Schema::create`]. For each other function here, as for the field of its name.
 pub(super) unsafe extern "C" fn create<S: Schema>(
     _: *const raw::Schema,
     host: *const raw::Host,

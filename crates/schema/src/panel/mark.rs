@@ -94,8 +94,8 @@ impl Drop for Mark<'_> {
     fn drop(&mut self) {
         self.table.points = self.numbers.as_ptr();
         self.table.text = self.text.as_ptr();
-        // SAFETY: the host's pen, which lives as long as the call that `self` cannot outlive; the table and all it points to
-        // live until the function returns.
+        // SAFETY: the host's pen, which lives as long as the call that `self` cannot outlive. The table and
+        // all it points to live until the function returns.
         unsafe { (self.pen.shape)(self.pen.drawing, &raw const self.table) };
     }
 }

@@ -130,8 +130,8 @@ impl<'p> Widget<'p> {
         self.table.text_count = texts.len() as u32;
         self.table.texts = texts.as_ptr();
         self.table.pixels = self.pixels.as_ptr();
-        // SAFETY: the host's pen, which lives as long as the call that `self` cannot outlive; the table and all it points to
-        // live until the function returns.
+        // SAFETY: the host's pen, which lives as long as the call that `self` cannot outlive. The table and
+        // all it points to live until the function returns.
         unsafe { (self.pen.add)(self.pen.drawing, &raw const self.table) };
     }
 }
