@@ -1,8 +1,8 @@
 //! The user's settings for all applications, and the saved layout of each: files in the user's configuration
 //! folder.
 //!
-//! An unreadable file is renamed and logged. A file that cannot be written is logged, and its content is not
-//! saved.
+//! A file that cannot be parsed is renamed and logged. A file that cannot be written is logged, and its content
+//! is not saved.
 
 use std::fs;
 use std::io;
@@ -82,8 +82,8 @@ impl SettingsStore {
         Self { folder }
     }
 
-    /// Reads the value saved under a name. Returns `None` if there is none or if it cannot be read. An
-    /// unreadable file is renamed to `*.unreadable` and logged.
+    /// Reads the value saved under a name. Returns `None` if there is none or if it cannot be read. A file
+    /// that cannot be parsed is renamed to `*.unreadable` and logged.
     pub(crate) fn take<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
         let path = self.path(name)?;
         let text = fs::read_to_string(&path).ok()?;

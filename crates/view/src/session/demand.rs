@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use jde_link::Rate;
 
-/// A request expires after this time.
+/// Minimum time for which a request stays valid.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
-/// A request also expires only after this many checks. On a slow machine, frames can be seconds apart, and a
-/// requester that could not repeat its request still needs it.
+/// Number of checks before which a request stays valid in any case. On a slow machine, frames can be seconds
+/// apart, and a requester that could not repeat its request still needs it.
 const LOOKS: u32 = 2;
 
 /// The requested rates.

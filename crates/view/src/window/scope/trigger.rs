@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Mode {
-    /// Follows the present again unless the trigger fires again soon.
+    /// Follows the present again if the trigger does not fire for two widths of the window.
     #[default]
     Auto,
     /// Stays until the trigger fires again.

@@ -1,5 +1,5 @@
 //! Variables by schema: the newest value, its age and its writer. Modulations can be edited in place (R8,
-//! R14). Only visible rows are subscribed. It writes only modulations: commands belong to the schemas.
+//! R14). It subscribes only to visible rows. It writes only modulations: commands belong to the schemas.
 
 mod cell;
 mod edit;
@@ -87,7 +87,7 @@ impl Values {
         }
     }
 
-    /// Shows which operator modulates a schema, and a button that ends it.
+    /// Shows the operator that modulates a schema, and a button that releases it.
     fn held(ui: &mut Ui, session: &Session, style: &Style, name: &str) {
         let hold = session.view(name).and_then(|view| view.operator.as_ref());
         let Some(hold) = hold.filter(|hold| hold.kind == HoldKind::Modulated) else {
