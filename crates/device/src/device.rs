@@ -1,5 +1,5 @@
-//! A device at a port: bytes between the port and a conversation, met again by itself after every loss. It
-//! publishes nothing but how the connection stands.
+//! A device at a port: a conversation over the port, restarted after every loss. It exports only the state of
+//! the connection.
 
 use core::time::Duration;
 
@@ -8,52 +8,51 @@ use jde_schema::prelude::*;
 
 use crate::report::{Report, Standing};
 
-/// How long the last words may take when the driver goes to sleep.
+/// How long the last bytes may take when the driver goes to sleep.
 const FAREWELL: Duration = Duration::from_millis(100);
 
-/// What is said to a device and heard of it, from the first word after the line is open. It does no I/O and
-/// has no clock.
+/// The protocol of a device, from the first bytes after the line is open. It does no I/O and has no clock.
 pub trait Conversation: Sized {
-    /// What is looked for, as people call it: "scanner".
+    /// The kind of device, as a person would name it: "scanner".
     const DEVICE: &'static str;
 
-    /// What the device shall do.
+    /// The configuration that the device shall have.
     type Wanted: Clone;
 
-    /// What the driver learns of the device.
+    /// What the driver learns from the device.
     type News;
 
-    /// Begins; the events are the first words.
+    /// Starts the conversation. `events` receives the first bytes to send.
     fn begin(wanted: Self::Wanted, now: Duration, events: &mut Vec<Event<Self::News>>) -> Self;
 
-    /// Takes in bytes, as they come and cut anywhere, and the time; it is called without any too.
+    /// Processes bytes, split anywhere, and the time. It is also called without any bytes.
     fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<Self::News>>);
 
-    /// Whether the device does what it shall.
+    /// Returns whether the device is configured as wanted.
     fn is_ready(&self) -> bool;
 
-    /// What to say before leaving.
+    /// Returns the bytes to send before closing.
     fn farewell() -> Vec<u8>;
 }
 
-/// What follows from what was heard.
+/// An action or a result of a conversation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event<N> {
-    /// Say these bytes.
+    /// Send these bytes.
     Send(Vec<u8>),
-    /// The line goes at this speed from now on, bits per second.
+    /// Change the speed of the line to this, in bits per second.
     Baud(u32),
-    /// The device does from now on what it shall; what it calls itself.
+    /// The device is now configured as wanted; the name that it reports.
     Ready(String),
-    /// The driver learns something.
+    /// News for the driver.
     News(N),
-    /// Something is off, and the conversation goes on.
+    /// A problem that does not end the conversation.
     Warn(String),
-    /// Begin anew, for this reason.
+    /// Break the connection and start again, for this reason.
     Lose(String),
 }
 
-/// A device that is looked for, or found.
+/// A device that is sought, or found.
 #[derive(Debug)]
 pub struct Device<C: Conversation> {
     port: Port,
@@ -65,7 +64,7 @@ pub struct Device<C: Conversation> {
 }
 
 impl<C: Conversation> Device<C> {
-    /// A device that the first step looks for.
+    /// Creates a device. The first step starts to connect.
     #[must_use]
     pub fn new(port: Port, wanted: C::Wanted) -> Self {
         Self {
@@ -78,20 +77,20 @@ impl<C: Conversation> Device<C> {
         }
     }
 
-    /// What it shall do.
+    /// Returns the configuration that the device shall have.
     #[must_use]
     pub fn wanted(&self) -> &C::Wanted {
         &self.wanted
     }
 
-    /// Whether it is heard and does what it shall; if not, what the driver exported of it is to be taken
-    /// back.
+    /// Returns whether the device is connected and configured as wanted. If not, the driver retracts what it
+    /// exported of it.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.conversation.as_ref().is_some_and(C::is_ready)
     }
 
-    /// Hears and speaks; what the driver learns. Call it in every iteration: it never blocks.
+    /// Reads and writes at the port, and returns the news. Call it in every iteration: it never blocks.
     pub fn step(&mut self, cx: &Context<'_>) -> Vec<C::News> {
         let now = cx.now();
         if !self.port.poll(now).is_connected() {
@@ -109,7 +108,7 @@ impl<C: Conversation> Device<C> {
         let mut learnt = Vec::new();
         for event in events {
             match event {
-                // What cannot be sent shows in the link.
+                // A failure to send shows in the link.
                 Event::Send(bytes) => drop(self.port.write(&bytes)),
                 Event::Baud(baud) => self.port.set_baud(baud),
                 Event::Ready(name) => self.name = name,
@@ -124,14 +123,14 @@ impl<C: Conversation> Device<C> {
         learnt
     }
 
-    /// Publishes how the connection stands, if that has changed.
+    /// Exports the state of the connection, if it has changed.
     pub fn tell(&mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
         let name = self.is_ready().then_some(&*self.name);
         let standing = Standing::of(&self.port, name, C::DEVICE);
         self.report.tell(cx, export, standing, self.port.attempts());
     }
 
-    /// Says farewell, and takes back how the connection stands. It may take a tenth of a second.
+    /// Sends the farewell and retracts the state of the connection. It may take a tenth of a second.
     pub fn rest(mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
         if self.conversation.is_some() && self.port.write(&C::farewell()) {
             self.port.flush(FAREWELL);

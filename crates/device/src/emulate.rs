@@ -1,6 +1,6 @@
 //! For tests of drivers: an emulated device at a real pseudo-terminal or a real TCP connection, and a driver
-//! on the bench that is iterated until something is so. It plays no device itself, and nothing here belongs
-//! in a driver.
+//! on the bench that iterates until a condition holds. It emulates no particular device, and nothing here
+//! belongs in a driver.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
@@ -19,14 +19,14 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// A device in software. It does no I/O.
 pub trait Emulator: Send + 'static {
-    /// What it says to bytes at a speed of the line, bits per second.
+    /// Returns the answer to bytes that arrived at this speed of the line, in bits per second.
     fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8>;
 
-    /// What it says of itself when nobody has spoken to it for 2 ms.
+    /// Returns unsolicited bytes. It is called after 2 ms without input.
     fn turn(&mut self) -> Vec<u8>;
 }
 
-/// A device at the end of a wire, on a thread of its own, until it is dropped.
+/// A device at the end of a wire, on its own thread, until it is dropped.
 #[derive(Debug)]
 pub struct Emulated<E> {
     emulator: Arc<Mutex<E>>,
@@ -34,16 +34,16 @@ pub struct Emulated<E> {
     thread: Option<JoinHandle<()>>,
 }
 
-/// A driver with a modulation `port` and an export `connection` on the bench, in time that passes.
+/// A driver with a modulation `port` and an export `connection` on the bench, in real time.
 pub struct Trial<S: Schema> {
-    /// The bench, to set and to look.
+    /// The bench, to set modulations and read exports.
     pub bench: Bench<S>,
     start: Instant,
     _watchdog: Watchdog,
 }
 
 impl<E: Emulator> Emulated<E> {
-    /// At a pseudo-terminal, which is gone with it; the path to it.
+    /// Starts a device at a pseudo-terminal, and returns it with the path. The line ends with the device.
     ///
     /// # Panics
     /// If the machine has no pseudo-terminal left.
@@ -57,10 +57,11 @@ impl<E: Emulator> Emulated<E> {
         (device, path)
     }
 
-    /// Behind a server whose line has a speed, which takes one connection after another; its address.
+    /// Starts a device behind a TCP server whose line has speed `baud`, and returns it with its address. The
+    /// server accepts one connection at a time.
     ///
     /// # Panics
-    /// If the machine has no port left.
+    /// If the machine has no free port.
     #[must_use]
     pub fn at_server(emulator: E, baud: u32) -> (Self, String) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -77,7 +78,7 @@ impl<E: Emulator> Emulated<E> {
         (device, address)
     }
 
-    /// Looks at the device, or changes it, between two of its words.
+    /// Gives access to the emulator, between two of its answers.
     pub fn with<T>(&self, look: impl FnOnce(&mut E) -> T) -> T {
         look(&mut lock(&self.emulator))
     }
@@ -95,7 +96,7 @@ impl<E: Emulator> Emulated<E> {
     }
 }
 
-/// A device that found fault with what was said to it fails the test.
+/// Fails the test if the emulator panicked.
 impl<E> Drop for Emulated<E> {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -108,7 +109,7 @@ impl<E> Drop for Emulated<E> {
 }
 
 impl<S: Schema> Trial<S> {
-    /// A driver of the device at an address, asleep.
+    /// Creates a driver of the device at an address, SLEPT.
     #[must_use]
     pub fn at(port: &str) -> Self {
         let mut bench = Bench::new();
@@ -120,15 +121,15 @@ impl<S: Schema> Trial<S> {
         }
     }
 
-    /// Wakes it.
+    /// Wakes the driver.
     ///
     /// # Panics
-    /// If it does not awake.
+    /// If it fails to wake.
     pub fn awake(&mut self) {
         self.bench.awake().expect("it is rightly configured");
     }
 
-    /// Iterates until something is so.
+    /// Iterates until a condition holds.
     ///
     /// # Panics
     /// If an iteration fails.
@@ -150,20 +151,20 @@ impl<S: Schema> Trial<S> {
         thread::yield_now();
     }
 
-    /// Iterates until the connection is lost; why.
+    /// Iterates until the connection is lost, and returns the reason.
     pub fn lost(&mut self) -> String {
         self.until(|bench| connection(bench).state == Connection::LOST);
         self.connection().1
     }
 
-    /// How the connection stands: its state and its note.
+    /// Returns the state and the note of the connection.
     #[must_use]
     pub fn connection(&self) -> (u8, String) {
         let connection = connection(&self.bench);
         (connection.state, connection.note.to_string())
     }
 
-    /// Attempts since the device was last connected.
+    /// Returns the number of attempts since the device was last heard.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         connection(&self.bench).attempts
@@ -184,7 +185,7 @@ fn lock<E>(emulator: &Mutex<E>) -> MutexGuard<'_, E> {
     emulator.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Whether something can be read, within some milliseconds.
+/// Returns whether bytes can be read, after waiting at most 2 ms.
 fn ready(source: impl AsFd) -> bool {
     let soon = Timespec {
         tv_sec: 0,
@@ -193,7 +194,7 @@ fn ready(source: impl AsFd) -> bool {
     poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
 }
 
-/// Plays the device until the other side is gone.
+/// Runs the emulator until the peer is gone.
 fn serve<E: Emulator>(
     mut source: impl Read + AsFd,
     mut sink: impl Write,
@@ -206,7 +207,7 @@ fn serve<E: Emulator>(
         let mut room = [0; 256];
         let answer = if ready(&source) {
             match source.read(&mut room) {
-                // A terminal that nobody has open yet cannot be read.
+                // A terminal that no program has opened yet cannot be read.
                 Err(_) if !opened => continue,
                 Ok(0) | Err(_) => return,
                 Ok(count) => {

@@ -1,12 +1,12 @@
-//! What can be told of a port before it is opened.
+//! Checks of a port before it is opened.
 
 use core::fmt::Display;
 
 use jde_port::Address;
 use jde_schema::{Modulation, Problems};
 
-/// Reports what is wrong with the address that `modulation` gives, and a device file that is not there or may
-/// not be opened. It opens nothing. For `Inspect::inspect` of a driver.
+/// Reports an invalid address in `modulation`, and a device file that is missing or may not be opened. It
+/// opens nothing. For `Inspect::inspect` of a driver.
 pub fn inspect_port<T>(
     modulation: &Modulation<T>,
     address: Result<Address, impl Display>,

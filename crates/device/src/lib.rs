@@ -1,9 +1,9 @@
-//! What drivers of devices share: a [`Device`] holds a conversation to a port, a [`Report`] tells how the
-//! connection stands, and [`emulate`] plays the device in tests. It knows no device: what is said and what is
-//! published is the driver's.
+//! The common part of drivers for devices. A [`Device`] runs a conversation over a port, a [`Report`] exports
+//! the state of the connection, and [`emulate`] emulates devices in tests. It knows no particular device: the
+//! driver defines the protocol and its exports.
 //!
-//! A driver for another device at a serial line or behind TCP starts from this one, of a thermometer that is
-//! asked with `?` and answers with a line:
+//! A driver for another device at a serial line or behind TCP can start from this example, a thermometer that
+//! answers `?` with a line:
 //!
 //! ```
 //! use core::time::Duration;

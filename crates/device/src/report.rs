@@ -1,36 +1,36 @@
-//! How a device's connection stands, told when it changes. It looks at no device: whoever does says how it
-//! stands.
+//! The state of a device's connection, exported when it changes. It observes no device: the caller supplies
+//! the state.
 
 use jde_port::{Link, Port};
 use jde_schema::prelude::*;
 
-/// How the connection to a device stands.
+/// The state of the connection to a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing<'a> {
-    /// Nobody has tried yet.
+    /// No attempt yet.
     Idle,
-    /// An attempt is under way.
+    /// An attempt is in progress.
     Connecting,
-    /// The line is open, and nobody has answered yet; what is looked for, as in "scanner".
+    /// The line is open, and the device has not answered yet; the kind of device, such as "scanner".
     Looking(&'a str),
-    /// The device is heard; what it calls itself.
+    /// The device answers; the name that it reports.
     Connected(&'a str),
-    /// The connection broke, or an attempt failed; why, in words that name the device.
+    /// The connection broke, or an attempt failed; the reason, in words that name the device.
     Lost(&'a str),
 }
 
-/// What was told of a connection: it tells a change alone, and complains of the same trouble once, however
-/// often it is tried again.
+/// What was exported of a connection. It exports changes only, and logs a repeated failure once, however
+/// often the attempt is repeated.
 #[derive(Debug, Default)]
 pub struct Report {
     told: Option<Connection>,
-    /// What was last complained of; nothing once the device was heard.
+    /// The failure that was last logged; empty after the device has connected.
     trouble: Text<120>,
 }
 
 impl<'a> Standing<'a> {
-    /// That of a device at a port; `name` is what it calls itself, once it is heard, and `device` what is
-    /// looked for before.
+    /// Returns the state of a device at a port. `name` is the device's name once it is ready; `device` is its
+    /// kind, shown before that.
     #[must_use]
     pub fn of(port: &'a Port, name: Option<&'a str>, device: &'a str) -> Self {
         match (port.link(), name) {
@@ -44,8 +44,8 @@ impl<'a> Standing<'a> {
 }
 
 impl Report {
-    /// Publishes how a connection stands after so many attempts, if that has not been told, and logs who is
-    /// heard and what is the trouble.
+    /// Exports the state of a connection after `attempts` attempts, if it has changed. Logs a device that
+    /// connects, and a failure that differs from the last one logged.
     pub fn tell(
         &mut self,
         cx: &Context<'_>,
@@ -77,7 +77,7 @@ impl Report {
         export.write(cx, connection);
     }
 
-    /// Takes back what was told and forgets it, when the driver goes to sleep.
+    /// Retracts the export and resets the report, when the driver goes to sleep.
     pub fn retract(&mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
         *self = Self::default();
         export.retract(cx);

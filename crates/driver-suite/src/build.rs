@@ -1,9 +1,9 @@
-//! Plugins as people build them: by cargo, which says where it put them.
+//! Builds plugins with cargo, which reports the paths of the libraries.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Builds plugins of this workspace as the caller was built, and gives the folder that has them.
+/// Builds plugins of this workspace in the caller's profile, and returns the folder that contains them.
 ///
 /// # Panics
 /// If cargo fails.

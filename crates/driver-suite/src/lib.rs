@@ -1,10 +1,10 @@
-//! One suite of tests for every driver of a robot's base: what an application may rely on, whatever is behind
-//! the driver. It runs the driver's real plugin in a real application, in real time, and waits for what the
-//! robot does, never for time.
+//! One test suite for every driver of a robot's base: the behaviour that an application may rely on with any
+//! driver. It runs the driver's real plugin in a real application, in real time, and waits for conditions of
+//! the robot rather than for fixed times.
 //!
-//! A driver passes if it does what is tested in a room of 5 x 4 m, from a start at x 2.5, y 1.5 that looks
-//! along x, with sonars of a P3-DX and a laser on it. Give [`suite!`](crate::suite) a module name and a
-//! function that makes a [`Setting`]; each test gets one of its own.
+//! The driver under test has a room of 5 x 4 m, a start at x 2.5, y 1.5 with heading along x, the sonars of a
+//! P3-DX, and a laser. Give [`suite!`](crate::suite) a module name and a function that makes a [`Setting`];
+//! each test gets its own setting.
 
 mod build;
 mod pilot;
@@ -30,7 +30,7 @@ walls = [{ name = "wall", points = [[0, 0], [5, 0], [5, 4], [0, 4]], closed = tr
 start = { x = 2.5, y = 1.5 }
 "#;
 
-/// Makes a module of tests for a driver: `suite!(name, setting)`.
+/// Defines a module of tests for a driver: `suite!(name, setting)`.
 #[macro_export]
 macro_rules! suite {
     ($name:ident, $setting:path) => {

@@ -1,27 +1,27 @@
-//! The schema at the wheel: commands what the test modulates, and nothing else.
+//! The motor schema of the suite: it commands the values of its modulations, and nothing else.
 
 use jde_schema::prelude::*;
 
-/// Drives as it is modulated.
+/// Commands the speeds of its modulations.
 #[derive(Describe)]
 #[schema(motor, period = "50ms")]
 pub(crate) struct Pilot {
     /// Speed ahead.
     #[modulation(default = 0.0, unit = "m/s")]
     linear: Modulation<f64>,
-    /// Speed of turning.
+    /// Turn rate.
     #[modulation(default = 0.0, unit = "rad/s")]
     angular: Modulation<f64>,
-    /// Where the head shall look, to the left.
+    /// Pan of the head, to the left.
     #[modulation(default = 0.0, unit = "rad")]
     pan: Modulation<f64>,
-    /// Where the head shall look, down.
+    /// Tilt of the head, down.
     #[modulation(default = 0.0, unit = "rad")]
     tilt: Modulation<f64>,
-    /// How fast the head turns.
+    /// Turn rate of the head; 0 commands nothing.
     #[modulation(default = 0.0, unit = "rad/s")]
     speed: Modulation<f64>,
-    /// Above 0 it says nothing any more.
+    /// Above 0 it commands nothing.
     #[modulation(default = 0.0)]
     silent: Modulation<f64>,
     /// The base.
@@ -32,11 +32,11 @@ pub(crate) struct Pilot {
     head: Actuator<PanTilt>,
 }
 
-/// Needs the robot whether anybody drives it or not, and never wants to win.
+/// Imports the robot's odometry, and never becomes READY. So the driver stays awake without a pilot.
 #[derive(Describe)]
 #[schema(motor, period = "50ms")]
 pub(crate) struct Watcher {
-    /// Whoever is looked at stays awake.
+    /// The import keeps the driver awake.
     #[import]
     odometry: Import<Odometry>,
 }

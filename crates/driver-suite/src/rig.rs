@@ -1,4 +1,4 @@
-//! An application with a driver, a pilot, and a test at the modulations of the pilot.
+//! An application with a driver and a pilot, whose modulations the test sets.
 
 use core::f64::consts::PI;
 use std::any::Any;
@@ -15,27 +15,27 @@ use jde_watchdog::Watchdog;
 
 use crate::pilot::{Pilot, Watcher};
 
-/// Where every robot starts.
+/// The start of every robot.
 pub const START: Pose2D = Pose2D {
     x: 2.5,
     y: 1.5,
     theta: 0.0,
 };
 
-/// The longest time between two looks at what is waited for.
+/// The longest time between two checks of a condition.
 const LOOK: Duration = Duration::from_millis(20);
 
 static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
 
-/// What a driver is tested with.
+/// The environment of a driver under test.
 pub struct Setting {
     /// The lines of the driver's table in the application.
     pub lines: String,
     /// The folder of its plugin.
     pub plugins: PathBuf,
-    /// Whether there is a head that tells where it looks.
+    /// Whether there is a head that exports its pan and tilt.
     pub head: bool,
-    /// What must live while the driver runs: a server, a folder.
+    /// What must live as long as the driver: a server, a folder.
     pub kept: Box<dyn Any>,
 }
 
@@ -43,17 +43,17 @@ pub struct Setting {
 pub struct Rig {
     running: Running,
     handle: Handle,
-    /// What must live meanwhile.
+    /// What must live as long as the application.
     pub kept: Box<dyn Any>,
     pilot: usize,
     _watchdog: Watchdog,
 }
 
 impl Rig {
-    /// Starts the application, and goes on once the robot is heard.
+    /// Starts the application, and returns when the robot is connected and a scan has arrived.
     ///
     /// # Panics
-    /// If it is wrong.
+    /// If the application is invalid or does not start.
     #[must_use]
     pub fn start(setting: Setting) -> Self {
         let mut path = SearchPath::default();
@@ -90,23 +90,22 @@ impl Rig {
         rig
     }
 
-    /// Goes on once that is so.
+    /// Waits until a condition holds.
     ///
     /// # Panics
-    /// If the application ends before.
+    /// If the application ends first.
     #[track_caller]
     pub fn until(&self, so: impl Fn(&Self) -> bool) {
         let odometry = self.handle.board().get("pioneer.odometry");
         let odometry = odometry.expect("every base has one");
         while !so(self) {
             assert_eq!(self.handle.outcome(), None, "it ended before");
-            // What is waited for mostly comes with the next odometry; what comes without is looked for all
-            // the same.
+            // Most conditions change with the next odometry. The timeout covers the others.
             odometry.wait_newer(odometry.newest(), LOOK);
         }
     }
 
-    /// The newest value of a variable.
+    /// Returns the newest value of a variable.
     #[must_use]
     pub fn see<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
         self.handle
@@ -114,36 +113,36 @@ impl Rig {
             .unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The newest odometry.
+    /// Returns the newest odometry.
     #[must_use]
     pub fn odometry(&self) -> Option<Odometry> {
         self.see("pioneer.odometry")
     }
 
-    /// The newest scan.
+    /// Returns the newest scan.
     #[must_use]
     pub fn laser(&self) -> Option<Box<LaserScan>> {
         self.see("pioneer.laser").map(Box::new)
     }
 
-    /// Where the wheels say it is.
+    /// Returns the pose of the odometry.
     ///
     /// # Panics
-    /// If they say nothing.
+    /// If there is no odometry.
     #[must_use]
     #[track_caller]
     pub fn pose(&self) -> Pose2D {
         self.odometry().expect("the robot is heard").pose2d()
     }
 
-    /// Whether the robot is heard.
+    /// Returns whether the robot is connected and its odometry has arrived.
     #[must_use]
     pub fn is_up(&self) -> bool {
         let connection: Option<Connection> = self.see("pioneer.connection");
         connection.is_some_and(|connection| connection.is_up()) && self.odometry().is_some()
     }
 
-    /// Whether it stands, by its wheels.
+    /// Returns whether the robot is at rest, according to its odometry.
     #[must_use]
     pub fn stands(&self) -> bool {
         self.odometry().is_some_and(|odometry| {
@@ -152,7 +151,7 @@ impl Rig {
         })
     }
 
-    /// Has the pilot command these speeds from now on.
+    /// Sets the speeds that the pilot commands from now on.
     pub fn drive(&self, linear: f64, angular: f64) {
         self.modulate("linear", linear);
         self.modulate("angular", angular);
@@ -161,7 +160,7 @@ impl Rig {
     /// Writes a modulation of the pilot.
     ///
     /// # Panics
-    /// If there is none of the name.
+    /// If there is no modulation of that name.
     pub fn modulate(&self, name: &str, value: f64) {
         self.handle
             .operator("suite")
@@ -169,46 +168,47 @@ impl Rig {
             .expect("the pilot has it");
     }
 
-    /// Stops, and goes on once it stands.
+    /// Stops, and waits until the robot is at rest.
     pub fn halt(&self) {
         self.drive(0.0, 0.0);
         self.until(Self::stands);
     }
 
-    /// Drives ahead for a distance, and stops.
+    /// Drives a distance ahead, in metres, and stops.
     pub fn go(&self, metres: f64) {
         let start = self.pose();
         self.drive(0.25, 0.0);
-        // It takes a tenth of a metre to brake.
+        // Braking takes a tenth of a metre.
         self.until(|rig| rig.pose().distance_to(&start) > metres - 0.1);
         self.halt();
     }
 
-    /// Turns to a heading of the odometry, and stops.
+    /// Turns to a heading of the odometry, in radians, and stops.
     pub fn face(&self, heading: f64) {
         let wrong = |rig: &Self| normalize_angle(heading - rig.pose().theta);
         self.until(|rig| {
             let wrong = wrong(rig);
-            // Slower the nearer, and never so slow that a robot of whole degrees a second stands.
+            // The speed falls with the error, but stays high enough for a robot that takes whole degrees a
+            // second.
             rig.drive(0.0, (1.2 * wrong).clamp(-0.7, 0.7) + 0.02_f64.copysign(wrong));
             wrong.abs() < 1.0 * PI / 180.0
         });
         self.halt();
     }
 
-    /// The pilot's place, for whoever plays or stops it.
+    /// Returns the index of the pilot's instance, to hold or release it.
     #[must_use]
     pub fn pilot(&self) -> usize {
         self.pilot
     }
 
-    /// The application.
+    /// Returns the handle of the application.
     #[must_use]
     pub fn handle(&self) -> &Handle {
         &self.handle
     }
 
-    /// Ends the application, and gives how it ended and what was kept.
+    /// Ends the application, and returns its outcome and what was kept.
     #[must_use]
     pub fn end(self) -> (Outcome, Box<dyn Any>) {
         self.handle.stop();

@@ -1,5 +1,5 @@
-//! The tests. Tolerances are those of a robot whose wheels slip and whose numbers are whole millimetres and
-//! degrees.
+//! The tests. Their tolerances are for a robot whose wheels slip, and whose measurements are whole
+//! millimetres and degrees.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -21,7 +21,7 @@ fn near(what: &str, is: f64, wanted: f64, tolerance: f64) {
     );
 }
 
-/// The connection comes up by itself, the robot drives, and stands when the application has ended.
+/// The driver connects by itself, the robot drives, and the application ends in order.
 pub fn it_comes_up_drives_and_is_left_standing(setting: Setting) {
     let rig = Rig::start(setting);
     let pose = rig.pose();
@@ -34,7 +34,7 @@ pub fn it_comes_up_drives_and_is_left_standing(setting: Setting) {
     assert_eq!(outcome, Outcome::Stopped);
 }
 
-/// A robot that nobody commands stays where it is.
+/// A robot without commands stays where it is.
 pub fn nothing_commanded_is_nothing_driven(setting: Setting) {
     let rig = Rig::start(setting);
     rig.modulate("silent", 1.0);
@@ -61,12 +61,12 @@ pub fn it_drives_ahead_in_metres_and_tells_its_speed(setting: Setting) {
     let pose = rig.pose();
     near("y", pose.y, START.y, 0.05);
     near("heading", pose.theta, 0.0, 0.05);
-    // What the wheels say and what the laser sees are the same metres.
+    // The wheels and the laser measure the same distance.
     let seen = wall - settled(&rig, |rig| ahead(&rig.laser().expect("a scan")));
     near("the way by the wall", seen, pose.x - START.x, 0.05);
 }
 
-/// A positive turn is counter-clockwise, and a turn is no drive.
+/// A positive turn is counter-clockwise, and does not displace the robot.
 pub fn a_positive_turn_is_to_the_left_and_on_the_spot(setting: Setting) {
     let rig = Rig::start(setting);
     rig.drive(0.0, 0.5);
@@ -80,7 +80,7 @@ pub fn a_positive_turn_is_to_the_left_and_on_the_spot(setting: Setting) {
     near("the wall on the left", wall, ROOM[1] - START.y - 0.018, 0.08);
 }
 
-/// Four sides and four turns: at each corner the walls are where the odometry says they are.
+/// Four sides and four turns: at each corner the walls are where the odometry implies.
 pub fn a_square_ends_where_it_began_and_walls_stay_where_they_are(setting: Setting) {
     let rig = Rig::start(setting);
     for side in 1..=4 {
@@ -104,7 +104,7 @@ pub fn a_square_ends_where_it_began_and_walls_stay_where_they_are(setting: Setti
     near("y at the end", pose.y, START.y, 0.15);
 }
 
-/// Each sonar's pose and range are where a wall is.
+/// Each sonar's pose and range agree with a wall.
 pub fn sonars_hear_walls_where_they_are(setting: Setting) {
     let rig = Rig::start(setting);
     rig.until(|rig| {
@@ -117,7 +117,7 @@ pub fn sonars_hear_walls_where_they_are(setting: Setting) {
     for echo in ring.echoes() {
         let mount = ring.poses[echo.sonar];
         let center = to_wall_from(&pose, &mount);
-        // The cone hears the nearest wall in it, never one behind it.
+        // The cone returns the nearest wall in it, never one behind that.
         assert!(
             echo.range < center + 0.1 && echo.range > 0.5 * center - 0.1,
             "sonar {} heard {} m, and the wall is {center} m away",
@@ -128,7 +128,7 @@ pub fn sonars_hear_walls_where_they_are(setting: Setting) {
     assert!(ring.echoes().count() > 10);
 }
 
-/// Odometry and laser come several times a second, each stamped after the one before.
+/// Odometry arrives several times a second, and each stamp is not before the one before it.
 pub fn what_it_senses_comes_at_a_steady_rate_with_times_that_grow(setting: Setting) {
     let rig = Rig::start(setting);
     let stamp = |odometry: &Odometry| {
@@ -147,7 +147,7 @@ pub fn what_it_senses_comes_at_a_steady_rate_with_times_that_grow(setting: Setti
     assert!((5.0..=50.0).contains(&rate), "{rate} a second");
 }
 
-/// When the pilot is held asleep the robot brakes, and drives again when it is let go.
+/// The robot brakes when an operator holds the pilot asleep, and drives again after the release.
 pub fn r7_who_has_no_authority_moves_nothing(setting: Setting) {
     let rig = Rig::start(setting);
     rig.drive(0.2, 0.0);
@@ -161,7 +161,7 @@ pub fn r7_who_has_no_authority_moves_nothing(setting: Setting) {
     let begun = rig.handle().now();
     rig.until(|rig| rig.handle().now() > begun + 1_000_000_000);
     near("x while nobody drives", rig.pose().x, stood, 0.01);
-    // What the operator modulated is undone with the rest (R14).
+    // The release also undoes the operator's modulations (R14).
     rig.handle()
         .operator("suite")
         .release(rig.pilot())
@@ -170,7 +170,7 @@ pub fn r7_who_has_no_authority_moves_nothing(setting: Setting) {
     rig.until(|rig| rig.pose().x > stood + 0.1);
 }
 
-/// A pilot that commands no more is braked for when its last command runs out.
+/// The robot brakes when the last command of a silent pilot expires.
 pub fn r7_who_falls_silent_is_braked_for(setting: Setting) {
     let rig = Rig::start(setting);
     rig.drive(0.2, 0.0);
@@ -180,7 +180,7 @@ pub fn r7_who_falls_silent_is_braked_for(setting: Setting) {
     assert!(rig.pose().x < START.x + 1.0, "{:?}", rig.pose());
 }
 
-/// The battery is one of 12 V, and the wheels' counts go as far as the odometry.
+/// The battery has about 12 V, and the encoders count the distance of the odometry.
 pub fn it_tells_battery_and_wheels(setting: Setting) {
     let rig = Rig::start(setting);
     rig.until(|rig| rig.see::<WheelEncoders>("pioneer.encoders").is_some());
@@ -199,7 +199,7 @@ pub fn it_tells_battery_and_wheels(setting: Setting) {
     near("the way of the wheels", rolled, driven, 0.03);
 }
 
-/// Positive pan is to the left, positive tilt down; without speed it holds.
+/// Positive pan is to the left, positive tilt down. Without a speed the head holds its angles.
 pub fn a_head_looks_where_it_is_told(setting: Setting) {
     if !setting.head {
         return;
@@ -220,7 +220,7 @@ pub fn a_head_looks_where_it_is_told(setting: Setting) {
     near("pan", look(&rig).expect("it is heard").pan, 0.6, 0.03);
 }
 
-/// A wall that the robot drives into is felt by a bumper ahead, or by wheels that are held.
+/// A wall ahead is detected by a front bumper, or by a stall of the wheels.
 pub fn a_wall_that_is_hit_is_felt(setting: Setting) {
     let rig = Rig::start(setting);
     let felt = |rig: &Rig| {
@@ -236,7 +236,7 @@ pub fn a_wall_that_is_hit_is_felt(setting: Setting) {
     rig.halt();
 }
 
-/// What something is once the robot has stood for some more scans: the last one may be from before.
+/// Returns a measurement of the robot at rest, 0.4 s later: the newest value may be from before the stop.
 fn settled<T>(rig: &Rig, see: impl Fn(&Rig) -> T) -> T {
     rig.until(Rig::stands);
     let begun = rig.handle().now();
@@ -248,19 +248,19 @@ fn ahead(scan: &LaserScan) -> f64 {
     at(scan, 0.0)
 }
 
-/// The range of the beam nearest to an angle.
+/// Returns the range of the beam nearest to an angle in radians.
 fn at(scan: &LaserScan, angle: f64) -> f64 {
     let off = |beam: &usize| (scan.angle(*beam) - angle).abs();
     let beam = (0..scan.ranges.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
     f64::from(scan.ranges[beam.expect("a scan has beams")])
 }
 
-/// From a laser at a pose to the wall in a direction of its own.
+/// Returns the distance from the laser of a robot at a pose to the wall, at an angle of the laser.
 fn to_wall(pose: &Pose2D, angle: f64) -> f64 {
     to_wall_from(pose, &Pose2D::new(0.018, 0.0, angle))
 }
 
-/// From a sensor on a robot to the wall that it looks at.
+/// Returns the distance from a sensor with this mount, on a robot at a pose, to the wall along its axis.
 fn to_wall_from(pose: &Pose2D, mount: &Pose2D) -> f64 {
     let (sin, cos) = pose.theta.sin_cos();
     let x = pose.x + cos * mount.x - sin * mount.y;

@@ -1,18 +1,17 @@
-//! Where a device is: the text that a person writes in an application, read and written back. It opens
-//! nothing.
+//! The address of a device: its text in an application, parsed and formatted. It opens nothing.
 
 use core::fmt;
 use core::str::FromStr;
 
-/// Where a device is.
+/// The address of a device.
 ///
-/// As text: `tcp:HOST:PORT` (an IPv6 host in brackets), or `serial:PATH@BAUD`, with `,7E1` and the like
-/// behind where the line is not 8N1.
+/// The text is `tcp:HOST:PORT`, with an IPv6 host in brackets, or `serial:PATH@BAUD`, followed by a framing
+/// such as `,7E1` if the line is not 8N1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
-    /// A TCP connection; a serial server counts as one.
+    /// A TCP connection, to a serial server as well.
     Tcp {
-        /// A name or a number; IPv6 without brackets.
+        /// A host name or an IP address; IPv6 without brackets.
         host: String,
         /// Its port, never 0.
         port: u16,
@@ -23,34 +22,34 @@ pub enum Address {
         path: String,
         /// Bits per second.
         baud: u32,
-        /// What a character is on the line.
+        /// The form of a character on the line.
         framing: Framing,
     },
 }
 
-/// What a character is on a serial line.
+/// The form of a character on a serial line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Framing {
     /// 7 or 8.
     pub data_bits: u8,
-    /// The bit that checks the others.
+    /// The parity bit.
     pub parity: Parity,
     /// 1 or 2.
     pub stop_bits: u8,
 }
 
-/// The bit that checks the others.
+/// The parity bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parity {
-    /// There is none.
+    /// No parity bit.
     None,
-    /// The ones are an even number.
+    /// The number of ones is even.
     Even,
-    /// The ones are an odd number.
+    /// The number of ones is odd.
     Odd,
 }
 
-/// Why a text is no address.
+/// Why a text is not an address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     /// It begins with neither `tcp:` nor `serial:`.
@@ -59,19 +58,19 @@ pub enum AddressError {
          or serial:PATH@BAUD, like serial:/dev/ttyUSB0@9600"
     )]
     Kind(String),
-    /// Nothing, or nothing good, stands where the host should.
+    /// The host is missing or invalid.
     #[error("`{0}` names no host: write tcp:HOST:PORT, like tcp:192.168.0.10:10940 or tcp:[::1]:10940")]
     Host(String),
-    /// What stands last is no port.
+    /// The port is missing or invalid.
     #[error("`{0}` ends in no port: a number from 1 to 65535 follows the host, like tcp:192.168.0.10:10940")]
     Port(String),
-    /// Nothing stands where the device file should.
+    /// The device file is missing.
     #[error("`{0}` names no device file: write serial:PATH@BAUD, like serial:/dev/ttyUSB0@9600")]
     Path(String),
-    /// What follows the device file is no speed.
+    /// The speed after the device file is missing or invalid.
     #[error("`{0}` has no speed: bits per second follow the device file, like serial:/dev/ttyUSB0@9600")]
     Baud(String),
-    /// What follows the speed is no framing.
+    /// The framing after the speed is invalid.
     #[error(
         "`{0}` ends in no framing: 7 or 8 data bits, N, E or O for the parity, 1 or 2 stop bits, like 8N1"
     )]
@@ -79,10 +78,10 @@ pub enum AddressError {
 }
 
 impl Address {
-    /// Reads an address.
+    /// Parses an address.
     ///
     /// # Errors
-    /// If the text is none; in words that say what was expected.
+    /// If the text is not an address. The message states what was expected.
     pub fn parse(text: &str) -> Result<Self, AddressError> {
         let text = text.trim();
         if let Some(rest) = text.strip_prefix("tcp:") {
@@ -94,11 +93,11 @@ impl Address {
         }
     }
 
-    /// Looks whether the device file is there and may be opened by this user, and opens nothing. Of a TCP
-    /// connection only a try could tell.
+    /// Checks that the device file exists and that this user may open it, without opening it. A TCP address
+    /// is not checked: only an attempt to connect could do that.
     ///
     /// # Errors
-    /// What is missing, and what to do, in words.
+    /// What is missing and what to do, in words.
     pub fn look(&self) -> Result<(), String> {
         match self {
             Self::Tcp { .. } => Ok(()),
@@ -106,7 +105,7 @@ impl Address {
         }
     }
 
-    /// What its owner calls it in a message: the device file, or host and port.
+    /// Returns the name of the device in messages: the device file, or host and port.
     #[must_use]
     pub fn device(&self) -> String {
         match self {
@@ -165,7 +164,7 @@ fn serial(text: &str, rest: &str) -> Result<Address, AddressError> {
     })
 }
 
-/// Digits alone: Rust's own parsing takes a sign too.
+/// Parses digits only: Rust's own parser also accepts a sign.
 fn number<T: FromStr>(text: &str) -> Option<T> {
     text.bytes()
         .all(|byte| byte.is_ascii_digit())
@@ -193,7 +192,7 @@ impl fmt::Display for Address {
 }
 
 impl Default for Framing {
-    /// 8N1, as nearly every device has it.
+    /// 8N1, which nearly every device uses.
     fn default() -> Self {
         Self {
             data_bits: 8,

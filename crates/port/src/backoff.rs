@@ -1,29 +1,29 @@
-//! How long to wait before another attempt.
+//! The time to wait before another attempt.
 
 use core::time::Duration;
 
-/// Waiting times that double from a first to a last one.
+/// Waiting times that double from the first to the longest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Backoff {
-    /// After the first attempt that failed, or when a device that spoke is lost.
+    /// The wait after the first failed attempt, or after the loss of a device that sent bytes.
     pub first: Duration,
-    /// The longest.
+    /// The longest wait.
     pub most: Duration,
 }
 
 impl Backoff {
-    /// How long to wait after so many attempts that failed in a row.
+    /// Returns the wait after `failures` failed attempts in a row.
     #[must_use]
     pub fn after(&self, failures: u32) -> Duration {
-        // 2^20 times anything is beyond every sensible cap.
+        // 2^20 times any first wait exceeds every sensible maximum.
         let doublings = failures.saturating_sub(1).min(20);
         self.first.saturating_mul(1 << doublings).min(self.most)
     }
 }
 
 impl Default for Backoff {
-    /// 0.25 s, so that a plug pulled and put back is not noticed for long, up to 4 s, so that a device that
-    /// stays away costs next to nothing and is still met by somebody who switches it on and waits.
+    /// 0.25 s to 4 s. A plug that is pulled and put back is missed only briefly. A device that stays away
+    /// costs next to nothing, and is found soon after it is switched on.
     fn default() -> Self {
         Self {
             first: Duration::from_millis(250),

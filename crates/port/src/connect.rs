@@ -1,5 +1,5 @@
-//! One attempt to reach a device, on a thread of its own, because names, networks and lines take as long as
-//! they like.
+//! One attempt to connect to a device, on its own thread, because name resolution, networks and lines may
+//! block for any time.
 
 use core::time::Duration;
 use std::fs::File;
@@ -14,13 +14,13 @@ use rustix::net::sockopt;
 use crate::address::Address;
 use crate::serial;
 
-/// How long a host may take to answer: a radio link that loses packets needs a second retry.
+/// How long a host may take to accept: a radio link that loses packets needs a second retry.
 const TIMEOUT: Duration = Duration::from_secs(3);
 
-/// An attempt under way.
+/// An attempt in progress.
 #[derive(Debug)]
 pub(crate) struct Attempt {
-    /// None once nobody waits for it.
+    /// `None` once the attempt is abandoned.
     result: Option<Receiver<Result<Stream, String>>>,
     thread: JoinHandle<()>,
 }
@@ -39,7 +39,7 @@ impl Attempt {
         let thread = thread::Builder::new()
             .name("connecting".to_owned())
             .spawn(move || {
-                // Nobody may be waiting any more; the stream is closed then.
+                // If the attempt is abandoned, the stream closes here.
                 let _ = sender.send(open(&to));
             })
             .map_err(|error| format!("{}: no thread to connect with: {error}", address.device()))?;
@@ -49,7 +49,7 @@ impl Attempt {
         })
     }
 
-    /// How it ended, once it has.
+    /// Returns the result of the attempt, once it has ended.
     pub(crate) fn result(&self) -> Option<Result<Stream, String>> {
         match self.result.as_ref()?.try_recv() {
             Ok(result) => Some(result),
@@ -58,13 +58,13 @@ impl Attempt {
         }
     }
 
-    /// Nobody waits for it any more: what it opens or has opened is closed, so that the device is free for
-    /// others.
+    /// Abandons the attempt. The stream that it opens or has opened is closed, so that the device is free for
+    /// other programs.
     pub(crate) fn abandon(&mut self) {
         self.result = None;
     }
 
-    /// Whether its thread is gone.
+    /// Returns whether the thread has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.thread.is_finished()
     }
@@ -92,16 +92,17 @@ fn open(address: &Address) -> Result<Stream, String> {
     }
 }
 
-/// A connection that never blocks, sends at once, and is given up when its peer has said nothing for some
-/// seconds, not even that it is there.
+/// Configures a connection so that it never blocks, sends at once, and fails about 5 s after its peer became
+/// unreachable.
 ///
 /// # Errors
-/// If the system takes one of its options back.
+/// If the system refuses one of the options.
 pub fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
     stream.set_nonblocking(true)?;
     // Commands are small and urgent.
     stream.set_nodelay(true)?;
-    // A peer that lost its power says no goodbye: ask after 2 s of silence, and give up 3 s later.
+    // A peer that loses its power does not close the connection: probe after 2 s of silence, and fail 3 s
+    // later.
     sockopt::set_socket_keepalive(&stream, true)?;
     sockopt::set_tcp_keepidle(&stream, Duration::from_secs(2))?;
     sockopt::set_tcp_keepintvl(&stream, Duration::from_secs(1))?;
@@ -110,7 +111,7 @@ pub fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
     Ok(stream)
 }
 
-/// What a network's error means to whoever wired it.
+/// Describes a network error for the person who set up the network.
 fn in_words(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::ConnectionRefused => {
@@ -128,7 +129,7 @@ fn in_words(error: &io::Error) -> String {
 }
 
 impl Stream {
-    /// The end of the stream in words: nobody is there any more.
+    /// Describes the end of the stream: the peer is gone.
     pub(crate) fn end(&self) -> &'static str {
         match self {
             Self::Tcp(_) => "the other side closed the connection",

@@ -1,5 +1,6 @@
-//! Byte streams to devices: a serial line or a TCP connection under one address, polled by its owner, that
-//! never blocks and comes back by itself. It knows no protocol, keeps no clock and prints nothing.
+//! Byte streams to devices: one address for a serial line or a TCP connection. The owner polls the port. It
+//! never blocks (except in `flush`) and reconnects by itself. It knows no protocol, keeps no clock and prints
+//! nothing.
 //!
 //! ```
 //! use core::time::Duration;

@@ -1,4 +1,4 @@
-//! The port itself: its states, what goes out, what comes in. All its transitions are here.
+//! The port itself: its states, its output and its input. All its transitions are here.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -11,43 +11,42 @@ use crate::address::Address;
 use crate::backoff::Backoff;
 use crate::connect::{Attempt, Stream};
 
-/// How long an attempt may take: longer than a host that does not answer, so that its own words come first.
+/// How long an attempt may take: longer than one host's timeout, so that the attempt's own error comes first.
 const LONGEST_ATTEMPT: Duration = Duration::from_secs(5);
-/// Most bytes that wait to be sent: at 9600 baud over a minute's worth, so who has more has a device that
-/// does not listen.
+/// Most bytes that wait to be sent: over a minute's worth at 9600 baud. With more, the device does not
+/// receive.
 const MOST_WAITING: usize = 64 << 10;
-/// Most bytes that one call reads, so that a device that floods does not keep its owner from anything else.
+/// Most bytes that one call reads, so that a device that floods the line does not block its owner.
 const MOST_AT_ONCE: usize = 64 << 10;
 
-/// How a port is connected. Times are those its owner gave.
+/// The connection of a port. Its times are those that the owner passed to `poll`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// Not opened yet, or closed by its owner: the next poll opens it.
+    /// Not opened yet, or closed by its owner. The next poll opens it.
     Idle,
-    /// An attempt is under way.
+    /// An attempt is in progress.
     Connecting {
-        /// Since when.
+        /// The start of the attempt.
         since: Duration,
     },
-    /// Bytes go both ways.
+    /// The connection is open in both directions.
     Connected {
-        /// Since when.
+        /// The time at which the connection opened.
         since: Duration,
     },
     /// The connection broke, or an attempt failed.
     Lost {
         /// Why, in words that name the device.
         reason: String,
-        /// When the next attempt begins.
+        /// The time of the next attempt.
         again: Duration,
     },
 }
 
 /// A byte stream to a device, polled by its owner. No call but [`Self::flush`] ever blocks.
 ///
-/// Its owner calls [`Self::poll`] in every iteration and reads and writes meanwhile. A loss shows in
-/// [`Self::link`] at once; polling goes on and connects again by itself, ever more rarely while nothing is
-/// heard.
+/// Its owner calls [`Self::poll`] in every iteration, and reads and writes in between. [`Self::link`] shows a
+/// loss at once. Polling reconnects by itself, at longer and longer intervals while no byte arrives.
 #[derive(Debug)]
 pub struct Port {
     address: Address,
@@ -56,13 +55,13 @@ pub struct Port {
     stream: Option<Stream>,
     attempt: Option<Attempt>,
     waiting: VecDeque<u8>,
-    /// Attempts since a byte was last heard.
+    /// Attempts since the last byte arrived.
     attempts: u32,
     now: Duration,
 }
 
 impl Link {
-    /// Whether bytes go both ways.
+    /// Returns whether the connection is open.
     #[must_use]
     pub fn is_connected(&self) -> bool {
         matches!(self, Self::Connected { .. })
@@ -70,7 +69,7 @@ impl Link {
 }
 
 impl Port {
-    /// A port that is not opened yet.
+    /// Creates a port that is not open yet.
     #[must_use]
     pub fn new(address: Address, backoff: Backoff) -> Self {
         Self {
@@ -85,26 +84,26 @@ impl Port {
         }
     }
 
-    /// Where the device is.
+    /// Returns the address of the device.
     #[must_use]
     pub fn address(&self) -> &Address {
         &self.address
     }
 
-    /// How it is connected at present.
+    /// Returns the present state of the connection.
     #[must_use]
     pub fn link(&self) -> &Link {
         &self.link
     }
 
-    /// Attempts to connect since the device was last heard.
+    /// Returns the number of attempts to connect since the last byte arrived.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         self.attempts
     }
 
-    /// Opens, connects again when it is time, and sends what waits. `now` is the time since anything, as long
-    /// as it is always the same thing.
+    /// Opens or reopens the connection when it is time, and sends waiting bytes. `now` is the time since any
+    /// fixed moment.
     pub fn poll(&mut self, now: Duration) -> &Link {
         self.now = now;
         match &self.link {
@@ -123,7 +122,8 @@ impl Port {
         &self.link
     }
 
-    /// Appends the bytes that have come since, and says how many. They may be cut anywhere.
+    /// Appends the bytes that have arrived and returns their number, at most about 64 KiB. They may be split
+    /// anywhere.
     pub fn read(&mut self, into: &mut Vec<u8>) -> usize {
         let before = into.len();
         let mut room = [0; 4096];
@@ -150,10 +150,10 @@ impl Port {
         into.len() - before
     }
 
-    /// Sends bytes, now or as soon as they go. They go whole or the connection is lost: half a frame is never
-    /// left out.
+    /// Sends bytes, now or as soon as possible. All of them are sent, or the connection is lost: a frame is
+    /// never cut.
     ///
-    /// Answers whether they were taken: they are not without a connection.
+    /// Returns whether the bytes were accepted. Without a connection they are not.
     pub fn write(&mut self, bytes: &[u8]) -> bool {
         if self.stream.is_none() {
             return false;
@@ -167,8 +167,8 @@ impl Port {
         self.stream.is_some()
     }
 
-    /// Sends what waits, for at most `timeout`; for the last words before closing. Answers whether all of it
-    /// went.
+    /// Sends waiting bytes, for at most `timeout`. It may block, and is meant for the last bytes before
+    /// closing. Returns whether all bytes were sent.
     pub fn flush(&mut self, timeout: Duration) -> bool {
         let start = Instant::now();
         loop {
@@ -189,15 +189,15 @@ impl Port {
                 tv_sec: left.as_secs().try_into().unwrap_or(i64::MAX),
                 tv_nsec: left.subsec_nanos().into(),
             };
-            // A poll that fails shows in the next attempt to send.
+            // If this poll fails, the next attempt to send fails too.
             let _ = poll(&mut [PollFd::new(stream, PollFlags::OUT)], Some(&left));
         }
     }
 
-    /// Changes the speed of a serial line, for as long as it is connected; over TCP the serial server keeps
-    /// its own.
+    /// Changes the speed of a serial line, until the connection ends. A TCP connection is unchanged: the
+    /// serial server keeps its own speed.
     ///
-    /// What was written before should have been answered: bytes still on their way leave at the new speed.
+    /// Call it only after the device has answered earlier bytes: bytes in transit leave at the new speed.
     pub fn set_baud(&mut self, baud: u32) {
         if let Some(stream) = &self.stream
             && let Err(error) = stream.set_baud(baud)
@@ -206,14 +206,14 @@ impl Port {
         }
     }
 
-    /// Breaks off because the owner will not go on: the device is silent, or says what no such device would.
-    /// It is tried again as after any other loss.
+    /// Breaks the connection for a reason of the owner: the device is silent, or its bytes are not those of
+    /// such a device. The port reconnects as after any other loss.
     pub fn lose(&mut self, reason: &str) {
         let reason = format!("{}: {reason}", self.address.device());
         self.lost(reason);
     }
 
-    /// Closes it. What waits to be sent is forgotten; the next poll opens it anew.
+    /// Closes the port and discards waiting bytes. The next poll reopens it.
     pub fn close(&mut self) {
         self.disconnect();
         self.attempts = 0;
@@ -224,8 +224,8 @@ impl Port {
         if let Some(old) = &self.attempt
             && !old.is_over()
         {
-            // A name that nobody resolves can take minutes, and a thread each time: wait for the one there
-            // is.
+            // An unresolvable name can take minutes, with a thread for each attempt: wait for the thread that
+            // exists.
             let reason = format!("{}: still no answer from the last attempt", self.address.device());
             self.lost(reason);
             return;

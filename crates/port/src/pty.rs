@@ -1,4 +1,4 @@
-//! A pseudo-terminal: a serial line without a wire, for whoever plays the device.
+//! A pseudo-terminal: a serial line without a wire, for emulators of devices.
 
 use core::fmt;
 use std::ffi::OsStr;
@@ -12,20 +12,21 @@ use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// A serial line without a wire. What is written to its master is read at its path, and the other way round.
+/// A serial line without a wire. Bytes written to its master are read at its path, and the other way round.
 ///
-/// Emulators of devices sit at the master; programs open the path like any serial line. Dropped, the line is
-/// gone, like one whose plug was pulled.
+/// Emulators of devices use the master. Programs open the path like any serial line. Dropping it ends the
+/// line, as if its plug were pulled.
 pub struct Pty {
     master: File,
     path: PathBuf,
 }
 
 impl Pty {
-    /// A new one, raw from the start, so that nothing is echoed before somebody opens it.
+    /// Opens a new pseudo-terminal. It is raw from the start, so that it echoes nothing before a program
+    /// opens it.
     ///
     /// # Errors
-    /// If the system has none left.
+    /// If the system has no pseudo-terminal left.
     pub fn open() -> io::Result<Self> {
         let master: OwnedFd = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         fcntl_setfd(&master, fcntl_getfd(&master)? | FdFlags::CLOEXEC)?;
@@ -41,23 +42,23 @@ impl Pty {
         })
     }
 
-    /// The device's end; reading from it blocks. Reading fails while nobody has the path open and nothing is
-    /// left to read.
+    /// Returns the device's end. Reading from it blocks. Reading fails while no program has the path open and
+    /// no bytes are left.
     #[must_use]
     pub fn master(&self) -> &File {
         &self.master
     }
 
-    /// Where programs open it.
+    /// Returns the path that programs open.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The speed that was last set at the path, bits per second.
+    /// Returns the speed that was last set at the path, in bits per second.
     ///
     /// # Errors
-    /// If the line does not tell.
+    /// If the line does not report its speed.
     pub fn baud(&self) -> io::Result<u32> {
         Ok(tcgetattr(&self.master)?.output_speed())
     }

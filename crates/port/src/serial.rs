@@ -1,4 +1,4 @@
-//! A serial line as a file: opened for one program alone, raw, without flow control, never blocking.
+//! A serial line as a file: exclusive to one program, raw, without flow control, never blocking.
 
 use std::fs::File;
 use std::io;
@@ -12,23 +12,24 @@ use rustix::termios::{
 
 use crate::address::{Framing, Parity};
 
-/// Opens a line; the error is in words for whoever plugged it in.
+/// Opens a line. The error is in words for the person who connected the device.
 pub(crate) fn open_line(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let line = File::from(open(path, flags, Mode::empty()).map_err(|error| in_words(error, path))?);
     let mut settings = tcgetattr(&line).map_err(|error| in_words(error, path))?;
-    // The lock is for programs that ask, the ioctl for those that do not; neither alone keeps everybody out.
+    // The lock excludes programs that ask for locks, and the ioctl excludes the others; neither is enough
+    // alone.
     flock(&line, FlockOperation::NonBlockingLockExclusive).map_err(|error| in_words(error, path))?;
     ioctl_tiocexcl(&line).map_err(|error| in_words(error, path))?;
     raw(&mut settings, framing);
     apply(&line, settings, baud).map_err(|error| in_words(error, path))?;
-    // What came before anybody listened belongs to no conversation.
+    // Bytes that arrived before the line was opened belong to no session.
     tcflush(&line, QueueSelector::IFlush).map_err(|error| in_words(error, path))?;
     Ok(line)
 }
 
-/// Looks whether a line is there and may be opened by this user, without opening it: that alone raises the
-/// signals that some devices restart by.
+/// Checks that a line exists and that this user may open it, without opening it: opening raises the modem
+/// signals, which restart some devices.
 pub(crate) fn look(path: &str) -> Result<(), String> {
     let look = || {
         if FileType::from_raw_mode(stat(path)?.st_mode) != FileType::CharacterDevice {
@@ -45,20 +46,20 @@ pub(crate) fn set_baud(line: &File, baud: u32) -> io::Result<()> {
     Ok(apply(line, settings, baud)?)
 }
 
-/// Sets the speed, and makes sure that the line took it: drivers round what their clock cannot divide.
+/// Sets the speed and verifies it: drivers round speeds that their clock cannot divide.
 fn apply(line: &File, mut settings: Termios, baud: u32) -> rustix::io::Result<()> {
     settings.set_speed(baud)?;
     tcsetattr(line, OptionalActions::Now, &settings)?;
     let given = tcgetattr(line)?.output_speed();
-    // A receiver samples in the middle of a bit: over ten bits it bears some 5 %, of which either end may
-    // take half.
+    // A receiver samples in the middle of a bit: over ten bits it tolerates about 5 %, half of it for either
+    // end.
     if given.abs_diff(baud) > baud / 40 {
         return Err(Errno::RANGE);
     }
     Ok(())
 }
 
-/// Bytes as they are, and none that nobody sent.
+/// Sets raw mode: bytes pass unchanged, and the line adds none.
 fn raw(settings: &mut Termios, framing: Framing) {
     settings.make_raw();
     let modes = &mut settings.control_modes;
@@ -80,8 +81,8 @@ fn raw(settings: &mut Termios, framing: Framing) {
         Parity::Odd => modes.insert(ControlModes::PARENB | ControlModes::PARODD),
     }
     modes.set(ControlModes::CSTOPB, framing.stop_bits == 2);
-    // With one byte asked for, reading none means that the line is gone; with none asked for it could mean
-    // anything.
+    // With a minimum of one byte, reading none means that the line is gone. With a minimum of none it would
+    // be ambiguous.
     settings.special_codes[SpecialCodeIndex::VMIN] = 1;
     settings.special_codes[SpecialCodeIndex::VTIME] = 0;
 }

@@ -1,4 +1,4 @@
-//! What is told of a connection, on the bench.
+//! The export of a connection's state, on the bench.
 
 use core::time::Duration;
 
@@ -6,11 +6,11 @@ use jde_schema::bench::Bench;
 
 use super::*;
 
-/// Tells whatever its modulations say.
+/// Exports the state that its modulations describe.
 #[derive(Describe)]
 #[schema(driver, period = "10ms")]
 struct Teller {
-    /// How it stands: the codes of `Connection`, and 4 for looking.
+    /// The state: the codes of `Connection`, and 4 for looking.
     #[modulation(default = 0)]
     standing: Modulation<u32>,
     /// Attempts.
@@ -19,7 +19,7 @@ struct Teller {
     /// Name or reason.
     #[modulation(default = "")]
     words: Modulation<Text<120>>,
-    /// What is told.
+    /// The exported state.
     #[export]
     connection: Export<Connection>,
     report: Report,
@@ -46,7 +46,7 @@ impl Schema for Teller {
     }
 }
 
-/// Tells one after another, a second apart.
+/// Exports these states one after another, a second apart.
 fn tell(bench: &mut Bench<Teller>, seconds: u64, steps: &[(u32, u32, &str)]) {
     for (second, &(standing, attempts, words)) in (seconds..).zip(steps) {
         bench.set("standing", standing);

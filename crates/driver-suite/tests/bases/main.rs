@@ -1,4 +1,5 @@
-//! The simulator in the process, and the Pioneer driver on the served simulator over TCP and over a serial line, behind one suite.
+//! The suite, run on the simulator in the process, and on the Pioneer driver against the served simulator
+//! over TCP and over a serial line.
 
 mod served;
 
@@ -93,7 +94,7 @@ fn a_robot_that_goes_is_told_of_and_one_that_comes_back_is_driven_on() {
         assert!(rig.see::<RangeRing>("pioneer.sonars").is_none());
         rig.kept = Box::new(gone.come_back());
         rig.until(|rig| rig.is_up() && rig.laser().is_some());
-        // A new robot at its start, which goes on counting where the old one was.
+        // The new robot is at its start, and the odometry continues from the old pose.
         let after = rig.pose();
         assert!(
             (after.x - before.x).abs() < 0.05 && (after.y - before.y).abs() < 0.05,

@@ -1,4 +1,4 @@
-//! A room that is served by a thread, and may go and come back at the same place.
+//! A room served by a thread, which can disappear and return at the same address.
 
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
@@ -13,14 +13,14 @@ use jde_sim::World;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
-/// Time of the machine between two looks at what is true.
+/// Real time between two checks.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Where the robot is.
+/// The kind of address of the robot.
 pub(crate) enum Over {
-    /// At a port of this machine; 0 for any.
+    /// A port of this machine; 0 for any free port.
     Tcp(u16),
-    /// At a serial line.
+    /// A serial line.
     Terminal,
 }
 
@@ -29,21 +29,21 @@ pub(crate) struct Served {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     events: Arc<Mutex<Vec<Event>>>,
-    /// How the robot truly moves: m/s and rad/s.
+    /// The robot's true speeds: m/s and rad/s.
     motion: Arc<Mutex<[f64; 2]>>,
     place: Fixed,
     _watchdog: Watchdog,
 }
 
-/// Where the robot is found, now and when it has come back.
+/// The address of the robot, which stays the same when it returns.
 struct Fixed {
     tcp: Option<std::net::SocketAddr>,
-    /// A serial line has another path each time; this link has not.
+    /// A serial line gets a new path each time. This link stays the same.
     link: PathBuf,
     folder: TempDir,
 }
 
-/// A room that nobody serves, until it comes back.
+/// A room that is not served until it returns.
 pub(crate) struct Gone(Fixed);
 
 impl Served {
@@ -72,7 +72,7 @@ impl Served {
         match place {
             Place::Tcp(address) => fixed.tcp = Some(address),
             Place::Terminal(path) => {
-                // The one before may have left its own.
+                // An earlier server may have left its link.
                 let _ = std::fs::remove_file(&fixed.link);
                 symlink(path, &fixed.link).expect("a link");
             }
@@ -102,26 +102,26 @@ impl Served {
         }
     }
 
-    /// How a driver calls it.
+    /// Returns the address for a driver.
     pub(crate) fn address(&self) -> String {
         self.place.address()
     }
 
-    /// Goes on once this has happened.
+    /// Waits until this event has occurred.
     pub(crate) fn until(&self, happened: impl Fn(&What) -> bool) {
         while !lock(&self.events).iter().any(|event| happened(&event.what)) {
             std::thread::yield_now();
         }
     }
 
-    /// Goes on once the robot stands.
+    /// Waits until the robot is at rest.
     pub(crate) fn until_it_stands(&self) {
         while *lock(&self.motion) != [0.0; 2] {
             std::thread::yield_now();
         }
     }
 
-    /// Goes without a word, as a robot does whose plug is pulled.
+    /// Ends without closing the session, like a robot whose plug is pulled.
     pub(crate) fn go(mut self) -> Gone {
         self.finish();
         let place = Fixed {

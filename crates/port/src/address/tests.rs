@@ -1,4 +1,4 @@
-//! Addresses that people write, rightly and wrongly.
+//! Valid and invalid addresses.
 
 use proptest::prelude::*;
 
