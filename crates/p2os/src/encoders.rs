@@ -1,4 +1,4 @@
-//! What the wheels' encoders have counted, which a robot tells when asked by ENCODER.
+//! The counts of the wheels' encoders, a robot's answer to ENCODER.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
@@ -7,27 +7,27 @@ use crate::{Error, Packet};
 pub(crate) const KIND: u8 = 0x90;
 
 record! {
-    /// Counts of both encoders since the robot was opened; they wrap.
+    /// Counts of both encoders since the session was opened; they wrap.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     Encoders {
-        /// Of the left wheel.
+        /// Left wheel.
         left: i32,
-        /// Of the right wheel.
+        /// Right wheel.
         right: i32,
     }
 }
 
 impl Encoders {
-    /// The packet that says it.
+    /// Encodes the counts as a packet.
     #[must_use]
     pub fn to_packet(&self) -> Packet {
         packet(KIND, self).expect("nine bytes are a payload")
     }
 
-    /// Understands a packet.
+    /// Decodes a packet.
     ///
     /// # Errors
-    /// If it is of another kind, or ends too early.
+    /// If it is of another kind, or too short.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
         record_of("packet of encoders", KIND, packet)
     }

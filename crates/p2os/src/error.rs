@@ -1,19 +1,18 @@
-//! What can be wrong with a packet. Nothing here ends a connection: who receives drops the packet and goes
-//! on.
+//! The errors of packets. None of them ends a connection: the receiver drops the packet and continues.
 
-/// Why a packet was not made or not understood.
+/// Why a packet could not be encoded or decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// A payload of a length that no packet has.
+    /// A payload whose length is invalid.
     #[error("a payload of {have} bytes: expected 1 to {}", crate::packet::MAX_PAYLOAD)]
     Payload {
         /// Its length.
         have: usize,
     },
-    /// A packet of another kind than was asked for.
+    /// A packet of a kind other than expected.
     #[error("a packet of kind {have:#04x} is no {what}")]
     Kind {
-        /// What was expected.
+        /// The expected kind.
         what: &'static str,
         /// Its first byte.
         have: u8,
@@ -21,7 +20,7 @@ pub enum Error {
     /// A packet that ends before its fields do.
     #[error("the packet ends within its {what}: drop it, the next one comes")]
     Short {
-        /// What was being read.
+        /// The part that is too short.
         what: &'static str,
     },
     /// A field that contradicts the others.

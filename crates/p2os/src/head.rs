@@ -1,25 +1,25 @@
-//! The Canon VC-C4 pan-tilt camera: its frames, which travel inside TTY2 and come back as bytes of an
+//! The Canon VC-C4 pan-tilt camera: its frames, which are sent inside TTY2 and return as bytes of an
 //! auxiliary port.
 //!
-//! A unit of an angle is 0.1125 degrees, of a speed 0.1125 degrees/s. Up and to the right are positive for
-//! the camera.
+//! A unit of an angle is 0.1125 degrees, and a unit of a speed is 0.1125 degrees/s. The camera's positive
+//! directions are up and to the right.
 
 use crate::Error;
 
-/// What one unit of an angle or of a speed is, rad or rad/s.
+/// One unit of an angle or of a speed, rad or rad/s.
 pub const UNIT: f64 = 0.1125 * core::f64::consts::PI / 180.0;
 
-/// Longest frame that is understood; the camera's own have at most 18 bytes.
+/// Longest frame that is decoded; the camera's own have at most 18 bytes.
 const LONGEST: usize = 32;
 
 const END: u8 = 0xEF;
 const COMMAND: u8 = 0xFF;
 const ANSWER: u8 = 0xFE;
-/// The device number of a camera alone on its line, as two digits.
+/// The device number of the only camera on its line, as two digits.
 const DEVICE: [u8; 2] = [0x30, 0x30];
-/// What an angle of 0 is on the wire.
+/// The angle 0 on the wire.
 const MIDDLE: i32 = 0x8000;
-/// The farthest that it zooms.
+/// The greatest zoom.
 pub const MOST_ZOOM: u16 = 1960;
 
 /// A command to the camera.
@@ -27,72 +27,72 @@ pub const MOST_ZOOM: u16 = 1960;
 pub enum HeadCommand {
     /// Power on or off.
     Power(bool),
-    /// The line, not the remote control, commands.
+    /// The serial line controls the camera, not the remote control.
     Control,
-    /// Pan and tilt find their zeros.
+    /// Pan and tilt find their zero positions.
     Init,
-    /// Speed of panning, 8 to 800 units.
+    /// Pan speed, 8 to 800 units.
     PanSpeed(u16),
-    /// Speed of tilting, 8 to 662 units.
+    /// Tilt speed, 8 to 662 units.
     TiltSpeed(u16),
     /// Pan and tilt stop.
     Stop,
-    /// Turns to a place.
+    /// Turns to these angles.
     PanTilt {
         /// Units to the right, −875 to 875.
         pan: i16,
         /// Units up, −267 to 790.
         tilt: i16,
     },
-    /// Keeps the tilt between two places from now on, the lower one first.
+    /// Limits the tilt to a range from now on, the lower limit first.
     TiltRange {
         /// Units up.
         least: i16,
         /// Units up.
         most: i16,
     },
-    /// Asks where it looks.
+    /// Asks for pan and tilt.
     Where,
-    /// Zooms to a place, 0 to [`MOST_ZOOM`].
+    /// Zooms to a value, 0 to [`MOST_ZOOM`].
     Zoom(u16),
-    /// Asks how far it has zoomed.
+    /// Asks for the present zoom.
     Zoomed,
-    /// Asks how far it can zoom.
+    /// Asks for the greatest zoom.
     MostZoom,
-    /// What it shall be sharp at.
+    /// Sets the focus.
     Focus(Focus),
-    /// Any other.
+    /// Any other command.
     Other {
         /// Its code.
         code: u8,
-        /// What follows, up to the end of the frame.
+        /// The bytes up to the end of the frame.
         data: Vec<u8>,
     },
 }
 
-/// What a camera is sharp at.
+/// The focus of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Focus {
-    /// What it finds by itself.
+    /// Automatic.
     Auto,
-    /// What somebody turns it to.
+    /// Manual.
     Manual,
-    /// What is near.
+    /// Near.
     Near,
-    /// What is far.
+    /// Far.
     Far,
 }
 
-/// What the camera answers.
+/// An answer of the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeadAnswer {
-    /// 0x30 done, 0x31 busy, 0x35 no such command or parameter, 0x39 not in this mode.
+    /// 0x30 done, 0x31 busy, 0x35 unknown command or parameter, 0x39 not possible in this mode.
     pub status: u8,
-    /// What was asked for.
+    /// The requested data.
     pub data: Vec<u8>,
 }
 
-/// What one end of the line said to the other.
+/// A frame, in either direction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HeadFrame {
     /// To the camera.
@@ -101,15 +101,14 @@ pub enum HeadFrame {
     Answer(HeadAnswer),
 }
 
-/// Finds frames in a stream of bytes; bytes outside them are skipped, and so is a frame that does not end in
-/// time.
+/// Finds frames in a stream of bytes. It skips bytes outside frames, and frames longer than 32 bytes.
 #[derive(Clone, Debug, Default)]
 pub struct HeadParser {
     held: Vec<u8>,
 }
 
 impl HeadCommand {
-    /// The frame that says it.
+    /// Encodes the command as a frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let (code, data) = self.parts();
@@ -174,14 +173,14 @@ impl HeadAnswer {
     /// Status: done.
     pub const OK: u8 = 0x30;
 
-    /// The answer to what was done, without anything to tell.
+    /// Creates the answer to a command that was executed and returns no data.
     #[must_use]
     pub fn done() -> Self {
         let (status, data) = (Self::OK, Vec::new());
         Self { status, data }
     }
 
-    /// The answer to [`HeadCommand::Where`]: units to the right and up.
+    /// Creates the answer to [`HeadCommand::Where`]: units to the right and up.
     #[must_use]
     pub fn place(pan: i16, tilt: i16) -> Self {
         Self {
@@ -190,13 +189,13 @@ impl HeadAnswer {
         }
     }
 
-    /// Units to the right and up, if that is what it tells.
+    /// Returns pan and tilt, in units to the right and up, if the answer contains them.
     #[must_use]
     pub fn pan_tilt(&self) -> Option<(i16, i16)> {
         places(&self.data)
     }
 
-    /// The answer to [`HeadCommand::Zoomed`] and [`HeadCommand::MostZoom`].
+    /// Creates the answer to [`HeadCommand::Zoomed`] and [`HeadCommand::MostZoom`].
     #[must_use]
     pub fn zoom(zoom: u16) -> Self {
         Self {
@@ -205,13 +204,13 @@ impl HeadAnswer {
         }
     }
 
-    /// How far it has or can zoom, if that is what it tells.
+    /// Returns the zoom, if the answer contains one.
     #[must_use]
     pub fn zoomed(&self) -> Option<u16> {
         (self.data.len() == 4).then(|| number(&self.data))?
     }
 
-    /// The frame that says it.
+    /// Encodes the answer as a frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut frame = vec![ANSWER, DEVICE[0], DEVICE[1], self.status, 0];
@@ -222,10 +221,10 @@ impl HeadAnswer {
 }
 
 impl HeadFrame {
-    /// Understands a whole frame.
+    /// Decodes a whole frame.
     ///
     /// # Errors
-    /// If it does not begin or end as frames do, or is too short.
+    /// If it does not start or end like a frame, or is too short.
     pub fn from_bytes(frame: &[u8]) -> Result<Self, Error> {
         match frame {
             [COMMAND, _, _, _, code, data @ .., END] => {
@@ -243,11 +242,11 @@ impl HeadFrame {
 }
 
 impl HeadParser {
-    /// Takes bytes as they come and gives each frame they complete to `each`.
+    /// Processes bytes and calls `each` with every frame that they complete.
     pub fn receive(&mut self, bytes: &[u8], mut each: impl FnMut(HeadFrame)) {
         for byte in bytes {
             match byte {
-                // Neither occurs within a frame, whose data are digits.
+                // Neither byte occurs within a frame, whose data are digits.
                 &COMMAND | &ANSWER => {
                     self.held.clear();
                     self.held.push(*byte);
@@ -281,13 +280,13 @@ fn places(data: &[u8]) -> Option<(i16, i16)> {
     Some((place(pan)?, place(tilt)?))
 }
 
-/// Hexadecimal digits, capital letters.
+/// Returns hexadecimal digits in capital letters.
 fn digits(value: u16, count: usize) -> Vec<u8> {
     format!("{value:0count$X}").into_bytes()
 }
 
 fn number(digits: &[u8]) -> Option<u16> {
-    // No sign, which the parser of numbers would take.
+    // No sign, which the parser of numbers would accept.
     let all = digits
         .iter()
         .all(|digit| matches!(digit, b'0'..=b'9' | b'A'..=b'F'));

@@ -1,10 +1,10 @@
-//! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and sweeps out of
-//! packets again.
+//! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and the reassembly of
+//! sweeps from packets.
 
 use crate::wire::{Field, Reader};
 use crate::{Error, Packet};
 
-/// Most readings of one packet.
+/// Most readings in one packet.
 pub const READINGS: usize = 32;
 
 const PLAIN: u8 = 0x60;
@@ -15,11 +15,11 @@ const EXTENDED: u8 = 0x61;
 pub struct Reading {
     /// Distance, mm.
     pub range: u16,
-    /// How well it was reflected, in units of the device; 0 in a plain packet.
+    /// The reflectance, in units of the device; 0 in a plain packet.
     pub reflectance: u8,
 }
 
-/// What a packet says beside its readings.
+/// The data of a packet besides its readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaserForm {
     /// Kind 0x60: with the pose of the robot's odometry, mm, mm, degrees.
@@ -33,7 +33,7 @@ pub enum LaserForm {
     },
     /// Kind 0x61: with reflectances.
     Extended {
-        /// Which laser, from 0.
+        /// The laser, from 0.
         device: u8,
         /// Bit 0: the robot was moved by hand since the last packet.
         flags: u8,
@@ -43,20 +43,20 @@ pub enum LaserForm {
 /// A part of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LaserPacket {
-    /// Of which kind it is.
+    /// Its kind, with the data of that kind.
     pub form: LaserForm,
-    /// Readings of the whole sweep.
+    /// Number of readings in the whole sweep.
     pub total: u16,
-    /// Number of the first reading here, from 0 at the start angle, counter-clockwise.
+    /// Index of the first reading in this packet, from 0 at the start angle, counter-clockwise.
     pub first: u16,
     /// The readings.
     pub readings: Vec<Reading>,
 }
 
-/// Makes sweeps of packets.
+/// Reassembles sweeps from packets.
 ///
-/// A sweep begins with the packet whose first reading is number 0. Packets that repeat what is known change
-/// nothing; a packet after a gap ends the sweep, and the next one begins anew.
+/// A sweep starts with the packet whose first reading has index 0. Packets that repeat known readings change
+/// nothing. A packet after a gap discards the sweep.
 #[derive(Clone, Debug, Default)]
 pub struct Assembler {
     total: u16,
@@ -65,7 +65,7 @@ pub struct Assembler {
 }
 
 impl LaserPacket {
-    /// Cuts a sweep into packets, first reading first.
+    /// Splits a sweep into packets, from the first reading.
     pub fn sweep(form: LaserForm, readings: &[Reading]) -> impl Iterator<Item = Self> + '_ {
         let readings = &readings[..readings.len().min(u16::MAX.into())];
         let parts = readings.chunks(READINGS).enumerate();
@@ -77,10 +77,10 @@ impl LaserPacket {
         })
     }
 
-    /// The packet that says it.
+    /// Encodes it as a packet.
     ///
     /// # Errors
-    /// If it has more readings than fit; [`READINGS`] do.
+    /// If it has more readings than fit. [`READINGS`] fit.
     pub fn to_packet(&self) -> Result<Packet, Error> {
         let mut to = Vec::new();
         match self.form {
@@ -107,13 +107,13 @@ impl LaserPacket {
         Packet::new(&to)
     }
 
-    /// Whether a packet is one of a laser.
+    /// Returns whether a packet is one of a laser.
     #[must_use]
     pub fn is_one(packet: &Packet) -> bool {
         matches!(packet.id(), PLAIN | EXTENDED)
     }
 
-    /// Understands a packet; device and flags are 0 where an old simulator does not send them.
+    /// Decodes a packet. Device and flags are 0 if an old simulator does not send them.
     ///
     /// # Errors
     /// If it is of another kind, ends within its readings, or has readings beyond the end of the sweep.
@@ -163,7 +163,7 @@ impl LaserPacket {
 }
 
 impl Assembler {
-    /// Adds a packet; gives the sweep that it completes.
+    /// Adds a packet. Returns the sweep that it completes.
     pub fn add(&mut self, packet: &LaserPacket) -> Option<Vec<Reading>> {
         if packet.readings.is_empty() {
             return None;
@@ -185,7 +185,7 @@ impl Assembler {
         (self.readings.len() >= usize::from(self.total)).then(|| core::mem::take(&mut self.readings))
     }
 
-    /// How many sweeps were begun and not completed.
+    /// Returns the number of sweeps that were started and not completed.
     #[must_use]
     pub fn incomplete(&self) -> u64 {
         self.incomplete

@@ -1,9 +1,9 @@
-//! The packet protocol of Pioneer robots (P2OS, AROS, ARCOS) and of the simulators that speak it: both ends,
-//! without I/O.
+//! The packet protocol of Pioneer robots (P2OS, AROS, ARCOS) and of the simulators that implement it: both
+//! ends, without I/O.
 //!
-//! There are no sockets, serial lines, threads or clocks here: who uses it brings the bytes and the time. A
-//! robot or simulator finds [`Packet`]s with a [`Receiver`], reads [`Command`]s and answers with [`Names`],
-//! [`Sip`], [`Config`], [`LaserPacket`], [`Encoders`], [`SerialAux`] and [`SimState`]. A client has a
+//! There are no sockets, serial lines, threads or clocks here: the caller supplies the bytes and the time. A
+//! robot or simulator finds [`Packet`]s with a [`Receiver`], decodes [`Command`]s and answers with [`Names`],
+//! [`Sip`], [`Config`], [`LaserPacket`], [`Encoders`], [`SerialAux`] and [`SimState`]. A client uses a
 //! [`Session`], which does all of that for it, and knows [`Model`]s.
 
 mod command;

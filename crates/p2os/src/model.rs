@@ -1,11 +1,11 @@
-//! What is known of a model of robot: units, body, limits, sonars. Data, in files of TOML; nothing is
-//! computed from the robot's words.
+//! The data of a model of robot: units, body, limits, sonars. They come from TOML files; none is computed
+//! from the robot's answers.
 
 use core::f64::consts::TAU;
 
 use serde::Deserialize;
 
-/// The models that come with the library: name, text of the file.
+/// The models of the library: name, text of the file.
 const KNOWN: [(&str, &str); 7] = [
     ("p3dx", include_str!("../models/p3dx.toml")),
     ("p3dx-sh", include_str!("../models/p3dx-sh.toml")),
@@ -16,36 +16,36 @@ const KNOWN: [(&str, &str); 7] = [
     ("amigo-sh", include_str!("../models/amigo-sh.toml")),
 ];
 
-/// A model of robot. Every number is in the unit its name ends with, in the frame of the base: x ahead, y
+/// A model of robot. A number is in the unit that its name ends with, in the frame of the base: x ahead, y
 /// left.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
-    /// What it is called here.
+    /// Its name in this library.
     pub name: String,
-    /// The classes by which such robots call themselves.
+    /// The classes that such robots report.
     pub class: String,
-    /// The subclasses by which such robots call themselves.
+    /// The subclasses that such robots report.
     pub subclasses: Vec<String>,
-    /// What its numbers mean.
+    /// The units of its numbers.
     pub units: Units,
-    /// How big it is.
+    /// Its dimensions.
     pub body: Body,
-    /// What it can do.
+    /// Its greatest speeds.
     pub limits: Limits,
     /// Its sonars.
     pub sonar: Sonars,
-    /// Its bumpers, if it has any.
+    /// Its numbers of bumpers.
     pub bumpers: Bumpers,
     /// Its encoders.
     pub encoders: Ticks,
     /// Its battery.
     pub battery: Battery,
-    /// Its laser, if it has one.
+    /// The usual place of its laser.
     pub laser: LaserMount,
 }
 
-/// What a robot's numbers mean.
+/// The units of a robot's numbers.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Units {
@@ -57,32 +57,32 @@ pub struct Units {
     pub velocity_mm_s: f64,
     /// One unit of a sonar's range.
     pub range_mm: f64,
-    /// Turning, rad/s, for a difference of 2 mm/s between the wheels.
+    /// Turn rate, rad/s, for a difference of 2 mm/s between the wheels.
     pub wheel_difference: f64,
-    /// Bits after which positions wrap; fewer than the robot has is right too, as long as half of them is not
-    /// driven at once.
+    /// Bits after which positions wrap. A number below the robot's own also works, as long as the robot does
+    /// not drive half of that range between two SIPs.
     pub position_bits: u32,
 }
 
-/// How big a robot is.
+/// The dimensions of a robot.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// From front to rear.
+    /// Front to rear.
     pub length_mm: f64,
-    /// From side to side.
+    /// Side to side.
     pub width_mm: f64,
-    /// Of the circle it turns in.
+    /// Radius of the circle in which it turns.
     pub radius_mm: f64,
 }
 
-/// What a robot can do at most.
+/// The greatest speeds of a robot.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Speed.
     pub velocity_mm_s: f64,
-    /// Speed of turning.
+    /// Turn rate.
     pub rotation_deg_s: f64,
 }
 
@@ -92,30 +92,29 @@ pub struct Limits {
 pub struct Sonars {
     /// Width of the cone.
     pub cone_deg: f64,
-    /// Least distance.
+    /// Least range.
     pub min_mm: f64,
-    /// From here on nothing was heard.
+    /// Ranges from here on mean no echo.
     pub max_mm: f64,
-    /// Where each sits, mm ahead and mm to the left, and where it looks, degrees; in the order of the robot's
-    /// numbers.
+    /// The mounts, in the order of the robot's numbers: mm ahead, mm to the left, and heading in degrees.
     pub mounts: Vec<[f64; 3]>,
 }
 
-/// How many bumpers a robot can have.
+/// The greatest numbers of bumpers of a robot.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bumpers {
-    /// Ahead, at most 7.
+    /// Front, at most 7.
     pub front: usize,
-    /// Behind, at most 7.
+    /// Rear, at most 7.
     pub rear: usize,
 }
 
-/// What a robot's encoders count.
+/// The resolution of a robot's encoders.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ticks {
-    /// Ticks while a wheel rolls a millimetre; 0 if unknown, then the robot's own word counts.
+    /// Ticks while a wheel rolls one millimetre; 0 if unknown, then the robot's own report counts.
     pub per_mm: f64,
 }
 
@@ -123,11 +122,11 @@ pub struct Ticks {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Battery {
-    /// Its voltage by name.
+    /// Nominal voltage.
     pub nominal_v: f64,
-    /// Empty, for the percentage of a battery that does not tell it.
+    /// Voltage of an empty battery, to estimate the charge of a battery that does not report it.
     pub empty_v: f64,
-    /// Full.
+    /// Voltage of a full battery.
     pub full_v: f64,
 }
 
@@ -141,10 +140,10 @@ pub struct LaserMount {
     pub y_mm: f64,
 }
 
-/// Why there is no model.
+/// Why a model could not be loaded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModelError {
-    /// No model has the name.
+    /// No model has this name.
     #[error(
         "there is no model `{name}`; expected one of {}, or the path of a file of the same form",
         names()
@@ -153,23 +152,23 @@ pub enum ModelError {
         /// The name.
         name: String,
     },
-    /// A file is not of the form, or a number in it cannot be.
+    /// A file has an invalid form, or an invalid number.
     #[error("{file}:{line}: {message}")]
     File {
         /// The file.
         file: String,
         /// The line, from 1.
         line: usize,
-        /// The key, what is wrong with it, what was expected.
+        /// The key, what is wrong with it, and what was expected.
         message: String,
     },
 }
 
 impl Model {
-    /// A model that comes with the library.
+    /// Returns a model of the library by its name, in any case.
     ///
     /// # Errors
-    /// If there is none of the name; the message names those there are.
+    /// If there is none of this name. The message lists the known names.
     pub fn named(name: &str) -> Result<Self, ModelError> {
         let known = KNOWN.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
         let (name, text) = known.ok_or_else(|| ModelError::Unknown {
@@ -178,10 +177,10 @@ impl Model {
         Self::parse(text, name)
     }
 
-    /// The model of robots that give themselves this subclass.
+    /// Returns the model of the robots that report this subclass, in any case.
     ///
     /// # Errors
-    /// If none does.
+    /// If no model has this subclass.
     pub fn of_subclass(subclass: &str) -> Result<Self, ModelError> {
         for (name, text) in KNOWN {
             let model = Self::parse(text, name)?;
@@ -197,10 +196,10 @@ impl Model {
         Err(ModelError::Unknown { name })
     }
 
-    /// Reads the text of a model's file; `file` is what errors call it.
+    /// Parses the text of a model file; `file` is its name in errors.
     ///
     /// # Errors
-    /// If it is not of the form, with the line and the key.
+    /// If its form or a number is invalid, with the line and the key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
         let model: Self = toml::from_str(text).map_err(|error| {
             let line = error
@@ -221,18 +220,18 @@ impl Model {
         }
     }
 
-    /// The names of the models that come with the library.
+    /// Returns the names of the models of the library.
     pub fn names() -> impl Iterator<Item = &'static str> {
         KNOWN.into_iter().map(|(name, _)| name)
     }
 
-    /// An angle of the robot, rad.
+    /// Converts an angle of the robot to rad.
     #[must_use]
     pub fn angle(&self, units: i16) -> f64 {
         f64::from(units) * TAU / self.units.angle_per_turn
     }
 
-    /// The first number that cannot be: section, key, what was expected.
+    /// Returns the first invalid number: section, key, what was expected.
     fn fault(&self) -> Option<(&'static str, &'static str, &'static str)> {
         const MORE: &str = "a number greater than 0";
         let positive = [
@@ -307,7 +306,7 @@ fn names() -> String {
         .join(", ")
 }
 
-/// The line, from 1, on which a section's key stands.
+/// Returns the line, from 1, of a section's key.
 fn line_of(text: &str, section: &str, key: &str) -> usize {
     let header = format!("[{section}]");
     let lines = text.lines().enumerate();

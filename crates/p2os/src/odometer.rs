@@ -1,10 +1,10 @@
-//! One continuous pose out of the wheels' wrapping counts. It measures nothing and knows no map.
+//! One continuous pose from the wrapping positions of the robot. It measures nothing and knows no map.
 
 use core::time::Duration;
 
 use crate::{Model, Sip};
 
-/// Where a robot is, in a frame that stays.
+/// The pose of a robot, in a fixed frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Ahead of the frame's origin, m.
@@ -15,10 +15,10 @@ pub struct Pose {
     pub heading: f64,
 }
 
-/// Follows the positions of SIPs.
+/// Integrates the positions of SIPs.
 ///
-/// Counts that wrap go on, forwards and backwards. A step that the robot cannot have driven is no motion: the
-/// robot was given another origin, and the pose stays as it is.
+/// Positions may wrap in both directions. A step that the robot cannot have driven is no motion: the robot's
+/// origin was changed, and the pose stays as it is.
 #[derive(Clone, Debug)]
 pub struct Odometer {
     pose: Pose,
@@ -34,15 +34,15 @@ struct Heard {
     time: Duration,
 }
 
-/// How much farther than its limits a robot may seem to have gone: bytes are late at times, and firmware
+/// How much farther than its limits a robot may seem to have moved: bytes may arrive late, and firmware
 /// rounds.
 const SLACK_M: f64 = 0.25;
 const SLACK_RAD: f64 = 0.5;
-/// The same in proportion: SIPs that waited together seem to be apart less than they are.
+/// A factor for the same reason: SIPs that waited together seem less far apart in time than they are.
 const SLACK_FACTOR: f64 = 2.0;
 
 impl Odometer {
-    /// Begins at a pose, wherever the robot counts from.
+    /// Starts at a pose, whatever origin the robot has.
     #[must_use]
     pub fn new(start: Pose) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl Odometer {
         }
     }
 
-    /// Takes the position of a SIP that came by `now`; gives the pose.
+    /// Adds the position of a SIP that arrived by `now`. Returns the pose.
     pub fn update(&mut self, model: &Model, sip: &Sip, now: Duration) -> Pose {
         let heard = Heard {
             x: sip.x,
@@ -66,18 +66,19 @@ impl Odometer {
         self.pose
     }
 
-    /// The next position is where the robot is now: it counts anew, as after a new connection.
+    /// Takes the next position as the present pose, because the robot's counts may restart, as after a new
+    /// connection.
     pub fn rebase(&mut self) {
         self.last = None;
     }
 
-    /// The pose by the last SIP.
+    /// Returns the pose at the last SIP.
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// How often the robot was given another origin.
+    /// Returns how many times the robot's origin was changed.
     #[must_use]
     pub fn jumps(&self) -> u64 {
         self.jumps
@@ -95,7 +96,7 @@ impl Odometer {
             self.jumps += 1;
             return;
         }
-        // From the robot's frame, whose x axis it saw at `last.heading` to its right, to ours.
+        // From the robot's frame to ours, which are turned by the difference of their headings.
         let (sin, cos) = (self.pose.heading - last.heading).sin_cos();
         self.pose.x += dx * cos - dy * sin;
         self.pose.y += dx * sin + dy * cos;
@@ -103,7 +104,7 @@ impl Odometer {
     }
 }
 
-/// The shorter way from one count to another that both wrap after as many bits, positive if it counts up.
+/// Returns the shorter way between two counts that wrap after `bits` bits, positive if it counts up.
 #[must_use]
 pub(crate) fn difference(from: u16, to: u16, bits: u32) -> i32 {
     let span = 1 << bits.min(16);
@@ -111,7 +112,7 @@ pub(crate) fn difference(from: u16, to: u16, bits: u32) -> i32 {
     if up >= span / 2 { up - span } else { up }
 }
 
-/// An angle as one from −π to π rad.
+/// Normalizes an angle to −π to π rad; an angle that is not finite becomes 0.
 #[must_use]
 pub(crate) fn wrap(angle: f64) -> f64 {
     use core::f64::consts::{PI, TAU};

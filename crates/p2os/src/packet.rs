@@ -1,18 +1,17 @@
-//! One packet of the protocol: `FA FB`, a count, a payload, a checksum. What a payload means is said
-//! elsewhere.
+//! One packet of the protocol: `FA FB`, a count, a payload, a checksum. It does not interpret payloads.
 
 use crate::Error;
 
-/// Most bytes a payload has: the count, which covers the checksum too, goes up to 200.
+/// Most bytes in a payload: the count, which includes the checksum, is at most 200.
 pub const MAX_PAYLOAD: usize = 198;
 
-/// What every packet begins with.
+/// The first bytes of every packet.
 pub(crate) const HEADER: [u8; 2] = [0xFA, 0xFB];
 
-/// Most bytes a packet has on the wire.
+/// Most bytes of a packet on the wire.
 pub(crate) const MAX_WIRE: usize = 3 + MAX_PAYLOAD + 2;
 
-/// A payload of 1 to [`MAX_PAYLOAD`] bytes; its first byte says of which kind it is.
+/// A payload of 1 to [`MAX_PAYLOAD`] bytes. Its first byte is its kind.
 #[derive(Clone, Copy)]
 pub struct Packet {
     length: u8,
@@ -20,7 +19,7 @@ pub struct Packet {
 }
 
 impl Packet {
-    /// Wraps a payload.
+    /// Creates a packet from a payload.
     ///
     /// # Errors
     /// If it is empty or longer than [`MAX_PAYLOAD`].
@@ -36,25 +35,25 @@ impl Packet {
         })
     }
 
-    /// The first byte of the payload: the number of a command, or the kind of an answer.
+    /// Returns the first byte of the payload: the number of a command, or the kind of an answer.
     #[must_use]
     pub fn id(&self) -> u8 {
         self.bytes[0]
     }
 
-    /// The payload, the id with it.
+    /// Returns the payload, including the id.
     #[must_use]
     pub fn payload(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]
     }
 
-    /// What follows the id.
+    /// Returns the bytes after the id.
     #[must_use]
     pub fn data(&self) -> &[u8] {
         &self.payload()[1..]
     }
 
-    /// The packet as it goes over the wire.
+    /// Returns the bytes on the wire.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let payload = self.payload();
@@ -67,7 +66,7 @@ impl Packet {
     }
 }
 
-/// The checksum of a payload: its big-endian words summed, an odd last byte then XORed in.
+/// Returns the checksum of a payload: the sum of its big-endian words, XORed with an odd last byte.
 #[must_use]
 pub fn checksum(payload: &[u8]) -> u16 {
     let (words, rest) = payload.as_chunks::<2>();

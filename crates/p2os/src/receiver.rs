@@ -1,15 +1,15 @@
-//! Finds packets in a stream of bytes, whatever else is in it. It holds no more than one packet, and
+//! Finds packets in a stream of bytes that may contain anything else. It holds no more than one packet, and
 //! interprets none.
 
 use core::time::Duration;
 
 use crate::packet::{HEADER, MAX_PAYLOAD, MAX_WIRE, Packet, checksum};
 
-/// A pause inside a packet after which its rest does not come: both ends send a packet in one piece.
+/// The longest pause inside a packet, after which its rest no longer arrives: both ends send a packet in one
+/// piece.
 pub const LONGEST_GAP: Duration = Duration::from_millis(100);
 
-/// Takes bytes as they come and gives packets; after garbage it begins anew at the next byte that can begin a
-/// packet.
+/// Processes bytes and returns packets. After garbage it resumes at the next byte that can start a packet.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     held: Vec<u8>,
@@ -17,19 +17,19 @@ pub struct Receiver {
     dropped: Dropped,
 }
 
-/// What a receiver threw away.
+/// The counts of what a receiver discarded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// Packets with a wrong checksum.
     pub checksums: u64,
-    /// Packets whose rest did not come in time.
+    /// Packets whose rest did not arrive in time.
     pub gaps: u64,
-    /// Bytes that belong to no good packet, those of the packets above with them.
+    /// Bytes that belong to no valid packet, including those of the packets above.
     pub bytes: u64,
 }
 
 impl Receiver {
-    /// Begins with nothing heard.
+    /// Creates an empty receiver.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -39,8 +39,8 @@ impl Receiver {
         }
     }
 
-    /// Takes bytes that came by `now`, on a clock that does not go back, and gives each packet they complete
-    /// to `each`.
+    /// Processes bytes that arrived by `now`, on a monotonic clock, and calls `each` with every packet that
+    /// they complete.
     pub fn receive(&mut self, bytes: &[u8], now: Duration, mut each: impl FnMut(Packet)) {
         if bytes.is_empty() {
             return;
@@ -57,14 +57,14 @@ impl Receiver {
         }
     }
 
-    /// What was thrown away so far.
+    /// Returns what was discarded so far.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         self.dropped
     }
 
-    /// Takes what can be decided from what is held: afterwards it begins a packet whose end has not come, or
-    /// is empty.
+    /// Decides what it can about the held bytes. Afterwards they are the start of an incomplete packet, or
+    /// empty.
     fn settle(&mut self, each: &mut impl FnMut(Packet)) {
         loop {
             match decide(&self.held) {
@@ -82,7 +82,7 @@ impl Receiver {
         }
     }
 
-    /// Throws away one byte: a real packet may begin within what looked like one.
+    /// Discards one byte: a real packet may start within what looked like one.
     fn skip(&mut self) {
         self.held.remove(0);
         self.dropped.bytes += 1;
@@ -98,7 +98,7 @@ impl Default for Receiver {
 #[expect(clippy::large_enum_variant, reason = "it lives for one match, on the stack")]
 enum Verdict {
     Wait,
-    /// A packet, and how many bytes of the wire it takes.
+    /// A packet, and its number of bytes on the wire.
     Good(Packet, usize),
     BadChecksum,
     Junk,

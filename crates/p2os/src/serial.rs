@@ -1,5 +1,5 @@
-//! Bytes that a device at one of the robot's auxiliary serial ports said. What they mean is the device's
-//! affair.
+//! Bytes from a device at one of the robot's auxiliary serial ports. Their meaning is left to the device's
+//! own module.
 
 use crate::{Error, Packet};
 
@@ -12,20 +12,20 @@ pub enum AuxPort {
     Two,
 }
 
-/// What came in at an auxiliary serial port.
+/// Bytes that arrived at an auxiliary serial port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialAux {
-    /// Where.
+    /// The port.
     pub port: AuxPort,
-    /// What.
+    /// The bytes.
     pub bytes: Vec<u8>,
 }
 
 impl SerialAux {
-    /// The packet that says it.
+    /// Encodes the bytes as a packet.
     ///
     /// # Errors
-    /// If it is more than fits.
+    /// If there are too many bytes for a packet.
     pub fn to_packet(&self) -> Result<Packet, Error> {
         let mut payload = vec![match self.port {
             AuxPort::One => 0xB0,
@@ -35,7 +35,7 @@ impl SerialAux {
         Packet::new(&payload)
     }
 
-    /// Understands a packet.
+    /// Decodes a packet.
     ///
     /// # Errors
     /// If it is of another kind.

@@ -1,20 +1,19 @@
-//! The server information packet: what a robot says of itself some ten times a second, in the robot's own
-//! units.
+//! The server information packet: a robot's state, sent some ten times a second, in the robot's own units.
 
 use crate::wire::{Field, Reader};
 use crate::{Error, Packet};
 
 /// A server information packet.
 ///
-/// Firmware grew it at the end: what an old one lacks is `None`, and a packet is written up to the first
-/// `None`. Units of distance and speed are those of the robot's [`Model`](crate::Model).
+/// Later firmware appended fields: a field that an old firmware lacks is `None`, and encoding ends at the
+/// first `None`. Units of distance and speed are those of the robot's [`Model`](crate::Model).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sip {
     /// Whether the robot is moving.
     pub moving: bool,
-    /// Position ahead of the origin, wheels' units, wrapping.
+    /// Position ahead of the origin, in the robot's units of distance, wrapping.
     pub x: u16,
-    /// Position to the left of the origin, wheels' units, wrapping.
+    /// Position to the left of the origin, in the robot's units of distance, wrapping.
     pub y: u16,
     /// Heading, angular units counter-clockwise.
     pub th: i16,
@@ -24,23 +23,23 @@ pub struct Sip {
     pub right_velocity: i16,
     /// Battery, 0.1 V, up to 25.5 V.
     pub battery: u8,
-    /// Low byte: bit 0 the left wheel stalls, bits 1 to 7 rear bumpers. High byte: bit 0 the right wheel
-    /// stalls, bits 1 to 7 front bumpers. Bumpers count from the left, as seen from the middle of the robot
-    /// in their direction.
+    /// Low byte: bit 0 a stall of the left wheel, bits 1 to 7 rear bumpers. High byte: bit 0 a stall of the
+    /// right wheel, bits 1 to 7 front bumpers. Bumpers are counted from the left, as seen from the middle of
+    /// the robot in their direction.
     pub stall_bumpers: u16,
     /// Set point of the server's heading controller, degrees.
     pub control: i16,
-    /// Bit 0 motors on, bits 1 to 4 sonar arrays on, the rest as [`Flags`] says or left alone.
+    /// Bit 0 motors on, bits 1 to 4 sonar arrays on, bit 5 as in [`Flags`]; the other bits are not used here.
     pub flags: u16,
-    /// Compass heading, 2 degrees.
+    /// Compass heading, in units of 2 degrees.
     pub compass: u8,
-    /// Sonars heard since the last packet.
+    /// New sonar readings since the last packet.
     pub sonars: Vec<SonarReading>,
     /// The gripper's state.
     pub gripper: Option<u8>,
-    /// Which analog port is selected.
+    /// The selected analog port.
     pub analog_port: Option<u8>,
-    /// Its level.
+    /// Level of the analog port.
     pub analog: Option<u8>,
     /// Digital inputs.
     pub digital_in: Option<u8>,
@@ -48,26 +47,26 @@ pub struct Sip {
     pub digital_out: Option<u8>,
     /// Battery, 0.1 V, without the limit of [`battery`](Self::battery).
     pub battery_tenths: Option<u16>,
-    /// Charging: 0 not, 1 bulk, 2 overcharge, 3 float; `0xFF` unknown.
+    /// Charging: 0 none, 1 bulk, 2 overcharge, 3 float; `0xFF` unknown.
     pub charge: Option<u8>,
-    /// Speed of turning, 0.1 degrees/s counter-clockwise.
+    /// Turn rate, 0.1 degrees/s counter-clockwise.
     pub rotation: Option<i16>,
     /// Faults.
     pub faults: Option<u16>,
     /// Speed to the left, mm/s.
     pub lateral: Option<i16>,
-    /// Temperature, °C; −127 is none measured.
+    /// Temperature, °C; −127 if there is no measurement.
     pub temperature: Option<i8>,
-    /// State of charge, percent; 0 if the battery has no measure of it.
+    /// State of charge, percent; 0 if the battery does not measure it.
     pub state_of_charge: Option<u8>,
 }
 
-/// What one sonar heard.
+/// The reading of one sonar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SonarReading {
-    /// Which, counted from the front left.
+    /// The sonar, counted from the front left.
     pub index: u8,
-    /// How far, the robot's units of range.
+    /// The range, in the robot's units of range.
     pub range: u16,
 }
 
@@ -84,18 +83,18 @@ impl Flags {
     pub const ESTOP: u16 = 1 << 5;
 }
 
-/// Kind of a SIP of a robot that stands.
+/// Kind of a SIP of a robot at rest.
 pub(crate) const STOPPED: u8 = 0x32;
-/// Kind of a SIP of a robot that moves.
+/// Kind of a SIP of a moving robot.
 pub(crate) const MOVING: u8 = 0x33;
 
 /// Bytes of one sonar's reading.
 const SONAR_BYTES: usize = 3;
-/// Bytes of all that follows the sonars.
+/// Bytes of all fields after the sonars.
 const TAIL_BYTES: usize = 16;
 
 impl Sip {
-    /// The packet that says it.
+    /// Encodes it as a packet.
     ///
     /// # Errors
     /// If it has more sonars than fit, which is 54 with every field of the tail.
@@ -120,10 +119,10 @@ impl Sip {
         Packet::new(&to)
     }
 
-    /// Understands a packet of any length a firmware sends.
+    /// Decodes a packet of any firmware's length.
     ///
     /// # Errors
-    /// If it is no SIP, or ends before its sonars do.
+    /// If it is not a SIP, or ends before its sonars do.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
         let moving = match packet.id() {
             STOPPED => false,
@@ -146,7 +145,7 @@ impl Sip {
             ..Self::default()
         };
         let count = usize::from(from.get::<u8>()?);
-        // One simulator counts its sonars but leaves them out while they are off.
+        // One simulator counts its sonars but omits their readings while they are off.
         let left_out = from.left() < SONAR_BYTES * count && from.left() <= TAIL_BYTES;
         for _ in 0..if left_out { 0 } else { count } {
             let (index, range) = (from.get()?, from.get()?);
@@ -156,38 +155,38 @@ impl Sip {
         Ok(sip)
     }
 
-    /// Battery, V, from the better of its two fields.
+    /// Returns the battery voltage, V, from the better of its two fields.
     #[must_use]
     pub fn volts(&self) -> f64 {
         f64::from(self.battery_tenths.unwrap_or_else(|| self.battery.into())) / 10.0
     }
 
-    /// Whether the motors are on.
+    /// Returns whether the motors are on.
     #[must_use]
     pub fn motors(&self) -> bool {
         self.flags & Flags::MOTORS != 0
     }
 
-    /// Whether a wheel is held against its will.
+    /// Returns whether a wheel is blocked while it should turn.
     #[must_use]
     pub fn stalled(&self) -> bool {
         self.stall_bumpers & 0x0101 != 0
     }
 
-    /// Whether the front bumper of this number, from 0, is pressed; there are at most seven.
+    /// Returns whether the front bumper of this number, from 0, is pressed. There are at most seven.
     #[must_use]
     pub fn front_bumper(&self, number: usize) -> bool {
         number < 7 && self.stall_bumpers >> (9 + number) & 1 != 0
     }
 
-    /// Whether the rear bumper of this number, from 0, is pressed; there are at most seven.
+    /// Returns whether the rear bumper of this number, from 0, is pressed. There are at most seven.
     #[must_use]
     pub fn rear_bumper(&self, number: usize) -> bool {
         number < 7 && self.stall_bumpers >> (1 + number) & 1 != 0
     }
 }
 
-/// The fields at the end, in the order in which firmware added them.
+/// The fields of the tail, in the order in which firmware added them.
 macro_rules! tail {
     ($($field:ident),*) => {
         impl Sip {

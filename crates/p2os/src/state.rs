@@ -1,5 +1,5 @@
-//! What a simulator knows of its robot and no robot does: true pose and odometry's errors. No control may
-//! rest on it.
+//! The state that a simulator knows of its robot and no robot knows: true pose and errors of the odometry. No
+//! control may depend on it.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
@@ -8,14 +8,14 @@ use crate::{Error, Packet};
 const KIND: u8 = 0x62;
 
 record! {
-    /// What a simulator answers to SIM_STAT.
+    /// The answer of a simulator to SIM_STAT.
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     SimState {
-        /// Nothing any more.
+        /// No longer used.
         reserved_name: String,
-        /// Nothing any more.
+        /// No longer used.
         reserved_version: String,
-        /// Bit 1: the place on the earth is known. Bit 2: the errors of the odometry are known.
+        /// Bit 1: the geographic position is known. Bit 2: the errors of the odometry are known.
         flags: u32,
         /// Simulated time of a step, ms.
         simulated_interval: u16,
@@ -23,9 +23,9 @@ record! {
         real_interval: u16,
         /// Real time of the last step, ms.
         last_interval: u16,
-        /// True place, mm.
+        /// True x, mm.
         x: i32,
-        /// True place, mm.
+        /// True y, mm.
         y: i32,
         /// True height, mm.
         z: i32,
@@ -37,7 +37,7 @@ record! {
         longitude: i32,
         /// Altitude, cm.
         altitude: i32,
-        /// Quality of the place on the earth, 0.01; −1 none.
+        /// Quality of the geographic position, 0.01; −1 for none.
         gps: i32,
         /// Error of the odometry, 1e-7.
         error_x: i32,
@@ -49,7 +49,7 @@ record! {
 }
 
 impl SimState {
-    /// The packet that says it.
+    /// Encodes the state as a packet.
     ///
     /// # Errors
     /// If its strings are too long for a packet.
@@ -57,10 +57,10 @@ impl SimState {
         packet(KIND, self)
     }
 
-    /// Understands a packet.
+    /// Decodes a packet.
     ///
     /// # Errors
-    /// If it is no simulator's state, or ends too early.
+    /// If it is not a simulator's state, or is too short.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
         record_of("simulator's state", KIND, packet)
     }

@@ -1,12 +1,12 @@
-//! The first three packets of a connection, and what the robot calls itself in its answer to the third.
+//! The first three packets of a connection, and the robot's names in its answer to the third.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
 
-/// A step of synchronisation; the robot echoes each, and adds its names to the third.
+/// A step of synchronisation. The robot echoes each, and appends its names to the third.
 ///
-/// Byte for byte these are a PULSE, OPEN and CLOSE without argument: only the state of the connection tells
-/// which is meant.
+/// The bytes are those of PULSE, OPEN and CLOSE without argument: only the state of the connection tells them
+/// apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sync {
     /// `00`.
@@ -18,10 +18,10 @@ pub enum Sync {
 }
 
 record! {
-    /// What a robot answers to [`Sync::Two`]: who it is.
+    /// The names of a robot, in its answer to [`Sync::Two`].
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     Names {
-        /// Its own name, such as a number on its back.
+        /// Its own name, for example a number on its back.
         name: String,
         /// Its class: `Pioneer`.
         class: String,
@@ -31,7 +31,7 @@ record! {
 }
 
 impl Sync {
-    /// The packet that a client sends, and a robot echoes.
+    /// Returns the packet that a client sends and a robot echoes.
     #[must_use]
     pub fn to_packet(self) -> Packet {
         let id = match self {
@@ -42,7 +42,7 @@ impl Sync {
         Packet::new(&[id]).expect("one byte is a payload")
     }
 
-    /// Which step a packet without argument is; `None` for anything else.
+    /// Returns the step of a packet without argument; `None` for any other packet.
     #[must_use]
     pub fn from_packet(packet: &Packet) -> Option<Self> {
         match packet.payload() {
@@ -55,7 +55,7 @@ impl Sync {
 }
 
 impl Names {
-    /// The answer to [`Sync::Two`].
+    /// Encodes the answer to [`Sync::Two`].
     ///
     /// # Errors
     /// If the names are too long for a packet.
@@ -63,10 +63,10 @@ impl Names {
         packet(2, self)
     }
 
-    /// The names in the answer to [`Sync::Two`].
+    /// Decodes the answer to [`Sync::Two`].
     ///
     /// # Errors
-    /// If it is no such answer, or a name does not end.
+    /// If it is not such an answer, or a name is not terminated.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
         record_of("answer to the third synchronisation", 2, packet)
     }

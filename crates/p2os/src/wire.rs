@@ -1,23 +1,23 @@
-//! Numbers and strings of a payload: little-endian, strings ended by a zero byte. No field has a meaning
-//! here.
+//! Numbers and strings of a payload: little-endian, strings terminated by a zero byte. It does not interpret
+//! them.
 
 use crate::Error;
 
-/// Reads a payload from its beginning.
+/// Reads a payload from its start.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
     what: &'static str,
 }
 
-/// A value of a fixed form in a payload.
+/// A value with a fixed encoding in a payload.
 pub(crate) trait Field: Sized {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error>;
     fn write(&self, to: &mut Vec<u8>);
 }
 
 impl<'a> Reader<'a> {
-    /// Reads `bytes`, which are a `what`.
+    /// Creates a reader of `bytes`; `what` names them in errors.
     pub(crate) fn new(what: &'static str, bytes: &'a [u8]) -> Self {
         Self { rest: bytes, what }
     }
@@ -26,7 +26,7 @@ impl<'a> Reader<'a> {
         T::read(self)
     }
 
-    /// The next value if all of it is there.
+    /// Returns the next value, if the payload contains all of it.
     pub(crate) fn optional<T: Field>(&mut self) -> Option<T> {
         let mut ahead = self.clone();
         let value = T::read(&mut ahead).ok()?;
@@ -34,7 +34,7 @@ impl<'a> Reader<'a> {
         Some(value)
     }
 
-    /// How many bytes are left.
+    /// Returns the number of bytes left.
     pub(crate) fn left(&self) -> usize {
         self.rest.len()
     }
@@ -64,8 +64,8 @@ macro_rules! number {
 }
 number!(u8, i8, u16, i16, u32, i32);
 
-/// One character a byte (ISO 8859-1), so that every name survives; what a byte cannot hold becomes a question
-/// mark.
+/// One byte a character (ISO 8859-1), so that every received name survives. A character outside becomes a
+/// question mark when written.
 impl Field for String {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
         let end = from.rest.iter().position(|byte| *byte == 0);
@@ -82,7 +82,7 @@ impl Field for String {
     }
 }
 
-/// A structure whose fields follow each other, with its reading and writing.
+/// Defines a structure whose fields follow each other, with its decoding and encoding.
 macro_rules! record {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$about])*
@@ -103,17 +103,18 @@ macro_rules! record {
 }
 pub(crate) use record;
 
-/// The packet of an id and a record.
+/// Returns the packet of an id and a record.
 ///
 /// # Errors
-/// If its strings make it longer than a packet.
+/// If its strings make it too long for a packet.
 pub(crate) fn packet(id: u8, fields: &impl Field) -> Result<crate::Packet, Error> {
     let mut payload = vec![id];
     fields.write(&mut payload);
     crate::Packet::new(&payload)
 }
 
-/// The record of a packet that must have the id; what follows it is left to later versions of the protocol.
+/// Decodes the record of a packet that must have the id. Bytes after it are left to later versions of the
+/// protocol.
 pub(crate) fn record_of<T: Field>(what: &'static str, id: u8, packet: &crate::Packet) -> Result<T, Error> {
     if packet.id() != id {
         return Err(Error::Kind {

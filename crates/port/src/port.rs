@@ -150,8 +150,7 @@ impl Port {
         into.len() - before
     }
 
-    /// Sends bytes, now or as soon as possible. All of them are sent, or the connection is lost: a frame is
-    /// never cut.
+    /// Sends bytes, now or as soon as possible. Either all of them are sent, or the connection is lost.
     ///
     /// Returns whether the bytes were accepted. Without a connection they are not.
     pub fn write(&mut self, bytes: &[u8]) -> bool {
@@ -189,7 +188,7 @@ impl Port {
                 tv_sec: left.as_secs().try_into().unwrap_or(i64::MAX),
                 tv_nsec: left.subsec_nanos().into(),
             };
-            // If this poll fails, the next attempt to send fails too.
+            // A broken stream shows in the next attempt to send.
             let _ = poll(&mut [PollFd::new(stream, PollFlags::OUT)], Some(&left));
         }
     }

@@ -1,78 +1,78 @@
-//! The argument of a command as it is on the wire, and how types of ours are put into it. Which command takes
-//! which is not known here.
+//! The argument of a command on the wire, and the types that it can hold. `command` knows which command takes
+//! which type.
 
-/// What follows the number of a command.
+/// The bytes after the number of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Argument {
-    /// Nothing.
+    /// No argument.
     None,
     /// Type `3B` and a magnitude.
     Positive(u16),
     /// Type `1B` and a magnitude.
     Negative(u16),
-    /// Type `2B`, a length and as many bytes.
+    /// Type `2B`, a length and that many bytes.
     Text(Vec<u8>),
     /// Any other bytes.
     Raw(Vec<u8>),
 }
 
-/// Type byte of a positive number; also what simulators expect before numbers of their own.
+/// Type byte of a positive number. Simulators also expect it before their own numbers.
 pub(crate) const POSITIVE: u8 = 0x3B;
 const NEGATIVE: u8 = 0x1B;
 const TEXT: u8 = 0x2B;
 
-/// Whether OPEN, CLOSE or CONFIG comes with the argument 1; robots take both, and no argument is also a step
-/// of synchronisation.
+/// Whether OPEN, CLOSE or CONFIG has the argument 1. Robots accept both forms; without argument the packet is
+/// also a step of synchronisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// No argument.
     Bare,
-    /// With an argument, 1.
+    /// With the argument 1.
     One,
 }
 
-/// Raw speeds of the wheels in the VEL2 command: times 20, mm/s.
+/// Wheel speeds of the VEL2 command, in units of 20 mm/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wheels {
-    /// Of the left wheel.
+    /// Left wheel.
     pub left: i8,
-    /// Of the right wheel.
+    /// Right wheel.
     pub right: i8,
 }
 
-/// A number for one of a simulator's lasers.
+/// A number with the laser of a simulator that it is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ForLaser {
     /// The number.
     pub value: i16,
-    /// Which laser, from 0.
+    /// The laser, from 0.
     pub laser: u8,
 }
 
-/// Where a simulator shall put its robot, in the world.
+/// A pose for a simulator's robot, in the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SimPose {
-    /// To the east, mm.
+    /// East, mm.
     pub x: i32,
-    /// To the north, mm.
+    /// North, mm.
     pub y: i32,
     /// Heading, degrees counter-clockwise.
     pub th: i32,
 }
 
-/// A request to a simulator: 1 load a map, 6 tell about yourself.
+/// A request to a simulator: 1 loads a map, 6 asks for information about the simulator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SimControl {
-    /// What is asked.
+    /// The request.
     pub code: u16,
-    /// What belongs to it; at most 190 bytes.
+    /// Its data; at most 190 bytes.
     pub data: Vec<u8>,
 }
 
-/// A type that an argument holds.
+/// A type that an argument can hold.
 pub(super) trait Held: Sized {
     fn put(&self) -> Argument;
-    /// `None` if the argument is not of this type.
+    /// Returns `None` if the argument is not of this type.
     fn take(argument: &Argument) -> Option<Self>;
 }
 
@@ -125,7 +125,7 @@ impl Held for i16 {
 
     fn take(argument: &Argument) -> Option<Self> {
         match argument {
-            // Some clients send a negative number as a positive one of the same bits.
+            // Some clients send a negative number as the positive one with the same bits.
             Argument::Positive(value) => Some(value.cast_signed()),
             Argument::Negative(value) => Self::try_from(-i32::from(*value)).ok(),
             Argument::None | Argument::Text(_) | Argument::Raw(_) => None,
@@ -200,7 +200,7 @@ impl Held for Wheels {
     }
 }
 
-/// Nothing, or the type byte alone, which is how one client of old sends it.
+/// No argument. A number is accepted too.
 impl Held for () {
     fn put(&self) -> Argument {
         Argument::None
@@ -214,8 +214,8 @@ impl Held for () {
     }
 }
 
-/// Nothing for the origin, else x mm, y mm, th degrees; sent with the type byte, without which one robot of
-/// old reads on.
+/// No argument for the origin, else x mm, y mm, th degrees. It is sent with the type byte: without it, one
+/// old robot reads past the end.
 impl Held for Option<[i16; 3]> {
     fn put(&self) -> Argument {
         let numbers = self.iter().flatten().flat_map(|number| number.to_le_bytes());
@@ -270,7 +270,7 @@ impl Held for SimControl {
         let mut bytes = Vec::with_capacity(3 + self.data.len());
         self.code.put().write(&mut bytes);
         bytes.extend(&self.data);
-        // What a bare number looks like is one, so that reading gives it back.
+        // Data that is empty leaves a bare number, which is one, so that reading returns the same argument.
         Argument::read(&bytes)
     }
 

@@ -1,9 +1,8 @@
-//! What a client asks of a robot: one enum over every command, from and to packets. What the robot makes of
-//! it is not decided here.
+//! The commands of a client: one enum over all of them, from and to packets. It does not execute them.
 //!
-//! Numbers are the raw ones of the protocol: mm, mm/s, degrees. A simulator's own commands share some numbers
-//! with commands of robots that are hardly used (35 also selects an analog port, 36 is the gripper's
-//! pressure, 67 asks the second serial port); the simulator's have the name here, and the bytes are the same.
+//! Numbers are the raw ones of the protocol: mm, mm/s, degrees. Some numbers of simulator commands are also
+//! rarely used commands of robots: 35 selects an analog port, 36 is the gripper's pressure, 67 asks the
+//! second serial port. Here they have the simulator's name; the bytes are the same.
 
 mod argument;
 
@@ -18,17 +17,17 @@ macro_rules! commands {
         #[derive(Clone, Debug, PartialEq, Eq)]
         pub enum Command {
             $($(#[$doc])* $name $(($type))?,)*
-            /// Any other, or one of the above with an argument that it does not take.
+            /// Any other command, or one of the above with an argument that it does not take.
             Other {
                 /// Its number.
                 id: u8,
-                /// What follows it.
+                /// The bytes after the number.
                 argument: Argument,
             },
         }
 
         impl Command {
-            /// Understands a packet; every packet is some command.
+            /// Decodes a packet; every packet is a command.
             #[must_use]
             pub fn from_packet(packet: &Packet) -> Self {
                 let (id, argument) = (packet.id(), Argument::read(packet.data()));
@@ -58,9 +57,9 @@ macro_rules! commands {
 }
 
 commands! {
-    /// Only says that the client is there, which resets the watchdog.
+    /// Shows that the client is there, which resets the watchdog.
     Pulse = 0,
-    /// Starts the robot's servers: it begins to send SIPs.
+    /// Starts the robot's servers: the robot starts to send SIPs.
     Open(Form) = 1,
     /// Ends the session.
     Close(Form) = 2,
@@ -72,11 +71,11 @@ commands! {
     Acceleration(i16) = 5,
     /// Greatest speed of MOVE, mm/s.
     MaxVelocity(u16) = 6,
-    /// Calls where it is the origin, or this pose: mm, mm, degrees.
+    /// Defines the present pose as the origin, or as this pose: mm, mm, degrees.
     SetOrigin(Option<[i16; 3]>) = 7,
     /// Drives a distance, mm.
     Move(i16) = 8,
-    /// Turns at a speed, degrees/s, as [`RotVelocity`](Self::RotVelocity) does.
+    /// Turns at a speed, degrees/s, like [`RotVelocity`](Self::RotVelocity).
     Rotate(i16) = 9,
     /// Greatest speed of turns, degrees/s.
     MaxRotVelocity(u16) = 10,
@@ -90,105 +89,108 @@ commands! {
     Say(Vec<u8>) = 15,
     /// Asks for a [`Config`](crate::Config).
     Config(Form) = 18,
-    /// Asks for [`Encoders`](crate::Encoders): 0 stops, 1 one packet, 2 one with every SIP.
+    /// Asks for [`Encoders`](crate::Encoders): 0 stops them, 1 asks for one packet, 2 for one with every SIP.
     Encoder(u16) = 19,
-    /// Speed of turning, degrees/s counter-clockwise.
+    /// Turn rate, degrees/s counter-clockwise.
     RotVelocity(i16) = 21,
-    /// Turns by an angle from the heading last asked for, degrees.
+    /// Turns by an angle from the heading last commanded, degrees.
     CompassHeading(i16) = 22,
     /// Angular acceleration if positive, deceleration if negative, degrees/s².
     RotAcceleration(i16) = 23,
-    /// Sonars: bit 0 on or off, bits 1 to 4 the array if not all.
+    /// Sonars: bit 0 on or off, bits 1 to 4 the array, or 0 for all.
     Sonar(u16) = 28,
-    /// Stops, motors stay on.
+    /// Stops; the motors stay on.
     Stop = 29,
     /// Digital outputs: high byte the mask, low byte the levels.
     DigitalOut(u16) = 30,
     /// Speeds of the wheels.
     Velocities2(Wheels) = 32,
-    /// The gripper's commands.
+    /// The commands of the gripper.
     Gripper(u16) = 33,
-    /// A simulator's laser: 0 off, 1 on, 2 on with reflectances. To a robot: which analog port the SIP tells.
+    /// A simulator's laser: 0 off, 1 on, 2 on with reflectances. On a robot: the analog port to report in the
+    /// SIP.
     LaserOn35(u16) = 35,
-    /// A simulator's laser begins at this angle, degrees.
+    /// First angle of a simulator's laser, degrees.
     LaserStart36(i16) = 36,
-    /// A simulator's laser ends at this angle, degrees.
+    /// Last angle of a simulator's laser, degrees.
     LaserEnd37(i16) = 37,
-    /// From one reading of a simulator's laser to the next, 0.01 degrees.
+    /// Angle between readings of a simulator's laser, 0.01 degrees.
     LaserIncrement38(u16) = 38,
-    /// Asks for an input-output packet: 0 stops, 1 one, 2 continually.
+    /// Asks for an input-output packet: 0 stops them, 1 asks for one, 2 for a continuous stream.
     IoRequest(u16) = 40,
-    /// Position of a servo: high byte which, low byte where.
+    /// Position of a servo: high byte the servo, low byte the position.
     ServoPosition(u16) = 41,
     /// Bytes for the device at the first auxiliary port.
     Tty2(Vec<u8>) = 42,
-    /// Asks for as many bytes from the device at the first auxiliary port; 0 forgets what it said.
+    /// Asks for this many bytes from the device at the first auxiliary port; 0 discards received bytes.
     GetAux(u16) = 43,
-    /// What bumpers do: 0 nothing, 1 front stops, 2 rear, 3 both.
+    /// Effect of the bumpers: 0 none, 1 front bumpers stop the robot, 2 rear bumpers, 3 both.
     BumpStall(u16) = 44,
-    /// The compass's commands.
+    /// The commands of the compass.
     Compass(u16) = 45,
-    /// The joystick on the robot drives (1) or not (0).
+    /// The joystick at the robot drives it (1) or not (0).
     JoyDrive(u16) = 47,
     /// Speed of the serial line to the client: 0 is 9600, 1 19200, 2 38400, 3 57600, 4 115200.
     HostBaud(u16) = 50,
     /// Stops at the greatest deceleration.
     EStop = 55,
-    /// Stops at the greatest deceleration, as ARCOS numbers it.
+    /// Stops at the greatest deceleration; the number of ARCOS.
     QStop = 57,
     /// Gyroscope: 0 off, 1 on.
     Gyro(u16) = 58,
     /// Bytes for the device at the third auxiliary port.
     Tty4(Vec<u8>) = 60,
-    /// Asks for as many bytes from the device at the third auxiliary port.
+    /// Asks for this many bytes from the device at the third auxiliary port.
     GetAux3(u16) = 61,
-    /// Asks about the battery; to one simulator of old it meant to exit, so nothing may end by it.
+    /// Asks for the state of the battery. For one old simulator it meant exit; no other simulator may exit
+    /// on it.
     BatteryInfo(u16) = 62,
     /// Bytes for the device at the second auxiliary port; 66 with a number is
     /// [`SetOriginX`](Self::SetOriginX).
     Tty3(Vec<u8>) = 66,
-    /// Puts a simulator's robot at x, mm.
+    /// Sets the x of a simulator's robot, mm.
     SetOriginX(i16) = 66,
-    /// Puts a simulator's robot at y, mm.
+    /// Sets the y of a simulator's robot, mm.
     SetOriginY(i16) = 67,
-    /// Turns a simulator's robot to a heading, degrees.
+    /// Sets the heading of a simulator's robot, degrees.
     SetOriginTh(i16) = 68,
-    /// Puts a simulator's robot back to its start.
+    /// Returns a simulator's robot to its start.
     Reset69 = 69,
     /// Plays a stored sound.
     Sound(u16) = 90,
     /// Plays a stored list of sounds.
     PlayList(u16) = 91,
-    /// Sound on or off.
+    /// Switches the sound on or off.
     SoundToggle(bool) = 92,
-    /// Speed to the left, mm/s, for robots that can.
+    /// Speed to the left, mm/s, for robots that support it.
     LatVelocity(i16) = 110,
     /// Acceleration sideways if positive, deceleration if negative, mm/s².
     LatAcceleration(i16) = 113,
-    /// Puts a simulator's robot somewhere.
+    /// Sets the pose of a simulator's robot.
     SimSetPose(SimPose) = 224,
-    /// Puts a simulator's robot back to its start.
+    /// Returns a simulator's robot to its start.
     SimReset = 225,
     /// A simulator's laser: 0 off, 1 on, 2 on with reflectances.
     LrfEnable(ForLaser) = 230,
-    /// A simulator's laser begins at this angle, degrees.
+    /// First angle of a simulator's laser, degrees.
     LrfStart(ForLaser) = 231,
-    /// A simulator's laser ends at this angle, degrees.
+    /// Last angle of a simulator's laser, degrees.
     LrfEnd(ForLaser) = 232,
-    /// From one reading of a simulator's laser to the next, 0.01 degrees.
+    /// Angle between readings of a simulator's laser, 0.01 degrees.
     LrfResolution(ForLaser) = 233,
     /// A request to a simulator.
     SimCtrl(SimControl) = 236,
-    /// Asks a simulator for its [`SimState`](crate::SimState): 0 stops, 1 one packet, 2 one with every SIP.
+    /// Asks a simulator for its [`SimState`](crate::SimState): 0 stops it, 1 asks for one packet, 2 for one
+    /// with every SIP.
     SimStat(u16) = 237,
-    /// Words for whoever watches a simulator.
+    /// A text for the display of a simulator.
     Message(Vec<u8>) = 238,
-    /// Ends a simulator, with this status.
+    /// Ends a simulator with this exit status.
     Exit(u16) = 239,
 }
 
 impl Command {
-    /// The packet that says it.
+    /// Encodes the command as a packet.
     ///
     /// # Errors
     /// If its text is too long for a packet.
@@ -199,7 +201,8 @@ impl Command {
         Packet::new(&payload)
     }
 
-    /// Whether the robot would move by it: what a client may send only because somebody asked for motion.
+    /// Returns whether the robot moves on this command. A client may send such a command only if motion was
+    /// requested.
     #[must_use]
     pub fn moves(&self) -> bool {
         match self {

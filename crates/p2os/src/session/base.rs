@@ -1,19 +1,21 @@
-//! The base: speeds within limits, sent when they change and often enough, and motors that must be on. Only a
-//! wish moves it.
+//! The base: it sends speeds within limits, when they change and periodically, and keeps the motors on. Only
+//! a wish moves it.
 
 use core::time::Duration;
 
 use super::{Event, Wish};
 use crate::{Command, Config, Flags, Model, Sip};
 
-/// Speeds are said again this often, ten times before the usual watchdog of 2 s stops the robot.
+/// Speeds are repeated this often: ten times within the usual watchdog time of 2 s, after which the robot
+/// stops.
 const REPEAT: Duration = Duration::from_millis(200);
-/// Between two tries to switch motors on: the robot takes a moment, and a person may be holding the button.
+/// Time between attempts to switch the motors on: the robot needs a moment, and a person may be holding the
+/// button.
 const MOTORS_AGAIN: Duration = Duration::from_secs(1);
-/// As many tries, then a person must look; it goes on trying when the wish to move ends and begins anew.
+/// Attempts before a warning asks a person to look. They start again with the next wish to move.
 const MOTORS_TRIES: u32 = 5;
 
-/// What was last said to the base.
+/// What was last sent to the base.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
     said: Option<(i16, i16)>,
@@ -23,7 +25,7 @@ pub(super) struct Base {
 }
 
 impl Base {
-    /// A base whose motors have been asked for at `now`.
+    /// Creates a base whose motors were switched on at `now`.
     pub(super) fn new(now: Duration) -> Self {
         Self {
             said: None,
@@ -33,7 +35,7 @@ impl Base {
         }
     }
 
-    /// Says what the wish wants, if it must be said now.
+    /// Sends the wanted speeds, if they have changed or it is time to repeat them.
     pub(super) fn drive(
         &mut self,
         wish: &Wish,
@@ -54,7 +56,7 @@ impl Base {
         }
     }
 
-    /// Switches motors on that a robot says are off while it should move.
+    /// Switches the motors on, if the robot reports them off while it should move.
     pub(super) fn motors(&mut self, sip: &Sip, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
         let moves = self.said.is_some_and(|speeds| speeds != (0, 0));
         if sip.motors() || !moves {
@@ -83,7 +85,8 @@ impl Base {
     }
 }
 
-/// Greatest speeds, mm/s and degrees/s: the model's, and what the robot says it is set to.
+/// Returns the greatest speeds, mm/s and degrees/s: the lower of the model's limits and of the robot's own
+/// settings.
 pub(super) fn limits(model: &Model, config: Option<&Config>) -> (f64, f64) {
     let set = |limit: f64, told: Option<u16>| match told {
         Some(told @ 1..) => limit.min(f64::from(told)),
@@ -101,7 +104,7 @@ pub(super) fn limits(model: &Model, config: Option<&Config>) -> (f64, f64) {
     )
 }
 
-/// A number as the protocol has it; what is no number is 0.
+/// Converts a number for the protocol; NaN becomes 0.
 fn units(value: f64, limit: f64) -> i16 {
     value.clamp(-limit, limit).round() as i16
 }

@@ -1,54 +1,53 @@
-//! What a session tells whoever drives it: its state, and what the robot said.
+//! The output of a session for its owner: its state, and the robot's data.
 
 use crate::{Config, Names, Reading, Sip};
 
-/// How a session stands.
+/// The state of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     /// There is no connection, or it was closed.
     Idle,
-    /// It says hello.
+    /// The synchronisation is in progress.
     Syncing,
-    /// The robot has said who it is, and is being switched on.
+    /// The robot has sent its names, and is being switched on.
     Opening(Names),
-    /// It drives.
+    /// The robot can be driven.
     Connected(Names),
-    /// The robot is silent or said what no robot would; begin again over a new connection.
+    /// The robot is silent or sent invalid data. Start again over a new connection.
     Lost(String),
-    /// The robot is one that this session cannot drive; a person must mend it.
+    /// This session cannot drive the robot; a person must correct the configuration.
     Refused(String),
 }
 
-/// What a robot said.
+/// Data from a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// How it is.
+    /// Its state.
     Sip(Box<Sip>),
-    /// What it is set to.
+    /// Its configuration.
     Config(Box<Config>),
     /// A sweep of the laser.
     Laser(Vec<Reading>),
-    /// Ticks of the wheels since they were first heard, without wrapping.
+    /// Ticks of the wheels since the first count, without wrapping.
     Encoders {
-        /// Of the left wheel.
+        /// Left wheel.
         left: i64,
-        /// Of the right wheel.
+        /// Right wheel.
         right: i64,
     },
-    /// Where the head looks, rad to the left and rad down; by its own word, or by what it was told if it
-    /// cannot answer.
+    /// The angles of the head: measured, or computed from the commands if the head cannot answer.
     Head {
-        /// To the left.
+        /// To the left, rad.
         pan: f64,
-        /// Down.
+        /// Down, rad.
         tilt: f64,
     },
-    /// Something is off, in words; the session goes on.
+    /// A problem that does not end the session, in words.
     Warning(String),
 }
 
 impl State {
-    /// Whether the robot drives.
+    /// Returns whether the robot can be driven.
     #[must_use]
     pub fn is_connected(&self) -> bool {
         matches!(self, Self::Connected(_))

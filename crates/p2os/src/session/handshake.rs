@@ -1,5 +1,5 @@
-//! The hello: three synchronisations in order, OPEN, CONFIG, and what switches the robot on. Nothing here
-//! moves it.
+//! The handshake: three synchronisations in order, OPEN, CONFIG, and the commands that switch the robot on.
+//! Nothing here moves it.
 
 use core::time::Duration;
 
@@ -10,17 +10,17 @@ use super::{Head, Laser, Session, State, say};
 use crate::sip::{MOVING, STOPPED};
 use crate::{Command, Config, Form, Model, Names, Packet, Sync};
 
-/// A synchronisation or OPEN that is not answered is said again.
+/// An unanswered synchronisation or OPEN is repeated after this time.
 const AGAIN: Duration = Duration::from_secs(1);
 /// The same for CONFIG, which old robots never answer.
 const CONFIG_AGAIN: Duration = Duration::from_millis(300);
 const CONFIG_TRIES: u32 = 3;
-/// Unanswered tries after which there is nobody.
+/// Unanswered attempts after which the session is lost.
 const TRIES: u32 = 10;
-/// Between two CLOSEs to a robot that is still open: SIPs that were on their way are no reason for another.
+/// Time between two CLOSEs to a robot that is still open: SIPs in transit are no reason for another.
 const CLOSE_AGAIN: Duration = Duration::from_millis(500);
 
-/// What is waited for.
+/// What the handshake waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     /// The echo.
@@ -31,7 +31,7 @@ enum Step {
     Config,
 }
 
-/// How far the hello is.
+/// The progress of the handshake.
 #[derive(Clone, Debug)]
 pub(super) struct Handshake {
     step: Step,
@@ -50,7 +50,7 @@ impl Handshake {
         }
     }
 
-    /// Says what the present step says.
+    /// Sends the packet of the present step.
     pub(super) fn hello(&mut self, output: &mut Vec<u8>) {
         self.tries += 1;
         match self.step {
@@ -67,7 +67,7 @@ impl Handshake {
 }
 
 impl Session {
-    /// Takes a packet during the hello.
+    /// Processes a packet during the handshake.
     pub(super) fn shake(&mut self, packet: &Packet, now: Duration) {
         let Some(mut handshake) = self.handshake.take() else {
             return;
@@ -75,7 +75,7 @@ impl Session {
         let is_sip = matches!(packet.id(), STOPPED | MOVING);
         match handshake.step {
             Step::Sync(_) if is_sip => {
-                // It is still open from an earlier session, of whomever.
+                // The robot is still open from an earlier session of any client.
                 if handshake
                     .closed
                     .is_none_or(|closed| now.saturating_sub(closed) > CLOSE_AGAIN)
@@ -89,7 +89,7 @@ impl Session {
             }
             Step::Sync(Sync::Two) => {
                 if packet.data().is_empty() {
-                    // An echo without names is the line's own, not a robot's.
+                    // An echo without names comes from the line, not from a robot.
                 } else if let Ok(names) = Names::from_packet(packet)
                     && !self.meet(names, &mut handshake, now)
                 {
@@ -117,7 +117,7 @@ impl Session {
         self.handshake = Some(handshake);
     }
 
-    /// Says again what was not answered, or gives up.
+    /// Repeats an unanswered packet, or gives up.
     pub(super) fn wait(&mut self, now: Duration) {
         let Some(mut handshake) = self.handshake.take() else {
             return;
@@ -143,7 +143,7 @@ impl Session {
         self.handshake = Some(handshake);
     }
 
-    /// The robot has said who it is. Answers whether it is one that can be driven.
+    /// Processes the robot's names. Returns whether the robot can be driven.
     fn meet(&mut self, names: Names, handshake: &mut Handshake, now: Duration) -> bool {
         let model = match &self.options.model {
             Some(model) => model.clone(),
@@ -164,14 +164,15 @@ impl Session {
         true
     }
 
-    /// Switches everything on; from here on the robot drives when somebody wishes it.
+    /// Switches everything on. From here on, a wish drives the robot.
     fn switch_on(&mut self, now: Duration) {
         let State::Opening(names) = &self.state else {
             return;
         };
         self.state = State::Connected(names.clone());
         let output = &mut self.output;
-        // Sonars first: one server hangs up on a client that opens it and has none within a second.
+        // Sonars first: one server disconnects a client that opens it and does not switch on the sonars
+        // within a second.
         for command in [Command::Sonar(1), Command::Enable(true), Command::Encoder(2)] {
             say(output, &command);
         }

@@ -1,4 +1,4 @@
-//! The head: one command to the camera at a time, and its answers, or the time it takes if it cannot answer.
+//! The head: one command to the camera at a time, then its answer, or a pause if it cannot answer.
 
 use core::time::Duration;
 
@@ -6,16 +6,17 @@ use super::{Event, HeadWish};
 use crate::head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, UNIT};
 use crate::{AuxPort, Command, SerialAux};
 
-/// How long an answer may take: the camera's tenth of a second, and a slow serial line there and back.
+/// How long an answer may take: the camera's tenth of a second, and the way there and back over a slow serial
+/// line.
 const PATIENCE: Duration = Duration::from_millis(400);
-/// Between two commands to a camera that cannot answer.
+/// Time between two commands to a camera that cannot answer.
 const PACE: Duration = Duration::from_millis(150);
-/// Between two questions where it looks: each takes 50 bytes of a line that has 960 a second and the robot's
-/// state to carry.
+/// Time between two requests for the angles. Each takes 50 bytes of a line that carries 960 a second and also
+/// the robot's state.
 const QUESTION: Duration = Duration::from_millis(200);
-/// After switching on, and after it said that it is busy.
+/// Pause after power-on, and after an answer that reports busy or another error.
 const REST: Duration = Duration::from_millis(500);
-/// Unanswered commands after which it counts as one that cannot answer.
+/// Unanswered commands after which the camera counts as one that cannot answer.
 const SILENCE: u32 = 6;
 
 /// Greatest angles of the camera, units right and left, down and up.
@@ -28,20 +29,20 @@ const TILT_SPEED: (f64, f64) = (8.0, 662.0);
 /// One axis, in the units and directions of the camera.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
-    /// Where it looks, by its own word or by what it was told.
+    /// The angle: measured, or computed from the commands.
     place: f64,
-    /// Where it was last sent.
+    /// The angle last commanded.
     sent: i16,
-    /// At which speed.
+    /// The speed last commanded.
     speed: u16,
 }
 
-/// A camera that is spoken to.
+/// A camera and the state of its commands.
 #[derive(Clone, Debug)]
 pub(super) struct HeadLine {
     answers: bool,
     parser: HeadParser,
-    /// What it must be told before it obeys.
+    /// The commands of the initialization that are still to be sent.
     first: &'static [HeadCommand],
     waiting: Option<(HeadCommand, Duration)>,
     rest_until: Duration,
@@ -49,11 +50,11 @@ pub(super) struct HeadLine {
     unanswered: u32,
     pan: Axis,
     tilt: Axis,
-    /// The time up to which the places are reckoned.
+    /// The time of the computed angles.
     reckoned: Duration,
 }
 
-/// Power, then the line commands, then the zeros.
+/// Power on, control by the line, zero positions.
 const FIRST: &[HeadCommand] = &[HeadCommand::Power(true), HeadCommand::Control, HeadCommand::Init];
 
 impl HeadLine {
@@ -72,7 +73,7 @@ impl HeadLine {
         }
     }
 
-    /// Says the next thing, if it is time for one.
+    /// Sends the next command, if it is time for one.
     pub(super) fn drive(
         &mut self,
         wish: &HeadWish,
@@ -105,8 +106,8 @@ impl HeadLine {
             return warning.or(Some(self.event()));
         };
         if self.answers {
-            // Forget what was not fetched, and fetch as much as the answer will have: before the camera is
-            // spoken to, for what it answers at once must not be forgotten with the rest.
+            // Discard unread bytes, then request as many bytes as the answer will have. Both precede the
+            // command: its answer may arrive at once, and must not be discarded.
             say(Command::GetAux(0));
             say(Command::GetAux(if next == HeadCommand::Where { 14 } else { 6 }));
         }
@@ -120,7 +121,7 @@ impl HeadLine {
         warning
     }
 
-    /// Takes what came in at the port.
+    /// Processes bytes that arrived at the auxiliary port.
     pub(super) fn receive(&mut self, aux: &SerialAux, now: Duration) -> Option<Event> {
         if aux.port != AuxPort::One {
             return None;
@@ -160,7 +161,8 @@ impl HeadLine {
         }
     }
 
-    /// What to say next: first its beginning, then what the wish changes, then a question.
+    /// Returns the next command: first the initialization, then the changes of the wish, then a request for
+    /// the angles.
     fn next(&mut self, wish: &HeadWish, now: Duration) -> Option<HeadCommand> {
         if let Some(first) = self.first.first() {
             return Some(first.clone());
@@ -180,7 +182,7 @@ impl HeadLine {
         if (pan.sent, tilt.sent) != (self.pan.sent, self.tilt.sent) {
             return Some(place);
         }
-        // One that cannot answer is asked nothing: where it looks is reckoned.
+        // A camera that cannot answer gets no requests: its angles are computed.
         if !self.answers || now < self.ask_at {
             return None;
         }
@@ -188,7 +190,7 @@ impl HeadLine {
         Some(HeadCommand::Where)
     }
 
-    /// A command was taken.
+    /// Records a command that was executed.
     fn done(&mut self, command: &HeadCommand) {
         match command {
             HeadCommand::PanSpeed(speed) => self.pan.speed = *speed,
@@ -208,7 +210,7 @@ impl HeadLine {
         }
     }
 
-    /// Lets the axes have turned towards where they were sent.
+    /// Moves the computed angles toward the commanded ones.
     fn reckon(&mut self, now: Duration) {
         let elapsed = now.saturating_sub(self.reckoned).as_secs_f64();
         self.reckoned = now;
@@ -219,10 +221,11 @@ impl HeadLine {
     }
 }
 
-/// Where an axis shall be sent, and at which speed; without a speed it stays where it looks now.
+/// Returns the angle and the speed to command for an axis. Without a speed the axis stays at its present
+/// angle.
 fn aim(axis: Axis, angle: f64, speed: f64, ends: (f64, f64), speeds: (f64, f64)) -> Axis {
     if !(speed.abs() > 0.0 && angle.is_finite()) {
-        // One that has arrived, but for what rounding leaves, keeps its place to the unit.
+        // An axis that has arrived, up to rounding, keeps its commanded angle to the unit.
         let arrived = (axis.place - f64::from(axis.sent)).abs() < 2.0;
         let sent = if arrived {
             axis.sent

@@ -1,22 +1,22 @@
-//! Asking for a simulator's laser, in the words of old and then in the newer ones. What its packets say is
-//! `crate::laser`'s.
+//! Requests a simulator's laser, first with the old commands and then with the newer ones. `crate::laser`
+//! decodes its packets.
 
 use core::time::Duration;
 
 use super::{Beams, Event};
 use crate::{Command, ForLaser};
 
-/// How long to wait for a packet before asking in other words: simulators send one with every SIP.
+/// How long to wait for a packet before the next attempt: simulators send one with every SIP.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// How far the asking is.
+/// The progress of the request.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Asking {
-    /// Nobody wants one, or it is heard, or there is none.
+    /// No laser is wanted, packets arrive, or there is no laser.
     Done,
-    /// Asked in the words of SRIsim, 35 to 38, which every simulator knows that any client drives.
+    /// Requested with the commands of SRIsim, 35 to 38, which all simulators in use know.
     Old(Beams, Duration),
-    /// Asked in the words of later simulators, 230 to 233.
+    /// Requested with the commands of later simulators, 230 to 233.
     New(Duration),
 }
 
@@ -29,7 +29,7 @@ impl Asking {
         Self::Old(beams, now)
     }
 
-    /// Asks in other words when it is time.
+    /// Tries the next commands when it is time.
     pub(super) fn go_on(&mut self, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
         match *self {
             Self::Old(beams, since) if now.saturating_sub(since) > PATIENCE => {
@@ -52,7 +52,7 @@ impl Asking {
         }
     }
 
-    /// A packet of the laser came.
+    /// Ends the request: a packet of the laser has arrived.
     pub(super) fn heard(&mut self) {
         *self = Self::Done;
     }

@@ -1,8 +1,8 @@
-//! The client's end of a connection: hello, switching on, driving, goodbye. It has no clock, no thread and no
-//! socket; its owner carries bytes both ways and says what time it is.
+//! The client's end of a connection: handshake, driving, close. It has no clock, no thread and no socket; its
+//! owner transfers the bytes and supplies the time.
 //!
-//! Once connected, nothing is ever sent but from [`Session::drive`] and [`Session::close`]. So a robot whose
-//! application hangs hears nothing, and its watchdog stops it.
+//! Once connected, only [`Session::drive`] and [`Session::close`] send anything. So a robot whose application
+//! hangs receives nothing, and its watchdog stops it.
 
 mod base;
 mod event;
@@ -27,9 +27,9 @@ use head::HeadLine;
 use laser::Asking;
 pub use options::{Beams, Head, HeadWish, Laser, Options, Wish};
 
-/// A robot that says nothing for so long is lost: it sends ten SIPs in it.
+/// A robot that is silent for this time is lost: it normally sends ten SIPs in it.
 const SILENCE: Duration = Duration::from_secs(1);
-/// Most events that wait for their owner; older ones give way, for they no longer tell how things are.
+/// Most events that wait for the owner. The oldest are dropped first, because they are out of date.
 const MOST_EVENTS: usize = 256;
 
 /// A client's session with a robot.
@@ -52,12 +52,12 @@ pub struct Session {
     head: Option<HeadLine>,
     /// The last counts over this connection.
     counts: Option<Encoders>,
-    /// What the wheels have turned, over all connections.
+    /// The ticks of the wheels, over all connections.
     ticks: [i64; 2],
 }
 
 impl Session {
-    /// A session that waits for a connection.
+    /// Creates a session without a connection.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
@@ -81,8 +81,8 @@ impl Session {
         }
     }
 
-    /// A new connection is there: says hello. Whatever was before is forgotten, but for the odometry and the
-    /// encoders, which go on.
+    /// Starts the handshake over a new connection. All earlier state is discarded, except the odometry and
+    /// the encoder ticks, which continue.
     pub fn connected(&mut self, now: Duration) {
         self.receiver = Receiver::new();
         self.output.clear();
@@ -92,7 +92,7 @@ impl Session {
         self.asking = Asking::Done;
         self.assembler = Assembler::default();
         self.head = None;
-        // The robot may count anew from here, so nothing is known of what it rolled meanwhile.
+        // The robot may restart its counts, so the motion in between is unknown.
         self.counts = None;
         self.odometer.rebase();
         self.heard = now;
@@ -102,7 +102,7 @@ impl Session {
         self.handshake = Some(handshake);
     }
 
-    /// The connection is gone, for a reason in words.
+    /// Ends the session after a loss of the connection, with the reason in words.
     pub fn lost(&mut self, reason: &str) {
         if !matches!(self.state, State::Refused(_)) {
             self.state = State::Lost(reason.to_owned());
@@ -111,7 +111,7 @@ impl Session {
         self.output.clear();
     }
 
-    /// Takes bytes that came by `now`. They may be cut anywhere.
+    /// Processes bytes that arrived by `now`. They may be split anywhere.
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         let mut packets = Vec::new();
         self.receiver.receive(bytes, now, |packet| packets.push(packet));
@@ -124,8 +124,7 @@ impl Session {
         }
     }
 
-    /// Goes on with the hello, or drives as is wished now. Called in every iteration of its owner, and by
-    /// nobody else.
+    /// Continues the handshake, or drives as wished. Only its owner calls it, in every iteration.
     pub fn drive(&mut self, wish: &Wish, now: Duration) {
         match self.state {
             State::Syncing | State::Opening(_) => self.wait(now),
@@ -134,17 +133,17 @@ impl Session {
         }
     }
 
-    /// The bytes to send now; each is given once.
+    /// Returns the bytes to send now, each once.
     pub fn output(&mut self) -> Vec<u8> {
         core::mem::take(&mut self.output)
     }
 
-    /// The next of what the robot said.
+    /// Returns the next event.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 
-    /// Ends the session: the bytes that stop the robot and switch it off, after which it says no more.
+    /// Ends the session. Returns the bytes that stop the robot and switch it off; send them last.
     pub fn close(&mut self) -> Vec<u8> {
         let mut farewell = Vec::new();
         let commands: &[Command] = match self.state {
@@ -167,25 +166,25 @@ impl Session {
         farewell
     }
 
-    /// How it stands.
+    /// Returns the state of the session.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// The robot's model, once it is known.
+    /// Returns the robot's model, once it is known.
     #[must_use]
     pub fn model(&self) -> Option<&Model> {
         self.model.as_ref()
     }
 
-    /// What the robot says it is set to, if it was asked and answered.
+    /// Returns the robot's configuration, once it has arrived.
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
         self.config.as_ref()
     }
 
-    /// Whether the robot says that it is a simulator.
+    /// Returns whether the robot reports that it is a simulator.
     #[must_use]
     pub fn is_simulator(&self) -> bool {
         let named = match &self.state {
@@ -195,13 +194,13 @@ impl Session {
         named || self.config.as_ref().is_some_and(Config::is_simulator)
     }
 
-    /// Where the robot is by its wheels.
+    /// Returns the pose of the odometry.
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.odometer.pose()
     }
 
-    /// What was thrown away of what came, over this connection.
+    /// Returns what the receiver discarded over this connection.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         self.receiver.dropped()
@@ -230,7 +229,7 @@ impl Session {
         }
     }
 
-    /// Takes a packet of a robot that drives.
+    /// Processes a packet of a connected robot.
     fn take(&mut self, packet: &Packet, now: Duration) {
         if let Ok(sip) = Sip::from_packet(packet) {
             self.heard = now;
@@ -278,7 +277,7 @@ impl Session {
     }
 }
 
-/// Adds a command's packet; every command a session says fits into one.
+/// Appends a command's packet. Every command of a session fits into a packet.
 fn say(output: &mut Vec<u8>, command: &Command) {
     if let Ok(packet) = command.to_packet() {
         output.extend(packet.to_bytes());

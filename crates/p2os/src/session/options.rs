@@ -1,82 +1,82 @@
-//! What an application wants of a robot before and while it is connected.
+//! The settings of a session, and the wishes of an application.
 
 use crate::Model;
 
-/// What a session is told at its beginning.
+/// The settings of a session.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Of which model the robot is; `None` for the one it says it is.
+    /// The robot's model; `None` for the one that the robot reports.
     pub model: Option<Model>,
-    /// The laser in the stream of packets, which simulators have.
+    /// The laser in the stream of packets, as simulators send it.
     pub laser: Laser,
     /// The pan-tilt head at the first auxiliary port.
     pub head: Head,
-    /// Where the robot stands in the frame of the odometry.
+    /// The pose of the robot at the start, in the frame of the odometry.
     pub start: crate::Pose,
 }
 
-/// Whether to ask for a laser.
+/// Whether to request a laser.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Laser {
-    /// No.
+    /// Never.
     #[default]
     Off,
-    /// If the robot says that it is a simulator.
+    /// If the robot reports that it is a simulator.
     Auto(Beams),
-    /// Whatever it says.
+    /// Always.
     On(Beams),
 }
 
 /// The beams of a laser, in the units of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Beams {
-    /// Angle of the first, degrees counter-clockwise from ahead.
+    /// Angle of the first beam, degrees counter-clockwise from ahead.
     pub start_deg: i16,
-    /// Angle of the last, degrees.
+    /// Angle of the last beam, degrees.
     pub end_deg: i16,
-    /// From one to the next, 0.01 degrees.
+    /// Angle between beams, 0.01 degrees.
     pub increment_centideg: u16,
 }
 
-/// Which pan-tilt head there is.
+/// The kind of pan-tilt head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Head {
     /// None.
     #[default]
     None,
-    /// A Canon VC-C4 that answers; if it does not, it is spoken to as one that cannot.
+    /// A Canon VC-C4 that answers. If it does not answer, it is treated as one that cannot.
     VcC4,
-    /// A Canon VC-C4 whose answers have no wire to come back by.
+    /// A Canon VC-C4 without a wire for its answers.
     VcC4OneWay,
 }
 
-/// What the application wants now.
+/// The present wishes of the application.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wish {
     /// Speed ahead, m/s.
     pub linear: f64,
-    /// Speed of turning, rad/s counter-clockwise.
+    /// Turn rate, rad/s counter-clockwise.
     pub angular: f64,
-    /// Where the head shall look.
+    /// The wish for the head.
     pub head: HeadWish,
 }
 
-/// Where a head shall look, and how fast it may turn there; an axis without speed stays where it is.
+/// The wanted angles of a head, and the speeds to get there. An axis without a speed stays at its angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeadWish {
     /// To the left, rad.
     pub pan: f64,
     /// Down, rad.
     pub tilt: f64,
-    /// Greatest speed of panning, rad/s.
+    /// Pan speed, rad/s.
     pub pan_speed: f64,
-    /// Greatest speed of tilting, rad/s.
+    /// Tilt speed, rad/s.
     pub tilt_speed: f64,
 }
 
 impl Beams {
-    /// As many beams, the first at `-view / 2`, each `view / beams` rad from the one before, as near as the
-    /// protocol's whole degrees allow.
+    /// Returns beams from `-view / 2`, each `view / beams` rad from the one before, as near as the protocol's
+    /// whole degrees and hundredths allow.
     #[must_use]
     pub fn spread(beams: u32, view: f64) -> Self {
         let (view, beams) = (view.to_degrees(), f64::from(beams.max(1)));
