@@ -23,8 +23,8 @@ pub enum Effect {
         abandoned: bool,
     },
     /// A schema is about to gain authority (R7). It takes over every command that was given before from its
-    /// group or below. A command that neither it nor a schema below it is bound to becomes neutral. Every other
-    /// one stays in force for at most its driver's validity.
+    /// group or below. A command that neither it nor a schema below it is bound to becomes neutral. Every
+    /// other one stays in force for at most its driver's validity.
     TakesOver {
         /// Its group.
         group: GroupId,

@@ -1,9 +1,9 @@
 //! The rules of action selection (R1 to R17 of `docs/rules.md`), as a pure state machine.
 //!
 //! A [`Spec`] states the father of each schema, the schemas that it needs, and the policy of each group. A
-//! [`Hierarchy`] is made from it. Its methods report what happened (a check, the begin or the end of an
-//! iteration, a fault, a timer) and return [`Effect`]s. The caller applies them in order, inside the same
-//! transaction. The executors drive a hierarchy in real time or in virtual time (R16).
+//! [`Hierarchy`] is made from it. Callers report events (a check, the begin or the end of an iteration, a
+//! fault, a timer) through its methods, which emit [`Effect`]s. Callers apply the effects in order, inside
+//! the same transaction. The executors drive a hierarchy in real time or in virtual time (R16).
 //!
 //! The crate refuses to use a clock, a thread, a file or a random number. Everything that the rules do not
 //! decide is an argument, so the same calls give the same effects to the bit. An unknown identifier never

@@ -154,8 +154,8 @@ pub enum Absence {
         /// How long the last command stays in force.
         for_: Nanos,
     },
-    /// This member wins although its precondition is false. If it sleeps, or an abandoned iteration of it still
-    /// runs, the group brakes.
+    /// This member wins although its precondition is false. If it sleeps, or an abandoned iteration of it
+    /// still runs, the group brakes.
     Fallback(SchemaId),
 }
 

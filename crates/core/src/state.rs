@@ -41,7 +41,7 @@ pub enum Requester {
     Father(SchemaId),
     /// An awake schema that imports from the schema or commands it.
     Need(SchemaId),
-    /// An operator who plays the schema.
+    /// An operator that plays the schema.
     Operator,
 }
 

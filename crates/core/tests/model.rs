@@ -1,8 +1,8 @@
 //! Every order in which the threads of a small hierarchy can step, over the real state machine.
 //!
 //! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins,
-//! commands, wakes, ends, or faults, and each timer fires, at any moment. It refuses to trust the model itself:
-//! wrong executors run through the same model, and it must detect each of them.
+//! commands, wakes, ends, or faults, and each timer fires, at any moment. It refuses to trust the model
+//! itself: wrong executors run through the same model, and it must detect each of them.
 
 use std::hash::{Hash, Hasher};
 

@@ -1,5 +1,6 @@
-//! The gate under loom, which tries every interleaving of two threads and the stale values that the memory model allows.
-//! Run by `RUSTFLAGS="--cfg loom" cargo test -p jde-gate --release --test loom`; empty otherwise.
+//! The gate under loom, which tries every interleaving of two threads and the stale values that the memory
+//! model allows. Run by `RUSTFLAGS="--cfg loom" cargo test -p jde-gate --release --test loom`; empty
+//! otherwise.
 #![cfg(loom)]
 #![allow(unsafe_code, reason = "loom's cells are written raw, and checked")]
 
