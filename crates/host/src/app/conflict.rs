@@ -18,8 +18,8 @@ enum Claim {
     Below { group: usize, user: usize },
 }
 
-/// Reports schemas that could command one actuator at the same time, each with one rival. Different members of
-/// one group, and everything below them, exclude each other.
+/// Reports schemas that could command one actuator at the same time, each with one rival. Different members
+/// of one group, and everything below them, exclude each other.
 pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>], groups: &[Group]) {
     let mut claims: HashMap<(usize, usize), Claims> = HashMap::new();
     for (user, instance) in instances.iter().enumerate() {
