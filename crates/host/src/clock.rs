@@ -27,7 +27,7 @@ pub(crate) enum Clock {
     Virtual {
         /// The present time.
         now: AtomicU64,
-        /// In a replay, whether the recorded clock ran at the speed of everyday time; `None` outside a
+        /// In a replay, whether the recorded clock ran at the speed of wall-clock time; `None` outside a
         /// replay.
         past: Option<bool>,
     },
@@ -52,7 +52,7 @@ impl Clock {
         }
     }
 
-    /// Repeats the times of a recorded clock, which ran at the speed of everyday time or not.
+    /// Repeats the times of a recorded clock, which ran at the speed of wall-clock time or not.
     pub(crate) fn again(everybodys: bool) -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
@@ -167,7 +167,7 @@ impl Clock {
         }
     }
 
-    /// Whether a second of the application is a second of everyday time.
+    /// Whether a second of the application is a second of wall-clock time.
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,

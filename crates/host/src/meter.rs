@@ -37,7 +37,7 @@ pub(crate) struct Meter {
 impl Meter {
     /// Records an iteration and its duration.
     pub(crate) fn iterated(&self, took: Nanos) {
-        // One thread at a time writes these, so no atomic exchange is needed.
+        // One thread at a time writes these, so no atomic read-modify-write is needed.
         self.iterations.store(self.iterations.load(Relaxed) + 1, Relaxed);
         if took > self.longest.load(Relaxed) {
             self.longest.store(took, Relaxed);

@@ -51,11 +51,11 @@ pub(crate) struct Runner {
     announced: bool,
     /// A build took over in this turn; its next turn follows at once.
     at_once: bool,
-    /// When its last turn ended.
+    /// When its last turn with a check or an iteration ended.
     last_turn: Nanos,
     /// When its panel was drawn.
     pace: Pace,
-    /// Receives the turns, if anyone records them.
+    /// Receives the turns, if they are recorded.
     journal: Option<Arc<Journal>>,
     /// The record of the present turn.
     told: Turn,
@@ -122,7 +122,8 @@ impl Runner {
         }
     }
 
-    /// Creates the instance before the application starts, so that a failure of the plugin is known at once.
+    /// Creates the instance, unless there is one: before the application starts, so that a failure of the
+    /// plugin is known at once, and after its instance was given up or unloaded.
     pub(crate) fn create(&mut self) -> Result<(), String> {
         if !matches!(self.life, Life::Absent) {
             return Ok(());

@@ -22,7 +22,7 @@ pub(super) struct Launch {
     pub(super) name: String,
     pub(super) application: u64,
     pub(super) seed: u64,
-    /// Whether a second of the application is a second of everyday time.
+    /// Whether a second of the application is a second of wall-clock time.
     pub(super) real_time: bool,
     pub(super) ports: Vec<PortAbout>,
     pub(super) limits: Isolation,

@@ -1,5 +1,6 @@
 //! Limits on what a child may use, as far as the system supports them. The child limits itself, after its
-//! plugin is loaded and before any of the plugin's functions runs. No limit can be removed later.
+//! plugin is loaded and before any of the plugin's functions runs. No limit can be removed later, except that
+//! of processor time, which each call renews.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The process of a schema: its start, its kill, its end, and the words for that end.
+//! The process of a schema: starts it, kills it, waits for its end, and describes that end.
 //!
 //! Each process has a thread in the host that starts it and waits for its end. The kernel kills the child
 //! when that thread ends, because it tracks parents by thread. So a child lives at most as long as that

@@ -87,7 +87,7 @@ fn meet() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     let files = receive_files(&stream)?;
-    // Standard input must show the plugin nothing, and not the messages of the host.
+    // From here on standard input is empty: the plugin must not read the host's messages.
     let nothing = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
     rustix::stdio::dup2_stdin(nothing.as_fd())?;
     Ok((stream, files))

@@ -6,8 +6,8 @@ use crate::apart::Room;
 use crate::turn::Turn;
 
 impl Engine {
-    /// Reports that the process of an instance died. The level selects again, and the next awakening creates
-    /// a new instance of the build in force.
+    /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next
+    /// awakening creates a new instance of the build in force.
     pub(crate) fn died(&self, instance: usize, reason: String) {
         self.ring(instance, Signal::Replaced);
         let moment = self.faulted(instance, reason.clone());

@@ -1,4 +1,4 @@
-//! //! The state that all executors share: the rules under one lock, the board, the clock, and the effects of
+//! The state that all executors share: the rules under one lock, the board, the clock, and the effects of
 //! every transaction.
 //!
 //! Every change of the hierarchy is one [`Engine::transact`]: it applies the change to the rules and carries
@@ -74,8 +74,8 @@ pub(crate) enum Signal {
     Awake(Nanos),
     /// The instance is asleep.
     Asleep,
-    /// A call of the instance was given up. The instance ends when that call returns; the next awakening
-    /// creates a new one.
+    /// A call of the instance hung, or its process died. The instance ends once no call of it runs; the next
+    /// awakening creates a new one.
     Replaced,
     /// The instance was unloaded: it ends as soon as it sleeps.
     Unloaded,
@@ -106,14 +106,14 @@ pub(crate) struct Engine {
     pub(crate) board: Board,
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
-    /// How much earlier than the last of the instances awakened together each instance is due.
+    /// How much earlier than the last of the instances woken together each instance is due, ns.
     early: Vec<Nanos>,
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: build::Register,
     pub(crate) processes: Processes,
     pub(crate) id: u64,
-    /// Receives the turns, if anyone records them.
+    /// Receives the turns, if they are recorded.
     pub(crate) journal: Option<Arc<Journal>>,
     /// While this is `Some`, requests of fathers are collected here. A replay carries them out at the time of
     /// the original requests.
@@ -225,7 +225,7 @@ impl Engine {
         Ok((engine, ports))
     }
 
-    /// How much earlier than the last of the instances awakened together this instance is due.
+    /// How much earlier than the last of the instances woken together this instance is due, ns.
     pub(crate) fn early(&self, instance: usize) -> Nanos {
         self.early[instance]
     }
@@ -261,8 +261,8 @@ impl Engine {
     }
 
     /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other
-    /// call of it runs, and it was not called to answer in the first half of its time. Its thread was then
-    /// notified and did not run, or no worker was free: the machine was late, not the father.
+    /// call of it runs, and it was not called to answer in the first half of its time. In that case its
+    /// thread was notified and did not run, or no worker was free: the machine was late, not the father.
     fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some((due, group)),

@@ -294,7 +294,7 @@ impl Engine {
             .position(|value| Arc::ptr_eq(&value.variable, variable));
         let earlier = place.map(|place| held.values.swap_remove(place));
         // An operator that overwrites another takes over the hold. The value to restore is the newest one
-        // that a father wrote.
+        // that no operator wrote.
         let before = match (now, earlier) {
             (Some(now), _) if now.writer != OPERATOR => Some(now),
             (_, earlier) => earlier.map(|earlier| earlier.before),

@@ -17,7 +17,7 @@ impl Engine {
         self.transact_as(None, |_| Step::Told, change).0
     }
 
-    /// Like [`Self::transact`], and records a turn's moment only if the change has effects. For changes that
+    /// Like [`Self::transact`], with a moment for the turns only if the change has effects. For changes that
     /// schemas request often.
     pub(super) fn transact_if_any<R>(
         &self,

@@ -24,7 +24,7 @@ pub(super) struct Capacity {
     free: usize,
     /// Workers in a turn that was expected to be short.
     brief: usize,
-    /// When the newest of these is expected to return.
+    /// Until when the newest of these is waited for.
     back: Nanos,
     /// The fewest free workers since `since`.
     fewest: usize,
@@ -78,13 +78,13 @@ impl Capacity {
         self.brief -= usize::from(brief);
     }
 
-    /// The system refused to start this many workers.
+    /// Removes workers that the system refused to start, or that leave.
     pub(super) fn lacks(&mut self, workers: usize) {
         self.free -= workers;
         self.workers -= workers;
     }
 
-    /// Until when an idle worker stays at least; `None` for the workers from the start.
+    /// Until when an idle worker stays at least; `None` if there are no more workers than at the start.
     pub(super) fn stays(&self, now: Nanos) -> Option<Nanos> {
         (self.workers > self.start).then(|| now.saturating_add(LINGER))
     }

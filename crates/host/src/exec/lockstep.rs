@@ -170,7 +170,7 @@ impl Lockstep {
     /// Processes all signals that the last call caused, at the same instant.
     fn settle(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
-            // A turn for a viewer would change the run: it does not occur without one.
+            // A turn for a viewer would change the run, since without a viewer it does not occur.
             let for_eyes = matches!(signal, Signal::Looked);
             if for_eyes || matches!(signal, Signal::Triggered) && self.goes_round(number) {
                 continue;

@@ -305,9 +305,9 @@ impl Turns {
 
 impl Desk {
     /// Whether to notify another worker after one has taken a turn that is expected to end after `longest`.
-    /// True if more signals wait, or if neither keeper nor this worker serves the calendar in time. An
-    /// instance that is due already also waits for this worker if a notified one would not start sooner. If
-    /// this worker takes longer, or cannot serve all that is due, the deputy takes over.
+    /// False if no more signals wait and the next deadline is served: by the keeper, or by this worker if it
+    /// returns in time and a deputy stands in for it. In time means before a worker notified at the deadline
+    /// could start. If this worker takes longer, or cannot serve all that is due, the deputy takes over.
     fn wants_another(&self, now: Nanos, longest: Option<Nanos>) -> bool {
         if !self.ready.is_empty() {
             return true;

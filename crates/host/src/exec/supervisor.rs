@@ -11,7 +11,7 @@ use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 use crate::instance::Left;
 
-/// A call hangs if it takes more than this many times its budget and more than [`HUNG_LEAST`].
+/// By default, a call hangs if it takes more than this many times its budget and more than [`HUNG_LEAST`].
 const HUNG_BUDGETS: u64 = 10;
 /// No call hangs sooner by its budget: a loaded machine may delay a thread for some tenths of a second.
 const HUNG_LEAST: Duration = Duration::from_secs(1);
@@ -21,7 +21,7 @@ const LOOK: Nanos = 250_000_000;
 /// How long an instance may take to fall asleep at the end before it is left behind.
 pub(super) const REST: Duration = Duration::from_secs(1);
 
-/// The time of the rules' next timer.
+/// The time of the rules' next timer, and whether the supervisor must stop.
 #[derive(Default)]
 pub(crate) struct Alarm {
     state: Mutex<(Option<Nanos>, bool)>,

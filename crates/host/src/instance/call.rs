@@ -271,7 +271,7 @@ impl Call<'_> {
     }
 }
 
-/// What a port shows. Few ports need the time, and a query of it is a system call in real time.
+/// What a port shows. Few ports need the time, and in real time a query of it reads the system's clock.
 fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,

@@ -107,7 +107,7 @@ impl Runner {
                 "also failed while going to sleep: {reason}"
             );
         }
-        // What it exported during its last call is no more valid than its earlier exports.
+        // What it exported while it fell asleep is no more valid than its earlier exports.
         self.engine.variables.retract_exports(self.number);
         self.dismiss();
     }

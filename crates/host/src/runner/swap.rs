@@ -1,8 +1,8 @@
 //! Replaces the running instance by one of another build, and restores it if the new one fails on trial.
 //!
-//! The build before is put to sleep and not ended until the trial is over. Going back only wakes it up, which
-//! needs no resources. Both are at one desk and are called one after the other on one thread, so that two
-//! never write what belongs to one.
+//! The build before is put to sleep and not ended until the trial is over. Unless it failed in that, going
+//! back only wakes it up, which needs no resources. Both are at one desk and are called one after the other
+//! on one thread, so that two never write what belongs to one.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -199,7 +199,7 @@ impl Runner {
     }
 
     /// Creates an instance of the new build with the memory of the one before, which then sleeps. After a
-    /// refusal the one before is as it was.
+    /// refusal the one before is as it was, unless the refusal has a fault.
     fn succeed(&self, before: &mut Instance, swap: &Swap, awake: bool) -> Result<Heir, Refused> {
         let refused = |reason| Refused { reason, fault: None };
         let remembered = if swap.how.fresh {
@@ -257,7 +257,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Makes an instance the schema's own, with a turn at once if it is awake.
+    /// Installs an instance as the schema's, with a turn at once if it is awake.
     fn seat(&mut self, instance: Instance, awake: bool) {
         self.engine.declare_panel(self.number, instance.panel());
         self.engine.panels.came(self.number);
