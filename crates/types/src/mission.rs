@@ -9,7 +9,7 @@ use crate::{Padding, Pose2D, Text, Twist, Value};
 pub struct Mission {
     /// 0 running, 1 done, 2 failed.
     pub state: u8,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
     /// Targets reached.
     pub reached: u32,

@@ -49,7 +49,7 @@ pub struct Target {
     pub pose: Pose2D,
     /// Whether there is a target.
     pub set: Flag,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<7>,
 }
 

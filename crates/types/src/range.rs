@@ -49,7 +49,7 @@ pub struct Range {
     pub header: Header,
     /// 0 ultrasound, 1 infrared.
     pub radiation_type: u8,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
     /// Width of its cone.
     #[value(unit = "rad")]
@@ -77,7 +77,7 @@ pub struct RangeRing {
     pub header: Header,
     /// 0 ultrasound, 1 infrared.
     pub radiation_type: u8,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
     /// Width of each cone.
     #[value(unit = "rad")]

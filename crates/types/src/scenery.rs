@@ -40,7 +40,7 @@ pub struct Scenery {
     pub header: Header,
     /// Things that found no room below.
     pub left_out: u32,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<4>,
     /// The things.
     pub things: Seq<Thing, 1024>,
@@ -55,7 +55,7 @@ pub struct Movers {
     pub header: Header,
     /// Things that found no room below.
     pub left_out: u32,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<4>,
     /// The things.
     pub things: Seq<Thing, 64>,

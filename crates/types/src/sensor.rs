@@ -18,7 +18,7 @@ pub struct Image {
     pub encoding: Text<28>,
     /// Whether numbers of several bytes begin with the greatest.
     pub is_bigendian: u8,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
     /// Bytes of a row.
     pub step: u32,
@@ -107,7 +107,7 @@ pub struct Bumpers {
     pub rear: Seq<Flag, 8>,
     /// Whether the wheels are held against their will.
     pub stalled: Flag,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
 }
 
@@ -136,7 +136,7 @@ pub struct Connection {
     pub header: Header,
     /// 0 not tried yet, 1 connecting, 2 connected, 3 lost.
     pub state: u8,
-    /// Nothing.
+    /// Unused bytes.
     pub padding: Padding<3>,
     /// Attempts since it was last connected.
     pub attempts: u32,
