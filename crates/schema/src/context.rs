@@ -15,7 +15,7 @@ use crate::input::Sample;
 use crate::output::Outcome;
 use crate::slot::Slot;
 
-/// The context of the present call of an instance. It cannot outlive the call.
+/// The context of the present call of an instance. It cannot outlive the call or leave its thread.
 pub struct Context<'call> {
     pub(crate) host: &'call raw::Host,
     pub(crate) raw: NonNull<raw::Context>,

@@ -55,8 +55,8 @@ pub trait Memory: Schema {
     /// The version of the format that [`save`](Self::save) writes. Increase it when the format changes.
     const VERSION: u32 = 1;
 
-    /// Saves the memory for the next build. Called between two iterations, or while the schema sleeps. It
-    /// must change nothing: the host refuses whatever it writes.
+    /// Saves the memory for the next build, at most 16 MiB. Called between two iterations, or while the
+    /// schema sleeps. It must change nothing: the host refuses whatever it writes.
     fn save(&self, cx: &Context, saving: &mut Saving);
 
     /// Restores what another build saved, in the order of saving. [`Saved::version`] returns the version of

@@ -14,8 +14,8 @@ use crate::level::{Level, Verdict};
 /// times, then `sleep`, and later `awake` again. The value keeps its memory between these calls. Calls of one
 /// instance never overlap.
 ///
-/// A call that returns an error or panics makes the schema Faulted. The host then puts it to sleep, selects
-/// again in its level, and wakes it as its restart policy permits.
+/// A call of this trait that returns an error, panics or does not return makes the schema Faulted. The host
+/// then puts it to sleep, selects again in its level, and wakes it as its restart policy permits.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not say what it does",
     note = "write `impl Schema for {Self}`"
@@ -41,7 +41,7 @@ pub trait Schema: Describe {
         Ok(true.into())
     }
 
-    /// Runs one iteration, as WINNER. It must return within the budget.
+    /// Runs one iteration, as WINNER. One that exceeds the budget is an overrun.
     ///
     /// # Errors
     /// Any reason why the schema cannot continue. It becomes Faulted.
@@ -53,10 +53,12 @@ pub trait Schema: Describe {
     }
 }
 
-/// A father's own arbitration (R4). The host calls it for a group whose policy is "father".
+/// A father's own arbitration (R4). The host calls it for a group whose policy is "father". The present
+/// winner stays meanwhile.
 pub trait Arbitrate: Schema {
-    /// Chooses among the awake children of a group, on a collision or an absence. If it fails, panics, or
-    /// exceeds its budget, the order of priority decides.
+    /// Chooses among the awake children of a group, on a collision or an absence. If it fails, panics,
+    /// exceeds the group's budget (5 ms by default), or chooses a child that is not a candidate, the order of
+    /// priority decides, and the father's health shows it.
     ///
     /// # Errors
     /// Any reason why it cannot choose.

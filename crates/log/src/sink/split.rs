@@ -59,8 +59,8 @@ impl Split {
     /// the order of the numbers is the order of time. With `overwrite`, existing parts are deleted first.
     ///
     /// # Errors
-    /// It cannot be written.
-    /// It cannot be written.
+    /// The first part cannot be written.
+    /// The first part cannot be written.
     pub(crate) fn begin(
         path: &Path,
         plan: recorder::Split,

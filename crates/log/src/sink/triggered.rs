@@ -62,7 +62,7 @@ impl Triggered {
     /// Creates the folder, and checks whether files can be created there.
     ///
     /// # Errors
-    /// They cannot.
+    /// No file can be created there.
     pub(crate) fn new(
         shared: &Arc<Shared>,
         origin: Origin,

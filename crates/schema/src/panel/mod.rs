@@ -74,8 +74,8 @@ use crate::schema::Schema;
 /// A schema with a panel of its own.
 pub trait Panel: Schema {
     /// Draws the whole panel in its present state. Called only while a viewer shows it: after an iteration or
-    /// check, whose values the inputs still have, and while the schema sleeps. The time that it takes counts
-    /// as the schema's own.
+    /// check, whose values the inputs still have, and while the schema sleeps. It delays the schema's next
+    /// check, and has the budget of an iteration: a longer drawing is an overrun and is not shown.
     ///
     /// It must change nothing: the host refuses whatever it writes. A panic is shown in the panel and is not
     /// a fault.
