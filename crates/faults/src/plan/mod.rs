@@ -78,7 +78,7 @@ pub enum Meanwhile {
     Operate(Operation),
     /// A third build is to take over.
     Reload,
-    /// The schema panics in each check and iteration.
+    /// The schema panics in each check.
     Panic,
 }
 

@@ -70,7 +70,7 @@ pub struct Report {
     pub broken: Vec<String>,
     /// The least share of its turns that a bystander had in real time.
     pub kept: Option<f64>,
-    /// Whether periods were judged; none in lockstep.
+    /// Whether periods were judged; measured only in real time in this process.
     pub rhythm: Option<bool>,
     /// What abandoned calls that have not returned keep.
     pub left: Left,

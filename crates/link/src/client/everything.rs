@@ -36,7 +36,7 @@ pub struct Heard {
 ///
 /// # Errors
 /// [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`]
-/// if the request applied to no application. Takes 16 s at most.
+/// if the request applied to no application. Takes about 16 s at most.
 pub fn everything(
     reach: &Reach,
     name: Option<&str>,

@@ -23,7 +23,7 @@ const DONE: usize = 256;
 /// Queries per second and line: more than tools send, and few enough that many endless senders leave time for
 /// others.
 const LOOKS: f64 = 200.0;
-/// Most tokens accepted per origin: more values and panels than one watches at once.
+/// Most tokens accepted per origin: more values and panels than clients watch at once.
 const TOKENS: usize = 4096;
 /// Longest accepted token, bytes: the longest names, and room for a client's.
 const LONGEST_TOKEN: usize = 1024;

@@ -40,7 +40,7 @@ pub(super) fn run(yard: &Yard<'_>) {
 /// All lanes.
 #[derive(Default)]
 struct Lanes {
-    /// Each with the number of the last arrival that it has served from the start.
+    /// Each with the number of the last arrival for which it sent the newest value again.
     lanes: BTreeMap<Want, (u64, Lane)>,
     places: Places,
 }

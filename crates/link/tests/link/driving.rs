@@ -20,7 +20,7 @@ use crate::processes::Actor;
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Painter {
-    /// How far.
+    /// The count.
     #[export]
     count: Export<u64>,
     counted: u64,

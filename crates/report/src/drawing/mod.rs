@@ -27,7 +27,7 @@ pub(crate) struct Fill {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
     pub(crate) ink: Fill,
-    /// Units.
+    /// Width, units.
     pub(crate) width: f32,
     /// Lengths of dash and gap, units; `None` for a solid line.
     pub(crate) dash: Option<[f32; 2]>,
