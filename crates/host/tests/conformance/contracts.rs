@@ -186,7 +186,8 @@ fn run_among(
     (stage, contract.expect("it has members"), came)
 }
 
-/// Times and latencies of the takeovers in the children's group. Asserts that none is late.
+/// Times and latencies of the takeovers in the children's group. Asserts that there are many and none is
+/// late.
 fn takeovers(stage: &Stage, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
     let took = stage.events().into_iter().filter_map(|event| match event {
         Event::Took {

@@ -137,7 +137,7 @@ fn r9_a_command_that_had_run_out_is_not_held(executor: Executor) {
     });
     let body = format!("root = {{ absence = \"hold\", hold = \"1000s\" }}\n{ONE}");
     let mut rig = Rig::start(executor, &stage, &body);
-    // Its validity of 50 ms expired long ago, and the arm stands still.
+    // By then its validity of 50 ms has expired, and the arm has stopped.
     rig.until(|rig| rig.handle.now() > 200 * MS && rig.stage.count("low iterate") > 3);
     ready.store(false, SeqCst);
     let held = |event: &Event| matches!(event, Event::Decided(record) if record.reason.contains("hold the last command"));
