@@ -1,5 +1,6 @@
-//! Who has a pseudo-terminal open, by what the system tells of its path. A terminal tells its master only
-//! that nobody has it open any more, and not even that if the next one is there at once.
+//! Counts the programs that have a pseudo-terminal open, by inotify events of its path. The terminal itself
+//! reports to its master only that the last program has closed it, and not even that if the next one opens it
+//! at once.
 
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -7,19 +8,19 @@ use std::path::Path;
 
 use rustix::fs::inotify::{self, CreateFlags, ReadFlags, WatchFlags};
 
-/// Room for what the system tells at once, bytes; the rest comes at the next look.
+/// Bytes of events that one read takes; the next look reads the rest.
 const TOLD: usize = 1024;
 
-/// The door of a terminal.
+/// The watch on a terminal.
 pub(crate) struct Door {
-    /// None where the system does not tell: then silence has to.
+    /// `None` if inotify is not available. A client's departure then shows only by its silence.
     told: Option<OwnedFd>,
-    /// How many have it open, besides those that had before.
+    /// How many programs have it open, besides those that had it open before the watch.
     here: u32,
 }
 
 impl Door {
-    /// From now on.
+    /// Starts to watch a path.
     pub(crate) fn of(path: &Path) -> Self {
         let told = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).and_then(|told| {
             let wanted = WatchFlags::OPEN | WatchFlags::CLOSE_WRITE | WatchFlags::CLOSE_NOWRITE;
@@ -31,12 +32,12 @@ impl Door {
         }
     }
 
-    /// What to wait for.
+    /// Returns the descriptor to poll.
     pub(crate) fn wakes(&self) -> Option<BorrowedFd<'_>> {
         self.told.as_ref().map(AsFd::as_fd)
     }
 
-    /// Whether since the last look there was a moment in which the last of them had left.
+    /// Reads the events. Returns whether the last program closed the terminal since the last look.
     pub(crate) fn look(&mut self) -> bool {
         let Some(told) = &self.told else {
             return false;
@@ -44,7 +45,7 @@ impl Door {
         let mut room = [MaybeUninit::uninit(); TOLD];
         let mut events = inotify::Reader::new(told, &mut room);
         let mut left = false;
-        // It ends with the system's word that there is no more.
+        // `next` fails when there are no more events.
         while let Ok(event) = events.next() {
             let happened = event.events();
             if happened.contains(ReadFlags::OPEN) {
@@ -57,7 +58,7 @@ impl Door {
         left
     }
 
-    /// Whether nobody has it open, where that is known.
+    /// Returns whether no program has it open; false if that is unknown.
     pub(crate) fn nobody(&self) -> bool {
         self.told.is_some() && self.here == 0
     }

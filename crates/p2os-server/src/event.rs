@@ -1,43 +1,43 @@
-//! What happens between robots and clients, for whoever runs the server.
+//! The events between robots and clients, for the program that runs the server.
 
 use core::fmt;
 use core::time::Duration;
 
-/// Something that happened to a robot.
+/// An event of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// The world's time.
+    /// The time of the event, in the world.
     pub time: Duration,
     /// The robot's name in the world.
     pub robot: String,
-    /// What.
+    /// The kind of event.
     pub what: What,
 }
 
-/// What happened to a robot.
+/// The kinds of events of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum What {
-    /// Somebody came by a line; has said nothing yet.
+    /// A client arrived on a line, and has not completed the handshake yet.
     Came(String),
-    /// Somebody else is there already.
+    /// A client was refused, because the robot has another.
     TurnedAway(String),
-    /// A client has shaken hands.
+    /// A client has completed the handshake.
     Connected,
-    /// A client ended the session, and keeps the line.
+    /// A client has closed the session, and stays on the line.
     Closed,
     /// The client has left, and why.
     Left(String),
-    /// Nothing was heard for that long: the robot was stopped.
+    /// No packet arrived for this time, and the robot was stopped.
     Silent(Duration),
-    /// A client put the robot elsewhere or back to its start.
+    /// A client moved the robot to another pose, or back to its start.
     Placed,
-    /// A client asked for what cannot be done.
+    /// A client requested something that is not possible.
     Refused(String),
-    /// A client said this to whoever watches.
+    /// A client sent this message for display.
     Said(String),
-    /// The body began to touch something.
+    /// The body has touched something.
     Touched,
-    /// So many more things happened within a second than anybody reads.
+    /// The number of further events within a second, which were left out.
     LeftOut(u64),
 }
 

@@ -1,5 +1,5 @@
-//! A simulated world whose robots speak the Pioneer protocol, each to one client at a time, over TCP or a
-//! pseudo-terminal: what SRIsim was. It keeps the world's time, and prints nothing.
+//! Serves a simulated world whose robots use the Pioneer protocol, like SRIsim. Each robot has one client at
+//! a time, over TCP or a pseudo-terminal. The server advances the world's time, and prints nothing.
 //!
 //! ```no_run
 //! use std::sync::atomic::AtomicBool;

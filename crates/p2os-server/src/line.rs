@@ -1,5 +1,5 @@
-//! A way to a robot: TCP or a pseudo-terminal, and the one client that has come by it. Understands no byte of
-//! it, never blocks.
+//! A line to a robot, over TCP or a pseudo-terminal, with at most one client. It interprets no bytes and
+//! never blocks.
 
 use core::fmt;
 use std::fs::{File, OpenOptions};
@@ -15,19 +15,20 @@ use rustix::fs::OFlags;
 
 use crate::door::Door;
 
-/// Most bytes that wait for a client who does not read; a robot's few hundred a second are a minute of it.
+/// Most bytes that wait for a client that does not read. At a few hundred bytes a second this is a minute of
+/// data.
 const MOST_UNSENT: usize = 64 << 10;
 
-/// Where a client finds a robot.
+/// The place where a client reaches a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// At this address.
+    /// A TCP address.
     Tcp(SocketAddr),
-    /// At this serial line, at any speed.
+    /// The path of a serial line; any speed works.
     Terminal(PathBuf),
 }
 
-/// A line, and who is on it.
+/// A line, and its client.
 pub(crate) struct Line {
     end: End,
     peer: Option<Peer>,
@@ -37,13 +38,13 @@ enum End {
     Tcp(TcpListener),
     Terminal {
         pty: Pty,
-        /// Keeps the line up between two clients.
+        /// Keeps the terminal open between clients.
         _held: File,
         door: Door,
-        /// Whoever is on the line has closed it; what he said before may still be unread.
+        /// The client has closed the terminal; its last bytes may still be unread.
         closed: bool,
-        /// Heard together with that the one before had left, when the next was there already: it may be of
-        /// the next.
+        /// Bytes that were read together with the departure of a client, when the next client was already
+        /// there. They may be the next client's.
         late: Vec<u8>,
     },
 }
@@ -54,7 +55,7 @@ struct Peer {
     unsent: Vec<u8>,
 }
 
-/// Who stands at the door; dropped, he is turned away.
+/// A client that waits to be admitted. Dropping it closes its connection.
 pub(crate) struct Caller {
     stream: TcpStream,
     pub(crate) name: String,
@@ -97,7 +98,7 @@ impl Line {
         }
     }
 
-    /// What to wait for: somebody at the door, bytes, and room for those that are unsent.
+    /// Returns what to poll: new clients, bytes to read, and room for unsent bytes.
     pub(crate) fn waits(&self) -> impl Iterator<Item = (BorrowedFd<'_>, PollFlags)> {
         let unsent = self.peer.as_ref().is_some_and(|peer| !peer.unsent.is_empty());
         let both = PollFlags::IN
@@ -116,13 +117,13 @@ impl Line {
         [door, speaks].into_iter().flatten()
     }
 
-    /// Who stands at the door. On a terminal nobody does: who speaks is there.
+    /// Accepts a waiting client. A terminal has none: its client appears with its first bytes.
     pub(crate) fn caller(&self) -> Option<Caller> {
         let End::Tcp(listener) = &self.end else {
             return None;
         };
-        // Whoever hung up before he was asked, or cannot be spoken to: the next one is asked in the next
-        // round.
+        // A client that closed before this, or whose connection cannot be configured, is dropped. The next
+        // one is accepted in the next round.
         let (stream, address) = listener.accept().ok()?;
         Some(Caller {
             stream: jde_port::prepared(stream).ok()?,
@@ -130,7 +131,7 @@ impl Line {
         })
     }
 
-    /// Lets a caller in, in the place of whoever is on the line.
+    /// Makes a caller the client, in place of any other.
     pub(crate) fn admit(&mut self, caller: Caller) {
         self.peer = Some(Peer {
             stream: Some(caller.stream),
@@ -139,7 +140,7 @@ impl Line {
         });
     }
 
-    /// Lets in who was heard on a terminal.
+    /// Makes the sender of bytes on a terminal the client.
     pub(crate) fn admit_heard(&mut self) {
         self.peer = Some(Peer {
             stream: None,
@@ -148,7 +149,7 @@ impl Line {
         });
     }
 
-    /// What whoever is heard on a terminal is called; TCP has a name for each.
+    /// Returns the name of a client on a terminal; TCP clients have their own names.
     pub(crate) fn name(&self) -> String {
         match &self.end {
             End::Tcp(_) => String::new(),
@@ -156,8 +157,8 @@ impl Line {
         }
     }
 
-    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words. On a
-    /// terminal a client may be heard whom nobody has let in.
+    /// Reads bytes, as many as fit; returns 0 if there are none. An error is the end of the client, in words.
+    /// On a terminal it may return bytes of a client that is not admitted yet.
     pub(crate) fn read(&mut self, room: &mut [u8]) -> Result<usize, String> {
         let peer = self.peer.as_ref();
         let read = match (&mut self.end, peer.and_then(|peer| peer.stream.as_ref())) {
@@ -181,11 +182,11 @@ impl Line {
                     late.drain(..count);
                     Ok(count)
                 };
-                // Behind what was read: nobody speaks before he is through the door.
+                // After the read: a client opens the terminal before it writes.
                 let left = door.look();
                 *closed = peer.is_some() && (*closed || left);
                 match (&count, peer) {
-                    // His last words.
+                    // The client's last bytes.
                     (Ok(_), Some(_)) if *closed && door.nobody() => {}
                     (Ok(count), Some(_)) if *closed => {
                         late.extend(&room[..*count]);
@@ -194,7 +195,7 @@ impl Line {
                     (Err(error), Some(_)) if *closed && is_wait(error) => {
                         return Err(self.hang_up("it closed the line"));
                     }
-                    // What whoever has left had not been asked to say.
+                    // A client that was not admitted has left; its bytes are dropped.
                     (Ok(_), None) if door.nobody() => return Ok(0),
                     _ => {}
                 }
@@ -209,8 +210,8 @@ impl Line {
         }
     }
 
-    /// Sends bytes after those that wait. An error is the end of the client, in words. Who can no longer be
-    /// spoken to may have said something before: [`read`](Self::read) tells of his end.
+    /// Sends bytes after those that wait. An error is the end of the client, in words. A client that can no
+    /// longer receive may have sent bytes before: [`read`](Self::read) returns those first, and then its end.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
         let Some(peer) = &mut self.peer else {
             return Ok(());
@@ -234,22 +235,24 @@ impl Line {
         Ok(())
     }
 
-    /// Who is on the line.
+    /// Returns the name of the client.
     pub(crate) fn peer(&self) -> Option<&str> {
         self.peer.as_ref().map(|peer| peer.name.as_str())
     }
 
-    /// Whether who is on the line may leave unseen: another program may have it open too.
+    /// Returns whether this is a terminal, whose client may leave unnoticed: another program may also have it
+    /// open.
     pub(crate) fn is_terminal(&self) -> bool {
         matches!(self.end, End::Terminal { .. })
     }
 
-    /// Lets go of the client.
+    /// Ends the client, and returns `why`.
     pub(crate) fn hang_up(&mut self, why: &str) -> String {
         self.peer = None;
         if let End::Terminal { pty, closed, .. } = &mut self.end {
             *closed = false;
-            // What nobody read is not for the next one. It fails only for what is no terminal.
+            // Bytes that the client did not read must not reach the next one. The call fails only for a file
+            // that is not a terminal.
             let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::OFlush);
         }
         why.to_owned()
@@ -273,7 +276,7 @@ impl fmt::Display for Place {
 mod tests {
     use super::*;
 
-    /// A line on which somebody was heard and let in, and his end of it.
+    /// Returns a terminal with an admitted client, and the client's end of it.
     fn admitted() -> (Line, File) {
         let mut line = Line::terminal().expect("a terminal");
         let Ok(Place::Terminal(path)) = line.place() else {
@@ -316,7 +319,7 @@ mod tests {
         };
         let mut client = TcpStream::connect(address).expect("somebody listens");
         let caller = loop {
-            // The system may still be shaking hands.
+            // The system may still be completing the connection.
             if let Some(caller) = line.caller() {
                 break caller;
             }
@@ -326,7 +329,7 @@ mod tests {
         let mut room = [0; 1];
         assert_eq!(client.peek(&mut room).expect("it was sent"), 1);
         client.write_all(b"bye").expect("there is room");
-        // It has not read what it was sent, so that the system refuses whatever else it is sent.
+        // The client has not read everything, so that the system refuses further bytes to it.
         drop(client);
         line.write(b"more")
             .expect("its end is told behind its last words");

@@ -1,13 +1,13 @@
-//! From the machine's time to the world's. A machine that was held up holds up the world: nothing drives on
-//! meanwhile.
+//! Converts the machine's time to the world's. When the machine was suspended, the world's time was too: no
+//! robot drives on blindly.
 
 use core::time::Duration;
 use std::time::Instant;
 
-/// The longest part of the machine's time that is made up for at once; what is longer did not happen.
+/// The longest part of the machine's time that is made up for at once. The rest is skipped.
 const LONGEST: Duration = Duration::from_millis(200);
 
-/// Seconds of the world for seconds of the machine.
+/// The clock of the world, as a function of the machine's.
 #[derive(Debug)]
 pub(crate) struct Pace {
     last: Instant,
@@ -16,7 +16,7 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// Begins at a time of the world.
+    /// Starts at a time of the world.
     pub(crate) fn new(world: Duration, speed: f64) -> Self {
         Self {
             last: Instant::now(),
@@ -25,7 +25,7 @@ impl Pace {
         }
     }
 
-    /// The world's time by now.
+    /// Returns the world's present time.
     pub(crate) fn now(&mut self) -> Duration {
         let now = Instant::now();
         let passed = now.duration_since(self.last).min(LONGEST);
@@ -34,12 +34,12 @@ impl Pace {
         self.world
     }
 
-    /// A world that has only come this far is not driven on by more than [`LONGEST`] of the machine's time.
+    /// Limits the backlog of a world that has only reached `world` to [`LONGEST`] of the machine's time.
     pub(crate) fn hold_to(&mut self, world: Duration) {
         self.world = self.world.min(world + LONGEST.mul_f64(self.speed));
     }
 
-    /// How long to wait on this machine until a time of the world.
+    /// Returns the machine's time until a time of the world.
     pub(crate) fn until(&self, then: Duration) -> Duration {
         then.saturating_sub(self.world).div_f64(self.speed)
     }

@@ -1,13 +1,13 @@
-//! How much of what happens to a robot is told. A client can have thousands of things happen in a second;
-//! whoever watches, and the disk that keeps it, cannot. It looks at no event.
+//! Limits the reported events of a robot. A client can cause thousands of events in a second, too many for a
+//! display or a disk. It does not look at the events.
 
 use core::time::Duration;
 
-/// Most events of a robot that are told in a second: more than a person reads.
+/// Most reported events of a robot in a second: more than a person reads.
 const MOST: u32 = 20;
 const SECOND: Duration = Duration::from_secs(1);
 
-/// What is left of a second's share.
+/// The rest of the present second's quota.
 #[derive(Debug, Default)]
 pub(crate) struct Quota {
     begun: Duration,
@@ -16,8 +16,8 @@ pub(crate) struct Quota {
 }
 
 impl Quota {
-    /// Begins a new share when a second of the machine is over; gives how many events of the last one were
-    /// left out, if any.
+    /// Starts a new quota when a second of the machine's time is over. Returns the number of events that were
+    /// left out since the last report, if any.
     pub(crate) fn renew(&mut self, now: Duration) -> Option<u64> {
         if now.saturating_sub(self.begun) < SECOND {
             return None;
@@ -26,12 +26,12 @@ impl Quota {
         self.rest()
     }
 
-    /// How many events were left out and not spoken of yet, if any.
+    /// Returns the number of events that were left out since the last report, if any.
     pub(crate) fn rest(&mut self) -> Option<u64> {
         Some(std::mem::take(&mut self.untold)).filter(|untold| *untold > 0)
     }
 
-    /// Whether one more event is told.
+    /// Returns whether one more event is reported.
     pub(crate) fn take(&mut self) -> bool {
         let told = self.told < MOST;
         if told {

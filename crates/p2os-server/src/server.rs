@@ -1,5 +1,5 @@
-//! The loop: time passes in the world, clients come and go, bytes go to and fro. One thread does all of it,
-//! and waits for nobody.
+//! The loop: it advances the world, admits clients and transfers bytes. One thread does all of it, and never
+//! waits for a client.
 
 use core::net::SocketAddr;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -17,28 +17,28 @@ use crate::pace::Pace;
 use crate::quota::Quota;
 use crate::station::{Station, WATCHDOG};
 
-/// Most bytes heard from one client in a round; who sends more waits for the others' turn.
+/// Most bytes read from one client in a round, so that no client delays the others.
 const MOST_HEARD: usize = 4096;
-/// Silence after which whoever is on a serial line is taken to be gone, for a serial line does not tell.
+/// Silence after which a client on a serial line counts as gone, because a serial line does not report that.
 const GONE: Duration = Duration::from_secs(8);
-/// What a robot is unless it is said to be another.
+/// The default model of a robot.
 const P3DX: &str = "p3dx";
-/// Most steps of the world between two looks at the lines: half of the time between two packets of
-/// information.
+/// Most steps of the world between two reads of the lines: half of the time between two server information
+/// packets.
 const MOST_STEPS: usize = 5;
 const STEP: Duration = Duration::from_nanos(STEP_NS);
 
-/// How a world is served.
+/// The settings of a server.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Where the first robot listens; the others follow at the next ports, in the order of the world's file.
-    /// With port 0 the system chooses each.
+    /// The address of the first robot. The others get the following ports, in the order of the world's file.
+    /// With port 0 the system chooses every port.
     pub tcp: Option<SocketAddr>,
     /// Whether each robot also has a pseudo-terminal.
     pub terminal: bool,
-    /// What the robots are: a name and the model of each that is no P3-DX.
+    /// The models of robots that are not a P3-DX: name and model.
     pub models: Vec<(String, Model)>,
-    /// Seconds of the world in a second of the machine.
+    /// Seconds of the world in one second of the machine.
     pub speed: f64,
 }
 
@@ -56,68 +56,68 @@ impl Default for Options {
 /// Why a world cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
-    /// The world has no robot that could be served.
+    /// The world has no robot to serve.
     #[error(
         "the world `{0}` has no robot: give it a start, such as [robots.pioneer] start = {{ x = 1, y = 1 }}"
     )]
     NoRobots(String),
-    /// Neither TCP nor terminals were asked for.
+    /// Neither TCP nor terminals were requested.
     #[error("no client could reach it: serve it at a TCP address, at terminals, or both")]
     NoLines,
     /// A model for a robot that the world does not have.
     #[error("the world has no robot `{robot}`; it has {}", known.join(", "))]
     NoSuchRobot {
-        /// What was asked for.
+        /// The requested name.
         robot: String,
-        /// What there is.
+        /// The robots of the world.
         known: Vec<String>,
     },
-    /// A robot's name, or those of its model, are longer than a packet.
+    /// A robot's name, or those of its model, are too long for a packet.
     #[error(
         "robot `{robot}` cannot introduce itself to clients: {error}; give it or its model a shorter name"
     )]
     Names {
-        /// Whose.
+        /// The robot.
         robot: String,
-        /// Why.
+        /// The reason.
         error: jde_p2os::Error,
     },
-    /// More robots than ports.
+    /// There are more robots than ports.
     #[error("there is no port after 65535 for robot `{0}`: begin at a smaller one")]
     NoPort(String),
-    /// A line cannot be had.
+    /// A line could not be opened.
     #[error("robot `{robot}` cannot be served at {place}: {error}")]
     Line {
-        /// Whose.
+        /// The robot.
         robot: String,
-        /// Where.
+        /// Its address, or "a pseudo-terminal".
         place: String,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
-    /// The world refuses a robot.
+    /// The world refused a robot.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// A model is wrong.
+    /// A model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The system does not wait.
+    /// The system could not wait for the lines.
     #[error("cannot wait for clients: {0}")]
     Wait(io::Error),
 }
 
-/// What became of a robot.
+/// The totals of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tally {
     /// Its name in the world.
     pub robot: String,
     /// Metres driven.
     pub travelled: f64,
-    /// How often it ran into something.
+    /// How many times it collided with something.
     pub collisions: u64,
-    /// The least distance that it had from anything, m.
+    /// Its least distance from anything, m.
     pub min_clearance: f64,
-    /// Sessions that clients had with it.
+    /// Sessions of clients with it.
     pub sessions: u64,
 }
 
@@ -137,10 +137,11 @@ struct Post {
 }
 
 impl Server {
-    /// Puts all robots of the world at their starts, and opens their lines.
+    /// Adds all robots of the world at their starts, and opens their lines.
     ///
     /// # Errors
-    /// A world without robots, models for robots that it does not have, an address that cannot be had.
+    /// A world without robots, no kind of line requested, models for robots that it does not have, names too
+    /// long for a packet, a start that is not free, a line that cannot be opened.
     pub fn open(mut world: World, options: &Options) -> Result<Self, ServerError> {
         let names: Vec<String> = world.robot_names().map(str::to_owned).collect();
         if names.is_empty() {
@@ -180,7 +181,8 @@ impl Server {
         })
     }
 
-    /// Where each robot is found, in the order of the world's file; a robot with two lines comes twice.
+    /// Returns the places of each robot, in the order of the world's file. A robot with two lines occurs
+    /// twice.
     pub fn places(&self) -> impl Iterator<Item = (&str, Place)> {
         self.posts.iter().flat_map(|post| {
             let places = post.lines.iter().filter_map(|line| line.place().ok());
@@ -188,12 +190,12 @@ impl Server {
         })
     }
 
-    /// The world as it is.
+    /// Returns the world in its present state.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// What became of each robot so far.
+    /// Returns the totals of each robot so far.
     pub fn tally(&self) -> Vec<Tally> {
         let tally = |post: &Post| {
             let truth = self.world.truth(post.station.robot());
@@ -208,9 +210,9 @@ impl Server {
         self.posts.iter().map(tally).collect()
     }
 
-    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens, of each
-    /// robot at most twenty things a second. It looks at `stop` whenever the world has come up with the
-    /// machine.
+    /// Serves until `stop` is set or `limit` of the machine's time is over, and calls `hear` with the events,
+    /// at most twenty a second for each robot. It reads `stop` once a round, at least every five steps of the
+    /// world.
     ///
     /// # Errors
     /// If the system cannot wait for several lines at once.
@@ -240,8 +242,8 @@ impl Server {
         Ok(())
     }
 
-    /// Lets the world's time pass up to `now`, step by step, and gives the time that it has come to: a
-    /// machine that is too slow for the speed hears its clients in between.
+    /// Advances the world up to `now`, by at most [`MOST_STEPS`] steps, and returns the time that it has
+    /// reached. So a machine that is too slow for the speed still reads its clients in between.
     fn pass(&mut self, now: Duration) -> Duration {
         for _ in 0..MOST_STEPS {
             let time = Duration::from_nanos(self.world.now());
@@ -261,7 +263,7 @@ impl Server {
 
     fn listen(&mut self, now: Duration) {
         for post in &mut self.posts {
-            // Who has just left makes room for who has just come.
+            // A client that leaves now makes room for one that arrives now.
             for number in 0..post.lines.len() {
                 post.hear(number, &mut self.world, now);
             }
@@ -294,7 +296,7 @@ impl Server {
         }
     }
 
-    /// Waits until somebody comes or says something, or that time is over.
+    /// Waits until a client arrives or sends bytes, or the time is over.
     fn wait(&self, time: Duration) -> Result<(), ServerError> {
         let waits = self
             .posts
@@ -320,7 +322,7 @@ impl Post {
         Event { time, robot, what }
     }
 
-    /// Lets in who stands at a door, or turns him away.
+    /// Admits the waiting clients, or refuses them.
     fn door(&mut self, now: Duration) {
         for number in 0..self.lines.len() {
             let Some(caller) = self.lines[number].caller() else {
@@ -344,8 +346,7 @@ impl Post {
             Err(why) => return self.station.leave(What::Left(why)),
         };
         if count > 0 {
-            // Who was heard on a terminal had no door to stand at. What he says who is turned away is not for
-            // later.
+            // On a terminal a client appears with its first bytes. The bytes of a refused client are dropped.
             if known || self.answer(number, now) {
                 self.station.hear(world, &room[..count], now);
             }
@@ -355,7 +356,7 @@ impl Post {
         }
     }
 
-    /// Lets in who was heard on a terminal, or turns him away.
+    /// Admits the sender of bytes on a terminal, or refuses it.
     fn answer(&mut self, number: usize, now: Duration) -> bool {
         let has_room = self.has_room(now);
         let name = self.lines[number].name();
@@ -368,7 +369,7 @@ impl Post {
         has_room
     }
 
-    /// Whether another may come. A client that has been silent until the motors stopped makes room.
+    /// Returns whether another client may come. A client whose silence has stopped the motors makes room.
     fn has_room(&mut self, now: Duration) -> bool {
         let Some(taken) = self.lines.iter_mut().find(|line| line.peer().is_some()) else {
             return true;
@@ -382,7 +383,7 @@ impl Post {
     }
 }
 
-/// The lines of a robot, the first for number 0.
+/// Opens the lines of robot number `number`, counted from 0.
 fn lines(robot: &str, number: usize, options: &Options) -> Result<Vec<Line>, ServerError> {
     let mut lines = Vec::new();
     let failed = |place: String| {

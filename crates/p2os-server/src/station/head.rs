@@ -1,39 +1,38 @@
-//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that does what its frames say and answers
-//! each.
+//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that executes and answers every frame.
 //!
-//! The camera counts to the right and up, the world to the left and down.
+//! The camera's positive directions are right and up, the world's are left and down.
 
 use std::collections::VecDeque;
 
 use jde_p2os::{AuxPort, HEAD_UNIT, HeadAnswer, HeadCommand, HeadFrame, HeadParser, MOST_ZOOM, SerialAux};
 use jde_sim::{Head, HeadConfig};
 
-/// Most bytes of answers that wait to be asked for; a camera says a few at a time.
+/// Most bytes of answers that wait to be requested.
 const MOST_SAID: usize = 190;
-/// The status of a command that the camera does not have.
+/// The status of an unknown command.
 const UNKNOWN: u8 = 0x35;
 
-/// The camera, and the buffer of the port it is at.
+/// The camera, and the buffer of its port.
 #[derive(Debug)]
 pub(crate) struct Camera {
     parser: HeadParser,
-    /// What it has said and nobody has fetched.
+    /// Bytes of answers that the client has not fetched.
     said: VecDeque<u8>,
-    /// How many bytes are asked for.
+    /// The number of bytes that the client has requested.
     wanted: usize,
     on: bool,
-    /// What it was last told to do.
+    /// The last command to the head.
     aim: jde_sim::HeadCommand,
     /// rad/s, as last set.
     speeds: [f64; 2],
-    /// The least and the most that it tilts, units up, as last set.
+    /// The least and the greatest tilt, units up, as last set.
     tilts: [i16; 2],
-    /// As last set: nobody sees through this camera what it changes.
+    /// As last set. It has no effect: no picture is taken through this camera.
     zoom: u16,
 }
 
 impl Camera {
-    /// Switched off, at full speed, as far as it tilts, not zoomed.
+    /// Switched off, at full speed, with the full range of tilt and no zoom.
     pub(crate) fn new(config: &HeadConfig) -> Self {
         Self {
             parser: HeadParser::default(),
@@ -47,14 +46,14 @@ impl Camera {
         }
     }
 
-    /// Hears what came to the port, while it looks as `head` tells.
+    /// Processes bytes at the port, while the head has the angles of `head`.
     pub(crate) fn hear(&mut self, bytes: &[u8], head: Head) {
         let mut parser = std::mem::take(&mut self.parser);
         parser.receive(bytes, |frame| match frame {
             HeadFrame::Command(command) => {
                 let answer = self.obey(&command, head);
                 let room = MOST_SAID - self.said.len();
-                // A full port loses what comes after, as a real one does.
+                // Bytes that exceed the buffer are lost, as in a real one.
                 self.said.extend(answer.to_bytes().into_iter().take(room));
             }
             HeadFrame::Answer(_) => {}
@@ -62,7 +61,7 @@ impl Camera {
         self.parser = parser;
     }
 
-    /// Asks for so many bytes of what it said; 0 forgets all of it.
+    /// Requests `count` bytes of the answers; 0 discards all of them.
     pub(crate) fn ask(&mut self, count: u16) {
         self.wanted = usize::from(count).min(MOST_SAID);
         if count == 0 {
@@ -70,7 +69,7 @@ impl Camera {
         }
     }
 
-    /// The bytes that were asked for, once they are there.
+    /// Returns the requested bytes, once they have all arrived.
     pub(crate) fn answer(&mut self) -> Option<SerialAux> {
         if self.wanted == 0 || self.said.len() < self.wanted {
             return None;
@@ -82,12 +81,12 @@ impl Camera {
         })
     }
 
-    /// What the head shall do.
+    /// Returns the present command to the head.
     pub(crate) fn command(&self) -> jde_sim::HeadCommand {
         self.aim
     }
 
-    /// It stays where it is.
+    /// Stops the head where it is.
     pub(crate) fn hold(&mut self) {
         self.aim = jde_sim::HeadCommand::default();
     }
@@ -98,7 +97,7 @@ impl Camera {
                 self.on = *on;
                 self.hold();
             }
-            // All of a world is sharp.
+            // A simulated world is always in focus.
             HeadCommand::Control | HeadCommand::Focus(_) => {}
             HeadCommand::Init => self.aim_at(0.0, 0.0),
             HeadCommand::PanSpeed(speed) => {

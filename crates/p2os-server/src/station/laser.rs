@@ -1,16 +1,16 @@
-//! The laser that a client configures and switches on: which beams it has, and a sweep as packets.
+//! The laser that a client configures and switches on: its beams, and its sweeps as packets.
 
 use core::f64::consts::PI;
 
 use jde_p2os::{LaserForm, LaserPacket, READINGS, Reading};
 use jde_sim::{LaserConfig, Pose2, RobotId, World};
 
-/// Most readings of a sweep: half a turn and more at a quarter of a degree.
+/// Most readings in a sweep: 272 degrees at a quarter of a degree.
 const MOST: i32 = 1088;
-/// What a beam that meets nothing reads, mm: the farthest that a SICK LMS-200 can tell.
+/// The reading of a beam without a return, mm: the range of a SICK LMS-200.
 const NOTHING: u16 = 32_000;
 
-/// What a client asked of the laser.
+/// The client's settings of the laser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Laser {
     mode: Mode,
@@ -29,7 +29,7 @@ enum Mode {
 }
 
 impl Laser {
-    /// Off; half a turn, a degree a beam.
+    /// Off; half a turn, with one beam a degree.
     pub(crate) fn new() -> Self {
         Self {
             mode: Mode::Off,
@@ -39,7 +39,7 @@ impl Laser {
         }
     }
 
-    /// 0 off, 1 on, 2 on with reflectances.
+    /// Sets the mode: 0 off, 1 on, 2 on with reflectances.
     pub(crate) fn switch(&mut self, mode: i32) -> Result<(), String> {
         self.mode = match mode {
             0 => Mode::Off,
@@ -71,7 +71,7 @@ impl Laser {
         })
     }
 
-    /// A sweep by now, in packets; none while it is off.
+    /// Returns the present sweep in packets; none while the laser is off.
     pub(crate) fn sweep(&self, world: &World, robot: RobotId, pose: Pose2) -> Vec<LaserPacket> {
         let form = match self.mode {
             Mode::Off => return Vec::new(),
@@ -85,7 +85,7 @@ impl Laser {
         let config = self.config();
         let mut ranges = vec![0.0; config.beams];
         if world.laser(robot, &config, &mut ranges).is_err() {
-            // No client can configure what the world refuses: `change` keeps to what it takes.
+            // This cannot happen: `change` accepts only what the world accepts.
             return Vec::new();
         }
         let readings: Vec<Reading> = ranges.iter().map(|range| reading(*range)).collect();
@@ -115,7 +115,7 @@ impl Laser {
         Ok(())
     }
 
-    /// Beams from the right to the left, both ends with it.
+    /// Returns the beams from right to left. Both ends are included, but a full turn repeats no beam.
     fn config(&self) -> LaserConfig {
         let (right, left) = (self.start.min(self.end), self.start.max(self.end));
         let beams = ((left - right) * 100 / self.step + 1).min(36_000 / self.step) as usize;
@@ -140,7 +140,7 @@ fn reading(range: f32) -> Reading {
     let millimetres = if range == f32::INFINITY {
         NOTHING
     } else {
-        // Too near to be measured is negative infinity, which becomes 0.
+        // Negative infinity, too near to measure, becomes 0.
         (range * 1000.0).round() as u16
     };
     Reading {

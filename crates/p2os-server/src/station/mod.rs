@@ -1,5 +1,5 @@
-//! One robot of the world as its client sees it: shakes hands, does what the commands say, tells what the
-//! robot senses. Takes and gives bytes, and never waits.
+//! One robot of the world for its client: it does the handshake, executes commands, and sends the robot's
+//! measurements. It takes and returns bytes, and never blocks.
 
 mod head;
 mod laser;
@@ -31,7 +31,7 @@ pub(crate) struct Station {
     start: Pose2,
     receiver: Receiver,
     phase: Phase,
-    /// What would come next of a hello that is said to a session that is open.
+    /// The next packet of a new client's handshake, while an earlier session is still open.
     hello: Option<Sync>,
     motion: Motion,
     laser: Laser,
@@ -39,7 +39,7 @@ pub(crate) struct Station {
     sonars: bool,
     encoders: Asked,
     state: Asked,
-    /// The pose that the odometry of the world's robot is called, when that is at `zero`.
+    /// The client's pose for the point where the odometry of the world's robot is at `zero`.
     named: Pose2,
     zero: Pose2,
     heard: Duration,
@@ -50,14 +50,14 @@ pub(crate) struct Station {
     happened: Vec<What>,
 }
 
-/// How far a client has come.
+/// The progress of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// It has to say this next.
+    /// The station waits for this synchronisation.
     Waiting(Sync),
-    /// It shook hands, and has not opened the servers.
+    /// The handshake is complete, and the servers are not open yet.
     Ready,
-    /// It is told of the robot.
+    /// The servers are open: the robot sends its information packets.
     Open,
 }
 
@@ -69,12 +69,12 @@ enum Asked {
     Always,
 }
 
-/// How robots of this model call themselves.
+/// Returns the subclass that robots of this model report.
 fn subclass(model: &Model) -> String {
     model.subclasses.first().unwrap_or(&model.name).clone()
 }
 
-/// The body of a robot of this model.
+/// Returns the configuration of a robot of this model.
 pub(crate) fn body(model: &Model) -> RobotConfig {
     let default = RobotConfig::default();
     let ticks_per_meter = match model.encoders.per_mm {
@@ -85,7 +85,7 @@ pub(crate) fn body(model: &Model) -> RobotConfig {
         radius: model.body.radius_mm / 1000.0,
         max_linear: model.limits.velocity_mm_s / 1000.0,
         max_angular: model.limits.rotation_deg_s.to_radians(),
-        // Wheels that differ by 2 mm/s turn it by `wheel_difference`.
+        // Wheel speeds that differ by 2 mm/s turn the robot at `wheel_difference`.
         track: 0.002 / model.units.wheel_difference,
         ticks_per_meter,
         ..default
@@ -121,7 +121,7 @@ impl Station {
         }
     }
 
-    /// Whether its names, which a world or a model gives, fit into the packets that tell them.
+    /// Checks that its names, from the world and the model, fit into packets.
     ///
     /// # Errors
     /// If they do not.
@@ -131,14 +131,14 @@ impl Station {
         Ok(())
     }
 
-    /// Hears bytes at a time of the world.
+    /// Processes bytes at a time of the world.
     pub(crate) fn hear(&mut self, world: &mut World, bytes: &[u8], now: Duration) {
         let mut receiver = std::mem::take(&mut self.receiver);
         receiver.receive(bytes, now, |packet| self.packet(world, &packet, now));
         self.receiver = receiver;
     }
 
-    /// What the motors and the head do in the step of the world that comes now.
+    /// Commands the motors and the head for the next step of the world.
     pub(crate) fn step(&mut self, world: &mut World, now: Duration) {
         if self.phase == Phase::Open && !self.silent && now.saturating_sub(self.heard) > WATCHDOG {
             self.silent = true;
@@ -149,12 +149,12 @@ impl Station {
         let heading = self.pose(world).heading;
         let dt = STEP_NS as f64 * 1e-9;
         let twist = self.motion.command(&self.config, heading, odometry.twist, dt);
-        // Finite, as all that is made of whole numbers: the world refuses nothing else.
+        // The world refuses only numbers that are not finite, and these come from whole numbers.
         let _ = world.command(self.robot, twist);
         let _ = world.command_head(self.robot, self.camera.command());
     }
 
-    /// Tells what is due after a step of the world.
+    /// Sends what is due after a step of the world.
     pub(crate) fn tell(&mut self, world: &World, now: Duration) {
         let collisions = world.truth(self.robot).collisions;
         if std::mem::replace(&mut self.collisions, collisions) < collisions {
@@ -169,7 +169,7 @@ impl Station {
         if now < self.next_sip {
             return;
         }
-        // Absolute, so that it does not drift; what was missed is not made up for.
+        // Absolute, so that the cycle does not drift. Missed packets are not made up for.
         self.next_sip += CYCLE;
         if self.next_sip <= now {
             self.next_sip = now + CYCLE;
@@ -187,13 +187,13 @@ impl Station {
         }
     }
 
-    /// The client is gone.
+    /// Resets the station after the client has left.
     pub(crate) fn leave(&mut self, why: What) {
         self.forget();
         self.note(why);
     }
 
-    /// Motors off, and all that the client had set is forgotten.
+    /// Switches the motors off, and resets everything that the client has set.
     fn forget(&mut self) {
         self.motion = Motion::new(&self.config);
         self.camera.hold();
@@ -207,28 +207,28 @@ impl Station {
         self.out.clear();
     }
 
-    /// How long nobody has been heard.
+    /// Returns the time since the client last sent a packet.
     pub(crate) fn silence(&self, now: Duration) -> Duration {
         now.saturating_sub(self.heard)
     }
 
-    /// Somebody is there, who may take his time to speak.
+    /// Records the arrival of a client, which restarts the time of its silence.
     pub(crate) fn come(&mut self, who: What, now: Duration) {
         self.heard = now;
         self.note(who);
     }
 
-    /// Something happened.
+    /// Records an event.
     pub(crate) fn note(&mut self, what: What) {
         self.happened.push(what);
     }
 
-    /// What is to be sent, and no longer kept here.
+    /// Takes the bytes to send.
     pub(crate) fn take_bytes(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
 
-    /// What has happened, and is no longer kept here.
+    /// Takes the events that have occurred.
     pub(crate) fn take_happened(&mut self) -> Vec<What> {
         std::mem::take(&mut self.happened)
     }
@@ -241,14 +241,14 @@ impl Station {
         self.heard = now;
         self.silent = false;
         match (self.phase, Sync::from_packet(packet)) {
-            // A client that begins anew, or did not hear the answer.
+            // A client that starts again, or did not receive the answer.
             (Phase::Waiting(_), Some(Sync::Zero)) => self.echo(Sync::Zero, Sync::One),
             (Phase::Waiting(Sync::One | Sync::Two), Some(Sync::One)) => self.echo(Sync::One, Sync::Two),
             (Phase::Waiting(Sync::Two), Some(Sync::Two)) => self.meet(world),
-            // Whatever else a client says before it has shaken hands is of an older session.
+            // Other packets before the handshake belong to an older session.
             (Phase::Waiting(_), _) => {}
-            // The three are also PULSE, OPEN and CLOSE. Nobody opens what he has open: in this order they are
-            // the hello of another, who came while nobody saw the one before leave.
+            // The three are also PULSE, OPEN and CLOSE. No client opens an open session. So in this order
+            // they are the handshake of another client, whose predecessor left unnoticed.
             (Phase::Open, Some(Sync::Two)) if self.hello == Some(Sync::Two) => {
                 self.leave(What::Left("another says hello on its line".to_owned()));
                 self.send(Ok(Sync::Zero.to_packet()));
@@ -266,7 +266,7 @@ impl Station {
         }
     }
 
-    /// The hello is over.
+    /// Completes the handshake.
     fn meet(&mut self, world: &World) {
         self.send(self.names(world).to_packet());
         self.phase = Phase::Ready;
@@ -286,7 +286,7 @@ impl Station {
         self.phase = Phase::Waiting(next);
     }
 
-    /// Where the odometry says the robot is, in the frame that the client named.
+    /// Returns the pose of the odometry, in the client's frame.
     fn pose(&self, world: &World) -> Pose2 {
         let is = world.odometry(self.robot).pose;
         let (sin, cos) = self.zero.heading.sin_cos();
@@ -299,7 +299,7 @@ impl Station {
         self.named.compose(local)
     }
 
-    /// Calls where the robot is by this pose from now on.
+    /// Makes `named` the present pose of the robot in the client's frame.
     fn rename(&mut self, world: &World, named: Pose2) {
         self.motion.rename(named.heading - self.pose(world).heading);
         self.named = named;
@@ -307,7 +307,7 @@ impl Station {
     }
 
     fn send(&mut self, packet: Result<Packet, jde_p2os::Error>) {
-        // Longer than a packet can only be names, which `check_names` has refused before.
+        // Only names can make a packet too long, and `check_names` has refused such names.
         if let Ok(packet) = packet {
             self.out.extend(packet.to_bytes());
         }
@@ -323,7 +323,7 @@ impl Asked {
         }
     }
 
-    /// Whether it is wanted now.
+    /// Returns whether the packet is wanted now.
     fn take(&mut self) -> bool {
         let wanted = *self != Self::No;
         if *self == Self::Once {

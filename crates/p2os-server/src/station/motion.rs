@@ -1,24 +1,24 @@
-//! What the motors of a robot shall do: speeds, or a way or a heading to reach, within the limits that the
-//! client set.
+//! The commands of a robot's motors: speeds, or a distance or a heading to reach, within the limits that the
+//! client has set.
 //!
-//! Knows the robot's odometry, never where it is.
+//! It knows the robot's odometry, never its true pose.
 
 use core::f64::consts::PI;
 
 use jde_sim::{RobotConfig, Twist2};
 
-/// How near to a heading is there, rad; the protocol counts whole degrees.
+/// How near to a heading counts as reached, rad; the protocol counts whole degrees.
 const THERE: f64 = 0.25 * PI / 180.0;
 
-/// What a client last asked of the motors.
+/// The client's last commands to the motors.
 #[derive(Debug)]
 pub(crate) struct Motion {
     enabled: bool,
     way: Way,
     turn: Turn,
-    /// Greatest speed of a way, m/s.
+    /// Greatest speed while driving a distance, m/s.
     max_linear: f64,
-    /// Greatest speed of a turn to a heading, rad/s.
+    /// Greatest turn rate while turning to a heading, rad/s.
     max_angular: f64,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Motion {
 enum Way {
     /// m/s.
     Speed(f64),
-    /// Metres still to go, ahead or back.
+    /// Metres left to drive; negative is backwards.
     Left(f64),
 }
 
@@ -34,12 +34,12 @@ enum Way {
 enum Turn {
     /// rad/s.
     Speed(f64),
-    /// rad, by the odometry.
+    /// rad, in the frame of the odometry.
     Heading(f64),
 }
 
 impl Motion {
-    /// Motors that are off, and would not be limited.
+    /// Motors that are off, with the limits of the robot.
     pub(crate) fn new(config: &RobotConfig) -> Self {
         Self {
             enabled: false,
@@ -59,7 +59,7 @@ impl Motion {
         self.enabled
     }
 
-    /// Stands still until something else is asked for.
+    /// Stops until the next command.
     pub(crate) fn stop(&mut self) {
         self.way = Way::Speed(0.0);
         self.turn = Turn::Speed(0.0);
@@ -73,7 +73,7 @@ impl Motion {
         self.turn = Turn::Speed(speed);
     }
 
-    /// Goes so many metres and stops.
+    /// Drives a distance in metres and stops.
     pub(crate) fn go(&mut self, metres: f64) {
         self.way = Way::Left(metres);
     }
@@ -83,7 +83,7 @@ impl Motion {
         self.turn = Turn::Heading(heading);
     }
 
-    /// The heading asked for, if one is.
+    /// Returns the wanted heading, if there is one.
     pub(crate) fn heading(&self) -> Option<f64> {
         match self.turn {
             Turn::Heading(heading) => Some(heading),
@@ -91,7 +91,8 @@ impl Motion {
         }
     }
 
-    /// The odometry's heading becomes another: the same way is meant by another number.
+    /// Adjusts the wanted heading to a change of the odometry's heading, so that its direction stays the
+    /// same.
     pub(crate) fn rename(&mut self, by: f64) {
         if let Turn::Heading(heading) = &mut self.turn {
             *heading += by;
@@ -106,14 +107,14 @@ impl Motion {
         self.max_angular = angular;
     }
 
-    /// What to command for the next `dt` seconds, with the heading and the speeds that the wheels tell.
+    /// Returns the command for the next `dt` seconds, from the heading and speeds that the wheels measured.
     pub(crate) fn command(&mut self, config: &RobotConfig, heading: f64, twist: Twist2, dt: f64) -> Twist2 {
         if !self.enabled {
             return Twist2::default();
         }
         if let Way::Left(left) = &mut self.way {
             *left -= twist.linear * dt;
-            // Less than half a millimetre is none, once it stands.
+            // At rest, less than half a millimetre counts as reached.
             if left.abs() < 0.0005 && twist.linear.abs() < 0.01 {
                 self.way = Way::Speed(0.0);
             }
@@ -141,14 +142,14 @@ impl Motion {
     }
 }
 
-/// A speed at which what is left can still be braked for, and is not passed within `dt`.
+/// Returns a speed that still allows braking within `left`, and does not overshoot within `dt`.
 fn approach(left: f64, most: f64, deceleration: f64, dt: f64) -> f64 {
-    // Brakes at 80 % of what the motors can, so that rounding to steps never overshoots.
+    // Brakes with 80 % of the deceleration, so that rounding to steps never overshoots.
     let braking = (2.0 * 0.8 * deceleration * left.abs()).sqrt();
     braking.min(most).min(left.abs() / dt / 4.0).copysign(left)
 }
 
-/// An angle within half a turn.
+/// Normalizes an angle to -π to π rad.
 fn wrap(angle: f64) -> f64 {
     let turned = (angle + PI).rem_euclid(2.0 * PI);
     turned - PI
@@ -160,7 +161,7 @@ mod tests {
 
     const DT: f64 = 0.01;
 
-    /// Drives a robot that does what it is told within its accelerations; gives the way and the heading.
+    /// Drives a robot that follows commands within its accelerations; returns the distance and the heading.
     fn drive(motion: &mut Motion, seconds: f64) -> (f64, f64) {
         let config = RobotConfig::default();
         let (mut way, mut heading, mut twist) = (0.0, 0.0, Twist2::default());

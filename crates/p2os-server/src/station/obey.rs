@@ -1,5 +1,5 @@
-//! What each command of a client does to the robot. One that the robot has no device for does nothing; one
-//! that cannot be done is told to whoever watches.
+//! The effect of each command of a client on the robot. A command for a device that the robot does not have
+//! does nothing. A command that cannot be executed is recorded as an event.
 
 use core::time::Duration;
 
@@ -11,13 +11,13 @@ use super::{Asked, CYCLE, Phase, Station};
 use crate::event::What;
 
 impl Station {
-    /// Does what a command says.
+    /// Executes a command.
     pub(super) fn obey(&mut self, world: &mut World, command: Command, now: Duration) {
         match command {
             Command::Open(_) => {
                 if self.phase == Phase::Ready {
                     self.phase = Phase::Open;
-                    // A robot counts from where its servers are opened.
+                    // A robot counts from the pose at which its servers are opened.
                     self.rename(world, Pose2::default());
                     self.next_sip = now + CYCLE;
                 }
@@ -99,11 +99,11 @@ impl Station {
             }
             Command::Message(words) => {
                 let words = String::from_utf8_lossy(&words).into_owned();
-                // Nothing that a terminal would take for a command of its own.
+                // Escaped, so that a terminal takes nothing for a control sequence.
                 self.note(What::Said(words.escape_debug().to_string()));
             }
             Command::Exit(_) => self.refuse("no client may end this server".to_owned()),
-            // Nothing of a simulated robot hangs on these: it has no such device, or no such setting.
+            // These have no effect on a simulated robot: it has no such device, or no such setting.
             Command::Pulse
             | Command::Polling(_)
             | Command::Acceleration(_)
@@ -132,14 +132,14 @@ impl Station {
         }
     }
 
-    /// Changes the laser.
+    /// Changes the settings of the laser.
     fn lasers(&mut self, change: impl FnOnce(&mut Laser) -> Result<(), String>) {
         if let Err(why) = change(&mut self.laser) {
             self.refuse(why);
         }
     }
 
-    /// Puts the robot elsewhere in the world; answers whether there was room.
+    /// Moves the robot to another pose in the world. Returns whether there was room.
     fn put(&mut self, world: &mut World, change: impl FnOnce(&mut Pose2)) -> bool {
         let mut pose = world.truth(self.robot).pose;
         change(&mut pose);

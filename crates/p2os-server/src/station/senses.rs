@@ -1,4 +1,4 @@
-//! What a robot senses, in the numbers of the protocol.
+//! The measurements of a robot, in the numbers of the protocol.
 
 use core::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use jde_sim::{Pose2, SonarConfig, World};
 use super::{CYCLE, Station, WATCHDOG};
 
 impl Station {
-    /// The server information packet of now.
+    /// Returns the present server information packet.
     pub(super) fn sip(&self, world: &World, pose: Pose2) -> Sip {
         let (units, robot) = (&self.model.units, self.robot);
         let twist = world.odometry(robot).twist;
@@ -54,7 +54,7 @@ impl Station {
         }
     }
 
-    /// What the encoders have counted; they wrap.
+    /// Returns the counts of the encoders; they wrap.
     pub(super) fn wheels(&self, world: &World) -> Encoders {
         let ticks = world.encoders(self.robot);
         Encoders {
@@ -63,7 +63,7 @@ impl Station {
         }
     }
 
-    /// What is true of the robot.
+    /// Returns the true state of the robot.
     pub(super) fn true_state(&self, world: &World) -> SimState {
         let pose = world.truth(self.robot).pose;
         let step = (jde_sim::STEP_NS / 1_000_000) as u16;
@@ -79,7 +79,7 @@ impl Station {
         }
     }
 
-    /// The robot's limits and settings.
+    /// Returns the robot's limits and settings.
     pub(super) fn configuration(&self, world: &World) -> Config {
         let mm = |metres: f64| (metres * 1000.0).round() as u16;
         let degrees = |radians: f64| radians.to_degrees().round() as u16;
@@ -88,7 +88,7 @@ impl Station {
         Config {
             class: self.model.class.clone(),
             subclass: super::subclass(&self.model),
-            // By these two every client knows that it talks to a simulator.
+            // The serial number tells clients that this is a simulator.
             serial: "SIM".to_owned(),
             name: world.robot_name(self.robot).to_owned(),
             rot_vel_top: degrees(config.max_angular),
@@ -128,7 +128,7 @@ impl Station {
         if world.sonars(self.robot, &ring, &mut ranges).is_err() {
             return Vec::new();
         }
-        // No echo reads as the farthest, and too near as nothing between.
+        // No echo reads as the greatest range, and too near as 0.
         let echoes = ranges.iter().enumerate();
         echoes
             .map(|(index, range)| {
@@ -143,7 +143,7 @@ impl Station {
             .collect()
     }
 
-    /// The model's sonars, as the world measures them.
+    /// Returns the model's sonars, for the world to measure.
     fn ring(&self) -> SonarConfig {
         let sonar = &self.model.sonar;
         let mount = |&[x, y, heading]: &[f64; 3]| Pose2::new(x / 1000.0, y / 1000.0, heading.to_radians());
@@ -156,7 +156,7 @@ impl Station {
         }
     }
 
-    /// Stalled wheels and pressed bumpers, of those that the model has.
+    /// Returns the stalled wheels, and the pressed bumpers of those that the model has.
     fn stall_bumpers(&self, world: &World) -> u16 {
         let pressed = world.bumpers(self.robot);
         let has = &self.model.bumpers;

@@ -28,7 +28,7 @@ pub(crate) const BOX: Look = Look {
     color: Color::new(176, 136, 92),
     height: 0.75,
 };
-/// The default look of circles: painted metal.
+/// The default look of circles: a painted thing.
 const CIRCLE: Look = Look {
     color: Color::new(96, 134, 128),
     height: 0.75,
