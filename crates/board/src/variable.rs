@@ -249,7 +249,7 @@ impl Variable {
 
     /// Retracts the newest value of an export: a reader that latches gets no value until the next one. A
     /// reader that holds the value keeps it until it releases it. Watches are called as after a publication
-    /// (R12). Has no effect on modulations and commands, which always have a value.
+    /// (R12). Has no effect on modulations and commands, which keep their values.
     pub fn retract(&self) {
         let newest = self.newest();
         if self.declaration.access == Access::Export

@@ -16,7 +16,7 @@ thread_local! {
     static INSIDE: Cell<usize> = const { Cell::new(0) };
 }
 
-/// A call after each publication of a variable, until the watch is dropped.
+/// A call after each publication and retraction of a variable, until the watch is dropped.
 ///
 /// When the drop has returned, the call does not run and never will again. So the drop waits for a call on
 /// another thread: the dropping thread must hold nothing that the call needs. A drop inside a watch call, of

@@ -18,7 +18,7 @@ pub struct GroupContract {
     /// A check finds that a precondition changed. A selection follows at once.
     pub by_check: Promise,
     /// A check finds another urgency, or something else that only the policy uses changed. The next selection
-    /// follows the winner's iteration (R2). `None` if the policy uses readiness only.
+    /// follows the winner's iteration (R2). Present only if the policy uses more than readiness.
     pub by_winner: Option<Promise>,
 }
 

@@ -27,7 +27,7 @@ pub struct GroupId(
 );
 
 impl SchemaId {
-    /// The index as a `usize`.
+    /// Returns the index as a `usize`.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -35,7 +35,7 @@ impl SchemaId {
 }
 
 impl GroupId {
-    /// The index as a `usize`.
+    /// Returns the index as a `usize`.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize

@@ -28,7 +28,7 @@ pub enum Answer {
     },
     /// Its function panicked or returned an error.
     Failed {
-        /// The panic message or the error.
+        /// How it failed.
         reason: String,
     },
 }
