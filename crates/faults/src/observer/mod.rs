@@ -150,7 +150,8 @@ impl Observer {
 
     /// Reports schemas that were not restarted long after their faults ended.
     pub fn judge_recovery(&self, handle: &Handle) {
-        // Taken first: the rules' witness waits for the observer's lock, so its holder must not wait for the rules.
+        // Taken first: the rules' witness waits for the observer's lock, so its holder must not wait for the
+        // rules.
         let schemas = handle.snapshot().schemas;
         let mut known = lock(&self.known);
         for (place, schema) in schemas.iter().enumerate() {

@@ -53,7 +53,8 @@ pub enum Kind {
     LineCut,
     /// Two operators stop and release everything, against each other.
     Contest,
-    /// While another build takes over, an operator acts on the schema, a third build follows, or the schema panics.
+    /// While another build takes over, an operator acts on the schema, a third build follows, or the schema
+    /// panics.
     AmidReload,
     /// No process reads the output of the host and its clients.
     Unread,

@@ -101,8 +101,8 @@ impl Client {
     /// selects among several of the same name.
     ///
     /// # Errors
-    /// [`Error::NothingRuns`], [`Error::Several`], [`Error::UnknownApplication`], [`Error::Version`], [`Error::NoAnswer`].
-    /// Takes at most 13 s on this machine, 8 s on the network.
+    /// [`Error::NothingRuns`], [`Error::Several`], [`Error::UnknownApplication`], [`Error::Version`],
+    /// [`Error::NoAnswer`]. Takes at most 13 s on this machine, 8 s on the network.
     pub fn application(&self, name: Option<&str>) -> Result<Remote, Error> {
         let mut found = self.found()?;
         let abouts: Vec<&About> = found.iter().map(Found::about).collect();

@@ -1,7 +1,7 @@
 //! The thread of the link that takes the application's locks, except for stops of everything. It has the
 //! priority of the application's own threads, so that it is never preempted by less important work while it
-//! holds a lock. It does little, and the worker uses it seldom. Work that waits for schemas, such as a reload,
-//! runs on a second thread, so that it delays no order to stop a robot.
+//! holds a lock. It does little, and the worker uses it seldom. Work that waits for schemas, such as a
+//! reload, runs on a second thread, so that it delays no order to stop a robot.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};

@@ -84,8 +84,8 @@ pub enum Access {
     Operate,
 }
 
-/// The link of a running application. Dropping it withdraws the announcement, notifies all peers and closes the
-/// sessions, for which it waits at most 3 s.
+/// The link of a running application. Dropping it withdraws the announcement, notifies all peers and closes
+/// the sessions, for which it waits at most 3 s.
 pub struct Link {
     about: About,
     inbox: Arc<Inbox>,

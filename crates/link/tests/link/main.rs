@@ -1,4 +1,5 @@
-//! The link over real sockets, between real processes and across network namespaces. Nothing here waits for time to pass.
+//! The link over real sockets, between real processes and across network namespaces. No test waits for a
+//! fixed time.
 
 mod common;
 mod cut;

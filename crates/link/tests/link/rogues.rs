@@ -30,8 +30,8 @@ fn rogue(endpoint: &str, certificate: Option<&Authority>, multicast: bool) -> ze
     zenoh::open(config).wait().unwrap()
 }
 
-/// Whether the rogue can operate the application that connected to it. Waits for the answer, or until the query
-/// ends without one.
+/// Whether the rogue can operate the application that connected to it. Waits for the answer, or until the
+/// query ends without one.
 fn operates(rogue: &zenoh::Session, id: &str) -> bool {
     let (tell, told) = channel();
     let order = serde_json::to_vec(&play()).unwrap();
