@@ -41,7 +41,7 @@ pub(super) struct Tape {
 struct Inner {
     messages: Messages,
     start: u64,
-    /// The log time of the last message that was read.
+    /// The time up to which the recording has been read.
     read: Nanos,
     at_end: bool,
     damage: Option<String>,

@@ -22,7 +22,7 @@ use crate::{Error, Origin};
 use super::syncer::Disk;
 
 /// How late a value may arrive in real time, in ns: one that was published before a part began and arrives
-/// within this time is written to that part. So the values in force at the beginning of a part are stamped
+/// within this time is written to the new part. So the values in force at the beginning of a part are stamped
 /// this much earlier.
 const LATE: Nanos = 100_000_000;
 
@@ -59,7 +59,6 @@ impl Split {
     /// the order of the numbers is the order of time. With `overwrite`, existing parts are deleted first.
     ///
     /// # Errors
-    /// The first part cannot be written.
     /// The first part cannot be written.
     pub(crate) fn begin(
         path: &Path,
