@@ -121,8 +121,8 @@ pub enum Error {
 /// Why a value is refused. [`VariableStatus`](crate::VariableStatus) counts all but the last two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
-    /// The writer holds no grant at this instant (R7), or the host tries to put a value into an export, which is
-    /// not counted.
+    /// The writer holds no grant at this instant (R7), or the host tries to put a value into an export, which
+    /// is not counted.
     #[error("the writer has no authority over this variable at this instant")]
     NoAuthority,
     /// The value holds a NaN or an infinity.

@@ -34,8 +34,8 @@ pub(super) struct Decision {
     pub(super) choice: Option<SchemaId>,
     pub(super) decider: Decider,
     pub(super) reason: Cow<'static, str>,
-    /// Whether the absence policy applies. False while no member can be chosen because not all have checked
-    /// yet, and when an operator stopped everything.
+    /// Whether the decision is carried out. False while no member can be chosen because not all have checked
+    /// yet, so the absence policy waits. False, too, when an operator stopped everything.
     pub(super) known: bool,
 }
 
