@@ -13,14 +13,14 @@ use crate::sink::numbered;
 
 /// The name of the metadata with the mark of a part.
 pub(crate) const PART: &str = "jde/part";
-/// The name of the metadata with the position at which the messages of a part begin. Before it, the part
+/// The name of the metadata with the position at which the new messages of a part begin. Before it, the part
 /// repeats the values in force. The first part has none.
 pub(crate) const BEGINS: &str = "jde/part/begins";
 /// The key of that position, in bytes from the beginning of the file.
 pub(crate) const BYTE: &str = "byte";
 /// The file name extension of a recording in a folder.
 const ENDING: &str = "mcap";
-/// The largest size of a metadata record before the mark, in bytes.
+/// The largest size of a metadata record up to the mark, in bytes.
 const MOST_SAID: u64 = 1 << 20;
 
 /// The mark of a part: which part of which recording a file is.

@@ -299,7 +299,7 @@ impl PartsSurvey {
 }
 
 impl Troubled {
-    /// Adds what occurred to the schema's problems, if it is one.
+    /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not there yet.
     pub fn count(all: &mut Vec<Self>, happening: &Happening) {
         let Some(schema) = &happening.schema else {
             return;

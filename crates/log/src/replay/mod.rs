@@ -32,8 +32,8 @@ use tape::Tape;
 use values::Held;
 pub use values::{Allowed, Deviation, Tolerance, Values};
 
-/// The largest difference between two times that count as equal, in ns. What timers cause has no delay of the
-/// machine in a replay.
+/// The largest difference between two times that count as equal, in ns: in a replay, events of timers occur
+/// without the machine's delay.
 const APART: Nanos = 1_000_000;
 /// How late a thread may report its actions before the replay continues without it, in ns.
 const SLACK: Nanos = 500_000_000;
