@@ -1,7 +1,8 @@
 //! Takes a picture in a world and writes it as a PNG file.
 //!
-//! `cargo run -p jde-sim --example picture -- worlds/hall.toml pioneer hall.png 12` waits twelve seconds of the world's time.
-//! The other robots of the world stand at their starts. Two more numbers are the degrees of pan and tilt.
+//! `cargo run -p jde-sim --example picture -- worlds/hall.toml pioneer hall.png 12` waits twelve seconds of
+//! the world's time. The other robots of the world are at their starts. Two more numbers are pan and tilt in
+//! degrees.
 
 use std::error::Error;
 use std::fs::File;

@@ -1,11 +1,13 @@
-//! Writes a drive as a CARMEN log: out of the lab of the office, along the corridor and into the next room, as the laser and
-//! the wheels tell it. It knows the way and waits for what is in it; it avoids nothing.
+//! Writes a drive as a CARMEN log, as measured by the laser and the wheels: out of the lab of the office,
+//! along the corridor and into the next room. It follows fixed way-points, and waits for things in its way;
+//! it avoids nothing.
 //!
 //! ```text
 //! cargo run -p jde-sim --example record_log > apps/logs/hall.log
 //! ```
 //!
-//! writes the same bytes every time: `FLASER n r0 .. rn-1 x y theta odom_x odom_y odom_theta time host time`, twice a second.
+//! The command writes the same bytes every time: `FLASER n r0 .. rn-1 x y theta odom_x odom_y odom_theta time
+//! host time`, twice a second.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -14,11 +16,11 @@ use jde_sim::{LaserConfig, OdometryOrigin, Pose2, RobotConfig, Twist2, World, wr
 
 const WORLD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/office.toml");
 const WAY: [[f64; 2]; 3] = [[3.55, 7.1], [9.55, 7.1], [9.55, 3.2]];
-/// From one command to the next, ns.
+/// Time between commands, ns.
 const TICK: u64 = 100_000_000;
-/// From one line of the log to the next, ns.
+/// Time between lines of the log, ns.
 const LINE: u64 = 5 * TICK;
-/// What a SICK laser tells of a beam that met nothing, m.
+/// The reading of a SICK laser for a beam without a return, m.
 const NOTHING: f32 = 81.83;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -56,7 +58,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Straight on, around the corner on the spot, or wait.
+/// Returns the command: straight ahead, a turn on the spot, or a wait.
 fn toward(error: f64, free: bool) -> Twist2 {
     if error.abs() > 0.3 {
         Twist2::new(0.0, 0.6_f64.copysign(error))
@@ -82,7 +84,7 @@ fn line(ranges: &[f32], pose: Pose2, now: u64) -> String {
         write!(line, " {range:.2}").expect("a String takes all");
     }
     let Pose2 { x, y, heading } = pose;
-    // A clock of 0 would be none.
+    // A time of 0 would mean that there is none.
     let time = 1.0 + now as f64 * 1e-9;
     for _ in 0..2 {
         write!(line, " {x:.4} {y:.4} {heading:.4}").expect("a String takes all");

@@ -1,5 +1,5 @@
-//! What the tests of the server share: a world that is served, and a client that knows the protocol and nothing else. It waits for
-//! what the robot says, never for time.
+//! The common part of the server's tests: a served world, and a client that knows only the protocol. It waits
+//! for the robot's packets, never for fixed times.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -18,7 +18,7 @@ use jde_p2os_server::{Event, Options, Place, Server, Tally, What};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
 
-/// A room of 10 x 8 m with one robot in it, and another.
+/// A room of 10 x 8 m with two robots.
 pub(crate) const ROOM: &str = r#"
     walls  = [{ name = "room", points = [[0, 0], [10, 0], [10, 8], [0, 8]], closed = true }]
     [robots.pioneer]
@@ -27,7 +27,7 @@ pub(crate) const ROOM: &str = r#"
     start = { x = 2, y = 6, heading_deg = 90 }
 "#;
 
-/// A world that is served by a thread.
+/// A world served by a thread.
 pub(crate) struct Served {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Vec<Tally>>>,
@@ -72,14 +72,14 @@ impl Served {
         served
     }
 
-    /// Ends it, and gives what became of the robots.
+    /// Stops the server, and returns the totals of the robots.
     pub(crate) fn end(mut self) -> Vec<Tally> {
         self.stop.store(true, Ordering::Relaxed);
         let thread = self.thread.take().expect("it ends once");
         thread.join().expect("it served to the end")
     }
 
-    /// Goes on once this has happened to that robot.
+    /// Waits until this event of that robot has occurred.
     pub(crate) fn until(&self, robot: &str, happened: impl Fn(&What) -> bool) {
         let found = |events: &[Event]| {
             events
@@ -107,7 +107,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().expect("nobody panicked")
 }
 
-/// What a client writes to and reads from.
+/// The stream of a client.
 pub(crate) trait Wire: Read + Write {}
 impl<T: Read + Write> Wire for T {}
 
@@ -145,12 +145,12 @@ impl Client {
         }
     }
 
-    /// The bare line.
+    /// Returns the stream alone.
     pub(crate) fn into_wire(self) -> Box<dyn Wire> {
         self.wire
     }
 
-    /// Shakes hands, opens the servers and switches the motors on.
+    /// Does the handshake, opens the servers and switches the motors on.
     pub(crate) fn open(&mut self) -> Names {
         let names = self.shake_hands();
         self.say(&Command::Open(Form::One));
@@ -178,12 +178,12 @@ impl Client {
         self.wire.write_all(bytes).expect("the robot is there");
     }
 
-    /// The next packet.
+    /// Returns the next packet.
     pub(crate) fn packet(&mut self) -> Packet {
         self.try_packet().expect("the robot is there")
     }
 
-    /// The next packet; none if the robot has hung up.
+    /// Returns the next packet; `None` if the robot has closed the connection.
     pub(crate) fn try_packet(&mut self) -> Option<Packet> {
         while self.waiting.is_empty() {
             let mut room = [0; 512];
@@ -203,7 +203,7 @@ impl Client {
         self.waiting.pop_front()
     }
 
-    /// The next packet that is as wanted.
+    /// Returns the next packet for which `wanted` is true.
     pub(crate) fn packet_with(&mut self, wanted: impl Fn(&Packet) -> bool) -> Packet {
         loop {
             let packet = self.packet();
@@ -213,13 +213,13 @@ impl Client {
         }
     }
 
-    /// The next server information packet.
+    /// Returns the next server information packet.
     pub(crate) fn sip(&mut self) -> Sip {
         let packet = self.packet_with(|packet| matches!(packet.id(), 0x32 | 0x33));
         Sip::from_packet(&packet).expect("a good one")
     }
 
-    /// The next one that is as wanted; says that it is there meanwhile.
+    /// Returns the next server information packet for which `wanted` is true, and sends PULSE meanwhile.
     pub(crate) fn sip_with(&mut self, wanted: impl Fn(&Sip) -> bool) -> Sip {
         loop {
             let sip = self.sip();
@@ -231,14 +231,14 @@ impl Client {
     }
 }
 
-/// Metres ahead and to the left, and radians, of a P3-DX.
+/// Returns the pose of a P3-DX: metres ahead and to the left, and radians.
 pub(crate) fn pose(sip: &Sip) -> [f64; 3] {
     let metres = |count: u16| f64::from(count.cast_signed()) * 0.000_485;
     let turn = f64::from(sip.th) * core::f64::consts::TAU / 4096.0;
     [metres(sip.x), metres(sip.y), turn]
 }
 
-/// Within a little.
+/// Checks a value within a tolerance.
 #[track_caller]
 pub(crate) fn near(is: f64, wanted: f64, tolerance: f64) {
     assert!(

@@ -1,4 +1,4 @@
-//! A client drives a robot: what it asks for happens, and what it is told is so.
+//! A client drives a robot: its commands take effect, and the robot's data are right.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use jde_p2os::{
 };
 use jde_p2os_server::{Options, What};
 
-/// A served room in fast motion, and a client that has opened the first robot.
+/// Returns a room served at a multiple of real time, and a client that has opened the first robot.
 fn driven() -> (Served, Client) {
     let served = Served::start(
         ROOM,
@@ -109,7 +109,7 @@ fn sonars_are_silent_when_they_are_off() {
     let (_served, mut client) = driven();
     let sip = client.sip();
     assert_eq!(sip.sonars.len(), 16);
-    // The wall on the right, 3 m from the middle and 2.86 m from the sonar.
+    // The wall on the right is 3 m from the middle and 2.86 m from the sonar.
     near(f64::from(sip.sonars[7].range), 2864.0, 60.0);
     client.say(&Command::Sonar(0));
     let sip = client.sip_with(|sip| sip.sonars.is_empty());
@@ -150,7 +150,7 @@ fn wheels_count_once_or_always() {
     }
 }
 
-/// The next whole sweep, m.
+/// Returns the next whole sweep, m.
 fn sweep(client: &mut Client) -> Vec<f64> {
     let mut assembler = Assembler::default();
     loop {
@@ -190,7 +190,7 @@ fn both_families_of_laser_commands_see_the_walls_where_they_are() {
         assert_eq!(ranges.len(), 181);
         near(ranges[0], 3.0, 0.03);
         near(ranges[90], 7.982, 0.03);
-        // On the left stands the second robot.
+        // The second robot is on the left.
         near(ranges[180], 2.75, 0.03);
     }
 }

@@ -1,4 +1,4 @@
-//! A served world, driven by a client that knows the protocol alone.
+//! A served world, driven by a client that knows only the protocol.
 
 mod common;
 mod driving;

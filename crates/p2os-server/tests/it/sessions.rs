@@ -1,4 +1,5 @@
-//! Clients that come, go, fall silent, send garbage or flood: the robot is never left driving, and the others never notice.
+//! Clients that arrive, leave, fall silent, send garbage or flood: no robot keeps driving, and other clients
+//! are not affected.
 
 use crate::common::{Client, ROOM, Served, pose};
 use jde_p2os::{Command, Form, Packet, Sync, Wheels};
@@ -34,7 +35,7 @@ fn robots_have_ports_and_clients_of_their_own() {
 fn synchronisation_is_in_order_and_can_begin_anew() {
     let served = served();
     let mut client = Client::tcp(served.addresses[0]);
-    // Out of order, and what some clients send first of all: nobody answers.
+    // Out of order, and packets that some clients send first: none is answered.
     client.send(&Sync::Two.to_packet().to_bytes());
     client.send(&Sync::One.to_packet().to_bytes());
     client.say(&Command::Close(Form::One));
@@ -106,7 +107,7 @@ fn a_silent_client_is_told_on_but_its_robot_stops() {
     client.open();
     client.say(&Command::Velocity(200));
     while client.sip().left_velocity < 100 {}
-    // Nothing is said from here on; the robot tells of itself all the same.
+    // The client sends nothing from here on; the robot still sends its packets.
     while client.sip().left_velocity != 0 {}
     assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 1);
     let before = pose(&client.sip());
@@ -144,7 +145,7 @@ fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
     let served = on_terminals(4.0);
     for turn in 0..2 {
         let mut client = Client::serial(&served.terminals[0]);
-        // What the one before left on the line is of no interest.
+        // The robot ignores bytes that an earlier client left on the line.
         client.say(&Command::Close(Form::Bare));
         client.open();
         client.say(&Command::Velocity(200));
@@ -153,7 +154,7 @@ fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
             client.say(&Command::Close(Form::Bare));
         }
     }
-    // Nobody closed the session the second time.
+    // The second client did not close its session.
     served.until("pioneer", |what| matches!(what, What::Left(_)));
 }
 
@@ -168,7 +169,7 @@ fn on_terminals(speed: f64) -> Served {
     )
 }
 
-/// A client on a terminal whose robot drives.
+/// Returns a client on a terminal, with a driving robot.
 fn driving(served: &Served) -> Client {
     let mut client = Client::serial(&served.terminals[0]);
     client.open();
@@ -191,7 +192,7 @@ fn a_client_that_is_back_at_once_finds_a_robot_that_waits_for_its_hello() {
     let served = on_terminals(1.0);
     for round in 0..5 {
         drop(driving(&served));
-        // Its first word would be a sign of life of the one before.
+        // Its first packet would count as a sign of life of the earlier client.
         let mut next = Client::serial(&served.terminals[0]);
         assert_eq!(next.shake_hands().name, "pioneer");
         next.say(&Command::Open(Form::One));
@@ -217,7 +218,7 @@ fn a_look_at_the_terminal_of_a_client_disturbs_nobody() {
 fn a_whole_hello_in_an_open_session_is_that_of_another() {
     let served = on_terminals(1.0);
     let mut client = driving(&served);
-    // Another has the line open too, so nobody can see that this one is gone.
+    // Another program has the terminal open too, so the server cannot notice that this client has left.
     for sync in [Sync::Zero, Sync::One, Sync::Two] {
         client.send(&sync.to_packet().to_bytes());
     }
@@ -247,7 +248,7 @@ fn pulse_open_and_close_right_after_the_hello_are_what_they_say() {
     assert_eq!(served.end()[0].sessions, 1);
 }
 
-/// A world whose robots can be reached by TCP and at a terminal each.
+/// Serves a world whose robots have TCP and a terminal each.
 fn served_twice(speed: f64) -> Served {
     Served::start(
         ROOM,
@@ -316,7 +317,7 @@ fn a_client_that_reads_nothing_is_let_go() {
     let mut deaf = Client::tcp(served.addresses[0]);
     deaf.shake_hands();
     deaf.say(&Command::Open(Form::One));
-    // Each is answered by a packet of a hundred bytes, and nobody reads them.
+    // Each is answered by a packet of a hundred bytes, which the client does not read.
     let question = Command::Config(Form::One)
         .to_packet()
         .expect("it fits")
@@ -366,8 +367,8 @@ fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
         }
         sent += 1;
         if sent % 50 == 0 {
-            // Reads what came, so that nobody is let go for not reading. What was sent may have begun a packet, of which the
-            // question becomes a part: it is asked again.
+            // Reads what has arrived, so that the server does not drop the client. The bytes may have started
+            // a packet that swallows the question, so the question is repeated.
             bad.send(&bytes);
             bad.say(&Command::SimStat(1));
             loop {
@@ -390,7 +391,7 @@ fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
 
 const HEAD: [u8; 6] = [0xFF, 0x30, 0x30, 0x00, 0x53, 0xEF];
 
-/// Whether a robot that hears these bytes may rightly move, be put elsewhere, or end the session.
+/// Returns whether these bytes may move the robot, change its pose, or end the session.
 fn asks_for_motion(bytes: &[u8]) -> bool {
     let mut asks = false;
     jde_p2os::Receiver::new().receive(bytes, core::time::Duration::ZERO, |packet: Packet| {
@@ -437,7 +438,7 @@ fn what_cannot_be_served_is_refused_in_words() {
     );
     assert!(said.contains("shorter name"), "{said}");
     let last = Some("127.0.0.1:65535".parse().expect("an address"));
-    // It may be taken; if not, the second robot has none.
+    // The port may be in use. Otherwise the second robot has no port.
     match Server::open(
         world(),
         &Options {

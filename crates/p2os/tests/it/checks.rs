@@ -1,11 +1,12 @@
-//! What holds for any bytes: nothing panics, nothing grows, what is read is written the same, and nobody moves a robot unasked.
+//! Properties for any bytes: nothing panics, nothing grows, decoding after encoding returns the same, and no
+//! robot moves without a wish.
 
 use core::fmt::Debug;
 use core::time::Duration;
 
 use jde_p2os::*;
 
-/// Any stream gives the same packets however it is cut, and every byte is in a packet, thrown away or held.
+/// A stream gives the same packets however it is split. Every byte is in a packet, discarded or held.
 pub(crate) fn receiver(data: &[u8]) {
     let found = |cut: usize| {
         let (mut receiver, mut found) = (Receiver::new(), Vec::new());
@@ -22,18 +23,18 @@ pub(crate) fn receiver(data: &[u8]) {
     assert_eq!(whole, found(7));
 }
 
-/// Any payload is a command, and its packet is the same command.
+/// Any payload is a command, and its packet decodes to the same command.
 pub(crate) fn command(data: &[u8]) {
     let Ok(packet) = Packet::new(data) else { return };
     let command = Command::from_packet(&packet);
-    // Some forms are written a byte longer than one of their readings; those may not fit any more.
+    // Some arguments are encoded one byte longer than they were received, and may not fit into a packet.
     if let Ok(written) = command.to_packet() {
         assert_eq!(Command::from_packet(&written), command);
         assert_eq!(Command::from_packet(&written).moves(), command.moves());
     }
 }
 
-/// Whatever is read of a robot's word is read again from what is written of it.
+/// Any answer that can be decoded is the same after encoding and decoding.
 pub(crate) fn answer(data: &[u8]) {
     let Ok(packet) = Packet::new(data) else { return };
     again(&packet, Names::from_packet, Names::to_packet);
@@ -54,7 +55,7 @@ fn again<T: PartialEq + Debug>(
     read: impl Fn(&Packet) -> Result<T, Error>,
     write: impl Fn(&T) -> Result<Packet, Error>,
 ) {
-    // An old configuration that is written whole may be too long for a packet.
+    // An old configuration, encoded with every field, may be too long for a packet.
     if let Ok(value) = read(packet)
         && let Ok(written) = write(&value)
     {
@@ -62,7 +63,7 @@ fn again<T: PartialEq + Debug>(
     }
 }
 
-/// Any stream gives frames that are written and read the same.
+/// Any stream gives frames that are the same after encoding and decoding.
 pub(crate) fn head(data: &[u8]) {
     let frames = |bytes: &[u8]| {
         let (mut parser, mut frames) = (HeadParser::default(), Vec::new());
@@ -78,7 +79,8 @@ pub(crate) fn head(data: &[u8]) {
     }
 }
 
-/// A robot that follows the script of `data`: whatever it says, it is moved only by a wish, within its limits, and only by packets.
+/// Runs a session against a robot that follows the script of `data`. Whatever it sends, the session moves it
+/// only on a wish and within its limits, and sends only packets.
 pub(crate) fn session(data: &[u8]) {
     let [first, script @ ..] = data else { return };
     let options = Options {
@@ -140,7 +142,7 @@ pub(crate) fn session(data: &[u8]) {
     assert_eq!(receiver.dropped(), Dropped::default());
 }
 
-/// What a robot says to somebody who says hello, until it drives.
+/// The robot's side of a handshake, until it can be driven.
 fn hello(session: &mut Session, now: Duration) {
     let names = Names {
         name: "a".into(),

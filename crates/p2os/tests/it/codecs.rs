@@ -1,4 +1,4 @@
-//! Packets of both ends against bytes written down by hand, and against what independent programs said to each other.
+//! Packets of both ends against bytes written by hand, and against recordings of independent programs.
 
 use core::time::Duration;
 use std::fs;
@@ -66,7 +66,7 @@ fn what_independent_programs_said_is_read_and_written_again_to_the_byte() {
             };
             let written = written.unwrap();
             if packet.id() == 0x32 && packet.payload()[19] == 16 && packet.payload().len() == 36 {
-                // A simulator that counts sonars which it leaves out, being off; we do not count them.
+                // One simulator counts sonars that are off and omits them; this library does not count them.
                 assert_eq!(written.payload()[..19], packet.payload()[..19], "{line}");
                 assert_eq!(written.payload()[20..], packet.payload()[20..], "{line}");
             } else {
@@ -168,7 +168,7 @@ fn a_sip_of_every_length_is_read_and_written_again() {
         let packet = Packet::new(&newest.payload()[..length]).unwrap();
         let sip = Sip::from_packet(&packet).unwrap();
         let written = sip.to_packet().unwrap();
-        // A number cut in two counts as not sent.
+        // A number that is cut off counts as missing.
         assert!(length - written.payload().len() < 2, "{length}");
         assert_eq!(Sip::from_packet(&written).unwrap(), sip);
     }
@@ -301,7 +301,7 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
         let bytes = hex(bytes);
         assert_eq!(command.to_bytes(), bytes);
         let mut heard = Vec::new();
-        // Garbage before a frame, and a frame that never ends, change nothing.
+        // Garbage before a frame, and a frame that never ends, have no effect.
         parser.receive(&[0xEF, 7, 0xFE, 0x30], |frame| heard.push(frame));
         for byte in bytes {
             parser.receive(&[byte], |frame| heard.push(frame));
@@ -346,7 +346,7 @@ fn packets_are_found_whatever_is_between_them() {
     let good = Command::Velocity(100).to_packet().unwrap();
     let mut wrong = good.to_bytes();
     *wrong.last_mut().unwrap() ^= 1;
-    // A header that promises more than there is must not swallow what follows it.
+    // A header that announces more bytes than follow must not swallow the next packet.
     let stream = [
         &[0xFA, 0xFA, 0xFB, 200][..],
         &good.to_bytes(),

@@ -1,8 +1,9 @@
-//! What the tests share: hexadecimal vectors, and one way to read and write again any packet. No test is in here.
+//! The common part of the tests: hexadecimal vectors, and decoding and encoding of any packet. No test is
+//! here.
 
 use jde_p2os::{Command, Config, Encoders, Error, LaserPacket, Names, Packet, SerialAux, SimState, Sip};
 
-/// The lines of a file of vectors: bytes in hexadecimal, then words about them.
+/// Returns the lines of a vector file: bytes in hexadecimal, then a description.
 pub(crate) fn vectors(text: &str) -> impl Iterator<Item = (Vec<u8>, &str)> {
     text.lines().map(|line| {
         let (bytes, words) = line.split_once("  ").expect("bytes, two blanks, words");
@@ -18,7 +19,7 @@ pub(crate) fn hex(text: &str) -> Vec<u8> {
     digits.chunks(2).map(|pair| pair[0] << 4 | pair[1]).collect()
 }
 
-/// What a robot says, read as what its kind says it is, and written again.
+/// Decodes a robot's packet by its kind, and encodes it again.
 pub(crate) fn again(packet: &Packet) -> Result<Packet, Error> {
     match packet.id() {
         0..=1 => Ok(*packet),
@@ -32,7 +33,7 @@ pub(crate) fn again(packet: &Packet) -> Result<Packet, Error> {
     }
 }
 
-/// What a client says, read and written again.
+/// Decodes a client's packet, and encodes it again.
 pub(crate) fn again_command(packet: &Packet) -> Result<Packet, Error> {
     Command::from_packet(packet).to_packet()
 }

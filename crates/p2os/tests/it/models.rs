@@ -1,4 +1,4 @@
-//! The models that come with the library, what is said of a file that is none, and the odometer over wrapping counts.
+//! The models of the library, the errors of invalid model files, and the odometer with wrapping positions.
 
 use core::f64::consts::FRAC_PI_2;
 use core::time::Duration;
@@ -61,7 +61,7 @@ fn what_is_wrong_in_a_file_is_said_with_file_line_and_key() {
     );
 }
 
-/// Follows positions 100 ms apart.
+/// Feeds an odometer with positions 100 ms apart.
 fn follow(positions: &[(u16, u16, i16)]) -> (Pose, u64) {
     let model = Model::named("p3dx-sh").unwrap();
     let mut odometer = Odometer::new(Pose {
@@ -102,7 +102,7 @@ fn positions_go_on_where_they_wrap_forwards_and_backwards() {
 fn another_origin_is_no_motion() {
     let (pose, jumps) = follow(&[(0, 0, 0), (100, 0, 0), (5000, 0, 1024), (5000, 100, 1024)]);
     assert_eq!(jumps, 1);
-    // It went 100 ahead, was given another frame, and went 100 ahead again.
+    // It drove 100 ahead, its origin changed, and it drove 100 ahead again.
     assert_near(pose, 1.0, 2.2, FRAC_PI_2);
 }
 

@@ -1,11 +1,11 @@
-//! The corpus for fuzzing, mutations of it and noise, through the checks that fuzzing uses.
+//! The corpus for fuzzing, mutations of it and noise, all through the checks of the fuzzers.
 
 use crate::checks;
 
 use std::fs;
 use std::path::Path;
 
-/// A generator of numbers that is the same in every run.
+/// A random number generator that is the same in every run.
 struct Dice(u64);
 
 impl Dice {
@@ -17,7 +17,7 @@ impl Dice {
     }
 
     fn byte(&mut self) -> u8 {
-        // Bytes that mean something come more often than by chance.
+        // Meaningful bytes occur more often than by chance.
         match self.roll(4) {
             0 => [0xFA, 0xFB, 0, 1, 2, 0x3B, 0x1B, 0x2B, 0x32, 0x60, 0xEF, 0xFF][self.roll(12)],
             _ => self.roll(256) as u8,

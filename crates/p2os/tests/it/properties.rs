@@ -1,4 +1,4 @@
-//! What is written is read the same: for every command and every answer, whatever its numbers.
+//! Decoding after encoding returns the same, for every command and every answer, whatever its numbers.
 
 use jde_p2os::*;
 use proptest::collection::vec;
@@ -113,7 +113,7 @@ fn sips() -> impl Strategy<Value = Sip> {
     );
     (head, sonars, tail).prop_map(
         |((moving, a, b, c, flags), sonars, (d, e, f, temperature, known))| {
-            // Firmware knows the first so many fields of the tail.
+            // The firmware knows only this many fields of the tail.
             let mut place = 0;
             let mut knows = || {
                 place += 1;
@@ -156,7 +156,7 @@ proptest! {
     #[test]
     fn every_command_is_read_as_it_was_written(command in commands()) {
         let packet = command.to_packet().unwrap();
-        // Alone on a line, OPEN and the like without an argument are synchronisations too.
+        // Without an argument, OPEN and similar commands are synchronisations too.
         prop_assert_eq!(Command::from_packet(&packet), command);
     }
 

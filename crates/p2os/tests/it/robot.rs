@@ -1,17 +1,17 @@
-//! A scripted robot: it answers as the protocol says and remembers what it was told. It has no physics.
+//! A scripted robot: it answers according to the protocol and records its commands. It has no physics.
 
 use core::time::Duration;
 
 use jde_p2os::*;
 
-/// A robot at the other end of a session, and the session.
+/// A session, and the robot at its other end.
 pub(crate) struct Talk {
     pub(crate) session: Session,
     pub(crate) now: Duration,
     pub(crate) robot: Robot,
 }
 
-/// What the robot is and does.
+/// The robot, and its script.
 pub(crate) struct Robot {
     pub(crate) names: Names,
     pub(crate) config: Option<Config>,
@@ -20,7 +20,7 @@ pub(crate) struct Robot {
     pub(crate) mute: bool,
     pub(crate) motors_broken: bool,
     pub(crate) camera: bool,
-    /// What the camera has said and nobody has fetched, and how much is asked for.
+    /// Bytes of the camera that the client has not fetched, and the number that it has requested.
     said: Vec<u8>,
     wanted: usize,
     open: bool,
@@ -51,7 +51,7 @@ impl Robot {
         }
     }
 
-    /// Takes what a client says; gives the answers.
+    /// Processes a client's bytes; returns the answers.
     pub(crate) fn take(&mut self, bytes: &[u8], now: Duration) -> Vec<u8> {
         let mut packets = Vec::new();
         self.receiver.receive(bytes, now, |packet| packets.push(packet));
@@ -112,7 +112,7 @@ impl Robot {
         self
     }
 
-    /// What it says by itself every tenth of a second.
+    /// Returns its unsolicited packets of a tenth of a second.
     pub(crate) fn says(&self) -> Vec<u8> {
         if self.open && !self.mute {
             self.sip.to_packet().unwrap().to_bytes()
@@ -123,7 +123,7 @@ impl Robot {
 }
 
 impl Talk {
-    /// A session that has a connection and nothing more.
+    /// Creates a session that has a connection and nothing more.
     pub(crate) fn new(robot: Robot, options: Options) -> Self {
         let mut session = Session::new(options);
         let now = Duration::from_secs(100);
@@ -131,7 +131,7 @@ impl Talk {
         Self { session, now, robot }
     }
 
-    /// One that has said hello.
+    /// Creates a session that has completed the handshake.
     pub(crate) fn connected(robot: Robot, options: Options) -> Self {
         let mut talk = Self::new(robot, options);
         talk.run(&Wish::default(), 2.0);
@@ -147,7 +147,7 @@ impl Talk {
         }
     }
 
-    /// The robot goes on, and the application hangs.
+    /// The robot continues while the application hangs.
     pub(crate) fn hang(&mut self, seconds: f64) {
         let end = self.now + Duration::from_secs_f64(seconds);
         while self.now < end {
@@ -169,7 +169,7 @@ impl Talk {
         self.session.receive(&answers, self.now);
     }
 
-    /// What the robot was told since the last call.
+    /// Returns the commands that the robot has received since the last call.
     pub(crate) fn heard(&mut self) -> Vec<Command> {
         core::mem::take(&mut self.robot.heard)
     }
@@ -187,7 +187,7 @@ impl Talk {
     }
 }
 
-/// A wish to drive.
+/// Creates a wish to drive.
 pub(crate) fn wish(linear: f64, angular: f64) -> Wish {
     Wish {
         linear,

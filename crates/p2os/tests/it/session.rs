@@ -1,4 +1,5 @@
-//! The client's session against a scripted robot: hello, driving within limits, silence, goodbye; laser, encoders and head.
+//! The client's session against a scripted robot: handshake, driving within limits, silence, closing; laser,
+//! encoders and head.
 
 use core::f64::consts::PI;
 use core::time::Duration;
@@ -58,7 +59,7 @@ fn what_is_not_answered_is_said_again_each_second_and_given_up_in_the_end() {
     assert!(session.output().is_empty());
     session.drive(&Wish::default(), Duration::from_secs(1));
     assert_eq!(session.output(), zero);
-    // The echo of another step is no answer.
+    // The echo of another step is not an answer.
     session.receive(&Sync::One.to_packet().to_bytes(), Duration::from_secs(1));
     assert!(session.output().is_empty());
     for second in 2..=10 {
@@ -328,7 +329,7 @@ fn sweeps_and_ticks_come_whole_and_without_wrapping() {
     }
     let ticks = |left, right| Event::Encoders { left, right };
     assert_eq!(talk.events(), [Event::Laser(sweep), ticks(0, 0), ticks(2, -1)]);
-    // Heard, so it is not asked for in other words.
+    // Packets arrive, so the session does not try other commands.
     talk.heard();
     talk.run(&Wish::default(), 5.0);
     assert!(
@@ -360,7 +361,7 @@ fn ticks_go_on_where_they_were_with_a_robot_that_counts_anew() {
     assert_eq!(talk.events(), [ticks(500, 600), ticks(510, 620)]);
 }
 
-/// What the camera was told, without questions.
+/// Returns the commands to the camera, without requests for its angles.
 fn camera(heard: &[Command]) -> Vec<HeadCommand> {
     let command = |command: &Command| match command {
         Command::Tty2(bytes) => match HeadFrame::from_bytes(bytes) {
@@ -385,7 +386,7 @@ fn look(pan: f64, tilt: f64, speed: f64) -> Wish {
     }
 }
 
-/// A robot with a camera that answers, and a session that knows of it.
+/// Creates a robot with a camera that answers, and a session that is configured for it.
 fn with_camera() -> Talk {
     let mut robot = p3dx();
     robot.camera = true;
@@ -409,7 +410,7 @@ fn a_camera_that_answers_is_told_one_thing_after_another() {
         HeadCommand::Init,
         HeadCommand::PanSpeed(800),
         HeadCommand::TiltSpeed(662),
-        // Left is negative for the camera, up is positive: down is not, as ROS has it.
+        // Left is negative for the camera, and up is positive; in ROS, down is positive.
         HeadCommand::PanTilt { pan: -400, tilt: 178 },
     ];
     assert_eq!(camera(&talk.heard()), expected);

@@ -1,4 +1,4 @@
-//! An owner that polls its port until something is so.
+//! An owner that polls its port until a condition holds.
 
 use core::time::Duration;
 use std::thread;
@@ -6,7 +6,7 @@ use std::thread;
 use jde_port::{Address, Backoff, Link, Port};
 use jde_watchdog::Watchdog;
 
-/// Attempts follow each other at once, so that no test waits.
+/// Attempts follow each other without a wait, so that no test waits.
 pub(crate) const AT_ONCE: Backoff = Backoff {
     first: Duration::ZERO,
     most: Duration::ZERO,
@@ -16,7 +16,7 @@ pub(crate) fn port(address: &str) -> Port {
     Port::new(Address::parse(address).expect("an address"), AT_ONCE)
 }
 
-/// Polls with a clock that stands still until the link is as asked.
+/// Polls with a constant time until the link satisfies a condition.
 pub(crate) fn until(port: &mut Port, mut good: impl FnMut(&Link) -> bool) -> Link {
     let _watchdog = Watchdog::of_a_test();
     loop {
@@ -31,7 +31,7 @@ pub(crate) fn connected(port: &mut Port) {
     until(port, Link::is_connected);
 }
 
-/// Reads until the connection is lost; why, and what came before.
+/// Reads until the connection is lost. Returns the reason, and the bytes that arrived before.
 pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
     let _watchdog = Watchdog::of_a_test();
     let mut heard = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
     }
 }
 
-/// Reads until so many bytes have come.
+/// Reads until `count` bytes have arrived.
 pub(crate) fn read(port: &mut Port, count: usize) -> Vec<u8> {
     let _watchdog = Watchdog::of_a_test();
     let mut heard = Vec::new();

@@ -1,4 +1,5 @@
-//! Real pseudo-terminals: lines that come, go, change their speed and belong to one program at a time.
+//! Real pseudo-terminals: lines that appear, disappear, change their speed and belong to one program at a
+//! time.
 
 use core::time::Duration;
 use std::fs::{self, File};
@@ -22,7 +23,7 @@ fn every_byte_goes_through_as_it_is() {
     let pty = Pty::open().expect("a pseudo-terminal");
     let mut port = at(&pty, "19200");
     connected(&mut port);
-    // Line ends, XON, XOFF, interrupts and all.
+    // All bytes, including line ends, XON, XOFF and interrupts.
     let all: Vec<u8> = (0..=255).collect();
     pty.master().write_all(&all).expect("it is open");
     assert_eq!(read(&mut port, 256), all);
@@ -55,7 +56,7 @@ fn the_speed_is_that_of_the_address_until_it_is_changed() {
 #[test]
 fn a_plug_that_is_pulled_is_lost_and_met_again_where_it_comes_back() {
     let folder = tempfile::tempdir().expect("a folder");
-    // What udev does: the same name for whatever node the device gets.
+    // As with udev: a constant name for whatever node the device gets.
     let name = folder.path().join("laser");
     let mut port = port(&format!("serial:{}@9600", name.display()));
     assert!(lost(&mut port).contains("there is no such device: is it plugged in"));

@@ -1,4 +1,4 @@
-//! Real connections on the loopback: peers that vanish, come back, refuse, flood and do not listen.
+//! Real connections on the loopback: peers that vanish, return, refuse, flood and do not read.
 
 use core::time::Duration;
 use std::io::{Read, Write};
@@ -45,7 +45,7 @@ fn who_closes_while_connecting_leaves_no_connection_behind() {
         .set_read_timeout(Some(Duration::from_secs(60)))
         .expect("an option of TCP");
     assert_eq!(device.read(&mut [0; 1]).expect("it is closed"), 0);
-    // And the same port connects anew, once the old attempt has ended.
+    // The same port reconnects, once the old attempt has ended.
     until(&mut port, Link::is_connected);
     listener.accept().expect("it has connected");
 }
@@ -96,7 +96,7 @@ fn a_peer_that_goes_and_comes_back_is_lost_with_the_reason_and_met_again() {
 #[test]
 fn a_connection_that_is_reset_is_lost() {
     let (mut port, device) = pair();
-    // Closing with bytes unread resets.
+    // Closing a socket with unread bytes resets the connection.
     assert!(port.write(b"unread"));
     assert!(port.flush(Duration::from_secs(60)));
     device.peek(&mut [0]).expect("they have come");
@@ -140,7 +140,7 @@ fn attempts_become_rarer_and_are_counted_until_a_byte_is_heard() {
     assert_eq!(waits, [1, 2, 4, 4]);
 
     let listener = TcpListener::bind(&address["tcp:".len()..]).expect("the port is free again");
-    // The clock stands still: an attempt that is given up by it would leave a connection that is accepted first.
+    // The time is constant: an attempt that timed out would leave a connection that is accepted first.
     while !port.poll(now).is_connected() {
         thread::yield_now();
     }
@@ -195,7 +195,7 @@ fn a_flood_is_taken_in_bounded_bites() {
 #[test]
 fn a_peer_that_hears_nothing_keeps_flush_no_longer_than_said() {
     let (mut port, _device) = pair();
-    // Fill what the system takes, so that something waits.
+    // Fill the system's buffers, so that bytes wait.
     while port.flush(Duration::ZERO) {
         assert!(port.write(&[0; 60_000]));
     }
@@ -232,7 +232,7 @@ fn an_attempt_that_takes_too_long_is_given_up_by_the_owners_clock() {
     let mut port = port(&address);
     assert!(matches!(port.poll(Duration::ZERO), Link::Connecting { .. }));
     let link = port.poll(Duration::from_secs(60)).clone();
-    // Either the attempt was quicker than this very call, or it is over: none lasts a minute.
+    // Either the attempt was faster than this call, or it has timed out: no attempt may last a minute.
     assert!(
         link.is_connected() || reason(&link).contains("no answer in time"),
         "{link:?}"

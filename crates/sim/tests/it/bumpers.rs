@@ -1,4 +1,4 @@
-//! Which bumpers a touch presses.
+//! The bumpers that a touch presses.
 
 use jde_sim::{RobotConfig, RobotId, Twist2, World};
 
@@ -14,7 +14,7 @@ fn hall(seed: u64) -> (World, RobotId) {
 
 #[test]
 fn bumpers_tell_where_the_body_touches() {
-    // Back against the wall x = -4, then ahead against the other robot.
+    // Backwards against the wall x = -4, then ahead against the other robot.
     let (mut world, robot) = hall(1);
     world.add_robot("s", RobotConfig::default()).unwrap();
     assert!(!world.bumpers(robot).any());
@@ -43,7 +43,7 @@ fn a_touch_ahead_on_the_left_presses_the_left_of_the_front() {
     let robot = world.add_robot("r", RobotConfig::default()).unwrap();
     world.command(robot, Twist2::new(0.3, 0.0)).unwrap();
     world.advance_to(10_000_000_000);
-    // The centres are 0.35 m apart and 0.32 m aside: the contact is at asin(0.32 / 0.35) = 66 degrees.
+    // The centres are 0.35 m apart, 0.32 m across: the contact is at asin(0.32 / 0.35) = 66 degrees.
     assert_eq!(world.bumpers(robot).front, [true, false, false, false, false]);
 }
 
@@ -57,7 +57,7 @@ fn bumpers_turn_with_the_robot() {
     world.command(robot, Twist2::new(0.3, 0.0)).unwrap();
     world.advance_to(10_000_000_000);
     assert_eq!(world.bumpers(robot).front, [false, false, true, false, false]);
-    // A quarter turn to the left: the wall is where the right wheel is, and there is no bumper.
+    // A quarter turn to the left: the wall is at the right wheel, where there is no bumper.
     world.command(robot, Twist2::new(0.0, 0.5)).unwrap();
     while world.truth(robot).pose.heading.to_degrees() < 175.0 && world.truth(robot).pose.heading > 0.0 {
         world.advance_to(world.now() + 10_000_000);

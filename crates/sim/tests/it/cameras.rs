@@ -1,4 +1,4 @@
-//! Pictures: what is where by the formula of a pinhole, what hides what, and the same bytes for the same world.
+//! Pictures: positions by the pinhole formula, hidden surfaces, and the same bytes for the same world.
 
 use jde_sim::{
     CameraConfig, CameraMount, HeadCommand, Pose2, RobotConfig, RobotId, Twist2, World, WorldError,
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const SECOND: u64 = 1_000_000_000;
 
-/// A robot at the origin that looks along x.
+/// Creates a robot at the origin that faces along x.
 fn place(things: &str) -> (World, RobotId) {
     let mut world = World::parse(
         &format!("floor = 'gray'\nsky = '#0000ff'\n{things}\n[robots.r]\nstart = {{ x = 0, y = 0 }}"),
@@ -19,7 +19,8 @@ fn place(things: &str) -> (World, RobotId) {
     (world, robot)
 }
 
-/// On the body, 0.4 m above the floor, a quarter turn wide: the focal length is half the width.
+/// Returns a camera on the body, 0.4 m above the floor, with a quarter turn of view: the focal length is half
+/// the width.
 fn camera() -> CameraConfig {
     CameraConfig {
         field_of_view: 90f64.to_radians(),
@@ -49,7 +50,7 @@ impl Picture {
         self.bytes[first..first + 3].try_into().unwrap()
     }
 
-    /// The middle of all pixels of a hue, and how many there are.
+    /// Returns the centroid of all pixels of a hue, and their number.
     fn blob(&self, hue: fn([u8; 3]) -> bool) -> ([f64; 2], usize) {
         let (pixels, _) = self.bytes.as_chunks::<3>();
         let of_hue = pixels.iter().enumerate().filter(|(_, pixel)| hue(**pixel));
@@ -92,7 +93,8 @@ fn look(world: &mut World, robot: RobotId, pan: f64, tilt: f64) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// The formula knows nothing of the renderer: it turns the point into the frame of the head by sines and cosines.
+    /// The formula is independent of the renderer: it rotates the point into the frame of the head by sines
+    /// and cosines.
     #[test]
     fn a_ball_is_on_the_pixel_that_the_pinhole_formula_says(
         x in 2.0..5.0f64, y in -1.0..1.0f64, heading in -0.3..0.3f64, pan in -0.2..0.2f64, tilt in -0.15..0.3f64,
@@ -211,7 +213,8 @@ fn tilted_down_it_sees_the_floor_alone_and_up_the_sky_alone() {
 fn the_grid_of_the_floor_is_one_of_metres() {
     let (world, robot) = place("");
     let picture = take(&world, robot, &camera());
-    // The line x = 1 is 0.4 m below the eye and 1 m ahead: 64 pixels below the middle. Beside it is plain floor.
+    // The line x = 1 is 0.4 m below the eye and 1 m ahead: 64 pixels below the middle. Beside it is plain
+    // floor.
     let (line, plain) = (picture.at(200, 184), picture.at(200, 200));
     assert!(plain[0] > line[0] + 10, "{line:?} {plain:?}");
 }
@@ -223,7 +226,8 @@ fn a_face_is_brighter_toward_the_light() {
          boxes = [{ center = [3, 1.4], size = [1, 1], angle_deg = 45, color = '#ff0000', height = 2 }]",
     );
     let picture = take(&world, robot, &camera());
-    // Its corner at (2.29, 1.4) parts the face to the right, away from the light, from the one to the left.
+    // Its corner at (2.29, 1.4) separates the face on the right, which looks away from the light, from the
+    // one on the left.
     let (left, right) = (picture.at(54, 110), picture.at(72, 110));
     assert!(
         red(left) && red(right) && left[0] > right[0] + 30,
@@ -342,7 +346,7 @@ fn numbers_that_cannot_work_are_named() {
     }
 }
 
-/// Changes with anything that changes a picture: then look at one, and note the new number.
+/// The hash changes with everything that changes a picture. Then look at a picture, and update the hash.
 #[test]
 fn a_picture_is_the_same_on_any_machine() {
     let (mut world, robot) = place(

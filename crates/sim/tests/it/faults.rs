@@ -1,4 +1,4 @@
-//! Every fault of a world file names its file and line, says what was expected, and they all come together.
+//! Every fault of a world file has its file and line and states what was expected. All are reported together.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ fn faults(text: &str) -> Vec<String> {
     }
 }
 
-/// One fault, on the line that ends with `# here`, with all of `words` in it.
+/// Checks that there is one fault, on the line that ends with `# here`, and that it contains all of `words`.
 fn check(text: &str, words: &[&str]) {
     let line = 1 + text
         .lines()
@@ -291,7 +291,7 @@ fn robots_are_refused_with_what_would_do() {
 
 #[test]
 fn any_text_gives_a_world_or_faults_with_lines() {
-    // Every prefix of a sound file: no panic, and no fault without its place.
+    // Every prefix of a valid file: no panic, and no fault without its place.
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../worlds/office.toml");
     let text = std::fs::read_to_string(path).unwrap();
     for end in (0..text.len())

@@ -1,4 +1,4 @@
-//! What can be pushed: it gives way, it is left where it is left, and nothing ever enters anything.
+//! Things that can be pushed: they give way, they stay where they are left, and nothing ever enters anything.
 
 use jde_sim::{Outline, RobotConfig, RobotId, STEP_NS, SonarConfig, Twist2, World};
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ fn run(world: &mut World, seconds: f64) {
     world.advance_to(world.now() + (seconds * 1e9).round() as u64);
 }
 
-/// A robot at the origin that looks along x, with things in front of it.
+/// Creates a robot at the origin that faces along x, with things in front of it.
 fn lane(things: &str) -> (World, RobotId) {
     let mut world = world(&format!(
         "walls = [{{ name = 'end', points = [[4, -2], [4, 2]] }}]
@@ -103,7 +103,7 @@ fn boxes_push_boxes_and_their_weights_add_up() {
         )
     };
     let (a, b, stalled) = pair(2.0);
-    // What is pushed by a box stands off it by less than a piece of the robot's way.
+    // The gap to a box that another box pushes is less than a piece of the robot's way.
     assert!(!stalled && (0.4..0.405).contains(&(b - a)) && b > 1.6, "{a} {b}");
     let (_, b, stalled) = pair(14.0);
     assert!(stalled && b == 1.2, "{b}");
@@ -200,7 +200,7 @@ const YARD: &str = "
 
 type Corners = Vec<[f64; 2]>;
 
-/// A shape as a convex outline of points, and a radius around it.
+/// Returns a shape as a convex outline of points, and a radius around it.
 fn hull(outline: Outline) -> (Corners, f64) {
     match outline {
         Outline::Segment { from, to } => (vec![from, to], 0.0),
@@ -224,7 +224,7 @@ fn hull(outline: Outline) -> (Corners, f64) {
     }
 }
 
-/// The gap between two shapes by separating axes: at most the true gap, negative when they overlap.
+/// Returns the gap between two shapes by separating axes: at most the true gap, negative when they overlap.
 fn gap(a: &(Corners, f64), b: &(Corners, f64)) -> f64 {
     let axes = |points: &Corners, others: &Corners| {
         let mut axes = Vec::new();

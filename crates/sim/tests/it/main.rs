@@ -1,4 +1,4 @@
-//! The simulator: what its world, its robots and their sensors do.
+//! The simulator: its world, its robots and their sensors.
 
 mod bumpers;
 mod cameras;

@@ -1,4 +1,4 @@
-//! ROS maps: what a world makes of their images, and what it says when they are wrong.
+//! ROS maps: the shapes that a world makes of their images, and the errors of invalid ones.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jde_sim::{LaserConfig, RobotConfig, World};
 
-/// A folder of its own for a test, emptied before.
+/// Creates an empty folder for one test.
 fn folder(test: &str) -> PathBuf {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
-    // Tests run side by side, and several of them make one world after another.
+    // Tests run in parallel, and several of them create one world after another.
     let name = format!("{test}-{}", NEXT.fetch_add(1, Ordering::Relaxed));
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("maps").join(name);
     let _ = fs::remove_dir_all(&path);
@@ -18,7 +18,7 @@ fn folder(test: &str) -> PathBuf {
 }
 
 const YAML: &str = "image: m.pgm\nresolution: 0.5\norigin: [0, 0, 0]\n";
-/// Four by three cells, the upper right one a wall, the lower left one unknown.
+/// Four by three cells: the upper right one is a wall, the lower left one is unknown.
 const PLAIN: &str = "P2\n# by hand\n4 3 # wide, high\n255\n254 254 254 0\n254 254 254 254\n205 254 254 254\n";
 
 fn world(test: &str, yaml: &str, image: &[u8]) -> Result<World, String> {
@@ -134,7 +134,7 @@ fn the_origin_moves_and_turns_the_map() {
         "[robots.r]\nstart = { x = 2.25, y = 4.75 }",
     )
     .unwrap();
-    // Columns go up and rows to the left: the wall's cell is from (1.5, 5.5) to (2.0, 6.0).
+    // Columns extend up and rows to the left: the wall's cell is from (1.5, 5.5) to (2.0, 6.0).
     assert!((world.cast_ray([1.7, 4.2], 90f64.to_radians(), 9.0, None).unwrap() - 1.3).abs() < 1e-9);
     assert!(
         (world
@@ -171,7 +171,7 @@ fn a_robot_starts_on_free_ground_of_the_map_only() {
 fn a_large_map_becomes_few_shapes() {
     let side = 1000;
     let mut raw = format!("P5 {side} {side} 255\n").into_bytes();
-    // Rooms of 50 cells behind walls of 2.
+    // Rooms of 50 cells behind walls of 2 cells.
     raw.extend((0..side * side).map(|i| {
         if i % side % 50 < 2 || i / side % 50 < 2 {
             0
@@ -192,7 +192,7 @@ fn a_large_map_becomes_few_shapes() {
     assert!((ranges[90] - (2.5 - 1.318)).abs() < 1e-5, "{}", ranges[90]);
 }
 
-/// One fault of the map, at `place`, with all of `words` in it.
+/// Checks that there is one fault of the map, at `place`, and that it contains all of `words`.
 fn check(yaml: &str, image: &[u8], place: &str, words: &[&str]) {
     let error = world("faults", yaml, image).err().expect("a fault");
     assert!(error.starts_with(place), "{error}");

@@ -1,4 +1,5 @@
-//! How robots move: arcs, limits, contacts, and a history that does not depend on who slices the time.
+//! The motion of robots: arcs, limits, contacts, and a history that does not depend on how the time is
+//! divided.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ fn with(text: &str, config: RobotConfig) -> (World, RobotId) {
     (world, robot)
 }
 
-/// Motors so strong that a command holds from the first step on.
+/// Motors so strong that a command takes effect in the first step.
 fn agile() -> RobotConfig {
     RobotConfig {
         linear_acceleration: 1e9,
@@ -39,7 +40,7 @@ fn a_constant_twist_draws_a_circle() {
     let (v, w) = (0.5, 0.8);
     world.command(robot, Twist2::new(v, w)).unwrap();
     world.advance_to(STEP_NS);
-    // The first step gains the speed: from its end on the arc has the closed form.
+    // The first step gains the speed. From its end on, the arc has the closed form.
     let Pose2 { x, y, heading } = world.truth(robot).pose;
     for step in 2..1000u64 {
         world.advance_to(step * STEP_NS);
@@ -130,7 +131,7 @@ fn a_robot_stops_at_a_wall_and_the_contact_counts_once() {
     let encoders = world.encoders(robot);
     world.advance_to(seconds(6.0));
     assert_eq!(world.encoders(robot), encoders, "the wheels stand with the robot");
-    // Away and back again is a second contact.
+    // A second contact after a gap is a second collision.
     world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
     world.advance_to(seconds(6.5));
     assert!(!world.truth(robot).contact && !world.truth(robot).stalled);
@@ -144,7 +145,7 @@ fn a_body_that_rebounds_by_a_hair_is_still_in_the_same_contact() {
     let (mut world, robot) = with(ROOM, agile());
     world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
     world.advance_to(seconds(5.0));
-    // One millimetre while the speed is gained, one while it is lost.
+    // One millimetre while the speed is gained, and one while it is lost.
     for speed in [0.2, 0.0] {
         world.command(robot, Twist2::new(speed, 0.0)).unwrap();
         world.advance_to(world.now() + STEP_NS);

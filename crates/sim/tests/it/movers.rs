@@ -1,4 +1,4 @@
-//! Things that move: their ways, their manners, and that they never touch a robot by themselves.
+//! Things that move: their ways and their waits, and that they never touch a robot by themselves.
 
 use jde_sim::{LaserConfig, Outline, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World};
 use proptest::prelude::*;
@@ -78,7 +78,7 @@ fn a_box_faces_along_its_way() {
     assert_eq!(angle(&world), 90.0);
 }
 
-/// A mover that comes along y = 0 toward a robot that stands at x = 5.
+/// Creates a mover that approaches along y = 0 a robot at rest at x = 5.
 fn meeting(extra: &str) -> (World, RobotId) {
     let mut world = world(&format!(
         "movers = [{{ name = 'm', radius = 0.25, way = [[0, 0], [10, 0]], speed = 0.5, {extra} }}]
@@ -116,7 +116,8 @@ fn a_mover_goes_on_when_the_robot_leaves() {
 #[test]
 fn a_mover_with_a_robot_at_its_heels_may_go_away() {
     let (mut world, robot) = meeting("clearance = 0.4, wait = 1");
-    // The robot drives into the halted mover, and stands at it; the mover turns back in spite of the gap of nothing.
+    // The robot drives into the halted mover, and stays in contact. The mover turns back although the gap is
+    // 0.
     world.advance_to(9 * SECOND);
     world.command(robot, Twist2::new(-0.3, 0.0)).unwrap();
     world.advance_to(9 * SECOND + SECOND / 2);
@@ -154,7 +155,7 @@ fn a_robot_sees_a_mover_come() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// The robot stands still: whatever the movers do, they do not come nearer than their clearance.
+    /// The robot is at rest: no mover comes nearer than its clearance.
     #[test]
     fn movers_never_crowd_a_robot_that_stands(
         way in proptest::collection::vec((-3.0..3.0f64, -3.0..3.0f64), 2..6),
@@ -217,7 +218,7 @@ fn a_person_rests_at_way_points_closer_than_a_stride_one_by_one_either_way() {
     let mut world = world(
         "people = [{ name = 'm', way = [[0, 0], [1, 0], [1.004, 0], [1.008, 0], [2, 0]], speed = 1, pause = 3 }]",
     );
-    // A second of way, three rests of 3 s, a second of way and a rest, and the same back.
+    // One second of way, three rests of 3 s, one second of way and a rest, and the same back.
     for (seconds, place) in [(3, 1.0), (6, 1.004), (9, 1.008)] {
         world.advance_to(seconds * SECOND);
         assert_at(&world, [place, 0.0]);
@@ -235,7 +236,7 @@ fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
          robots = { r = { start = { x = 0, y = 0 } } }",
     );
     let robot = world.add_robot("r", RobotConfig::default()).unwrap();
-    // It walks across in front of the robot, and is right ahead after 6 s.
+    // The person crosses in front of the robot, and is straight ahead after 6 s.
     let laser = LaserConfig {
         sigma: 0.0,
         mount: Pose2::default(),
@@ -252,7 +253,7 @@ fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
             .map(|(range, angle)| [range * angle.cos(), range * angle.sin()])
             .collect();
         let middle = center(&world, "m");
-        // Every leg is within the body, and no beam meets the edge of the body itself.
+        // Both legs are within the body, and no beam hits the edge of the body itself.
         for point in &met {
             assert!(
                 (point[0] - middle[0]).hypot(point[1] - middle[1]) < 0.25,

@@ -1,15 +1,16 @@
-//! World files that somebody spoilt: each is refused in words, or is a world that runs, and runs the same way twice.
+//! Corrupted world files: each is refused with an error, or is a world that runs, and runs the same way
+//! twice.
 //!
-//! Mutants of the worlds that are delivered, the same ones each time.
+//! The files are mutants of the worlds of the project, the same ones in every run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use jde_sim::{LaserConfig, RobotConfig, Twist2, World, WorldError};
 
-/// Mutants of each world. What is tried of each takes milliseconds.
+/// Mutants of each world. The checks of one mutant take milliseconds.
 const MUTANTS: u64 = 60;
-/// What a number is replaced by: what a hand slips to, and where arithmetic ends.
+/// The replacements of numbers: typing errors, and the limits of arithmetic.
 const VALUES: [&str; 22] = [
     "0",
     "-0.0",
@@ -35,7 +36,7 @@ const VALUES: [&str; 22] = [
     "[[0, 0], [1e5, 0], [1e5, 1e-13]]",
 ];
 
-/// A generator of our own, so that a mutant found once is found again.
+/// A deterministic generator, so that every run gives the same mutants.
 struct Dice(u64);
 
 impl Dice {
@@ -59,7 +60,7 @@ fn worlds() -> Vec<PathBuf> {
     files
 }
 
-/// Where the numbers of a text are.
+/// Returns the ranges of the numbers in a text.
 fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
     let is_part = |byte: u8| byte.is_ascii_digit() || byte == b'.' || byte == b'-';
     let bytes = text.as_bytes();
@@ -107,7 +108,8 @@ fn mutant(text: &str, dice: &mut Dice) -> String {
     text
 }
 
-/// Runs a world for a while with a robot on each start; all that was seen, to the bit. Nothing if it is refused.
+/// Runs a world for a while with a robot on each start. Returns everything measured, to the bit; `None` if
+/// the world is refused.
 fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
     let mut world = match World::parse(text, path, 7) {
         Ok(world) => world,
@@ -176,7 +178,7 @@ fn a_spoilt_world_is_refused_in_words_or_runs_the_same_way_twice() {
     assert!(ran > 40 && refused > 40, "{ran} ran, {refused} were refused");
 }
 
-/// A way can be as long as the greatest world, and have legs that rounding makes nothing of.
+/// A way can be as long as the greatest world, and have legs that vanish by rounding.
 #[test]
 fn ways_are_looked_over_in_bounded_time_and_no_leg_is_nothing() {
     let mover = |way: &str| format!("[[movers]]\nradius = 0.3\nspeed = 1.0\nway = {way}\n");
@@ -190,7 +192,7 @@ fn ways_are_looked_over_in_bounded_time_and_no_leg_is_nothing() {
     assert!(said.contains("point 3"), "{said}");
 }
 
-/// What is no file has no end.
+/// A device is not a file, and its data never end.
 #[test]
 fn a_world_and_a_map_are_files_of_bounded_size() {
     let said = World::load("/dev/zero", 0).err().expect("no file").to_string();
@@ -202,7 +204,7 @@ fn a_world_and_a_map_are_files_of_bounded_size() {
     assert!(said.contains("no regular file"), "{said}");
 }
 
-/// Every second cell is a wall: few bytes of a file, and no map.
+/// Every second cell is a wall: a small file with too many walls.
 #[test]
 fn a_map_of_too_many_walls_is_refused() {
     let folder = std::env::temp_dir().join(format!("jde-sim-walls-{}", std::process::id()));

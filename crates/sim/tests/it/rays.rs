@@ -1,4 +1,4 @@
-//! Rays against formulas, and against an independent caster that looks at every thing in turn.
+//! Rays against formulas, and against an independent caster that checks every thing in turn.
 
 use jde_sim::{Outline, World};
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ fn assert_near(found: Option<f64>, expected: f64) {
 fn a_ray_meets_a_box_at_its_face() {
     let text = "boxes = [{ center = [4, 0], size = [2, 2] }]";
     assert_near(cast(text, [0.0, 0.0], 0.0), 3.0);
-    // 30 degrees from (0, -1): the face x = 3 is met at y = -1 + 3 tan 30.
+    // 30 degrees from (0, -1): the ray meets the face x = 3 at y = -1 + 3 tan 30.
     assert_near(cast(text, [0.0, -1.0], 30.0), 3.0 / 30f64.to_radians().cos());
     assert_eq!(cast(text, [0.0, 0.0], 90.0), None);
 }
@@ -85,7 +85,7 @@ fn no_ray_leaves_a_closed_room_through_a_corner() {
     }
 }
 
-/// The distance to a segment by Cramer's rule.
+/// Returns the distance to a segment by Cramer's rule.
 fn to_segment(o: [f64; 2], d: [f64; 2], a: [f64; 2], b: [f64; 2]) -> Option<f64> {
     let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
     let determinant = ex * d[1] - d[0] * ey;
@@ -131,7 +131,8 @@ fn to_outline(o: [f64; 2], d: [f64; 2], outline: &Outline) -> Option<f64> {
     }
 }
 
-/// The points of an outline of which one is the nearest of what a cone sees of it, unless that is on an edge of the cone.
+/// Returns points of an outline. One of them is the nearest point of the outline in a cone, unless that is on
+/// an edge of the cone.
 fn candidates(o: [f64; 2], outline: &Outline) -> Vec<[f64; 2]> {
     let segment = |a: [f64; 2], b: [f64; 2]| {
         let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
@@ -160,7 +161,7 @@ fn candidates(o: [f64; 2], outline: &Outline) -> Vec<[f64; 2]> {
     }
 }
 
-/// The nearest of an outline in a cone around a direction, by its edges and its candidates.
+/// Returns the distance to an outline in a cone around a direction, by its edges and its candidates.
 fn in_cone(o: [f64; 2], heading: f64, cone: f64, outline: &Outline) -> Option<f64> {
     let edges = [-0.5, 0.5].map(|side| {
         let (sin, cos) = (heading + side * cone).sin_cos();
@@ -228,7 +229,7 @@ proptest! {
         let expected = outlines.iter().filter_map(|outline| in_cone([x, y], heading, cone, outline)).reduce(f64::min);
         let found = world.cast_cone([x, y], heading, cone, 1000.0, None);
         match (found, expected) {
-            // From inside a solid the nearest of it is no distance at all.
+            // From inside a solid the distance is 0.
             (Some(0.0), _) => prop_assert_eq!(world.cast_ray([x, y], heading, 1000.0, None), Some(0.0)),
             (Some(found), Some(expected)) => prop_assert!((found - expected).abs() < 1e-6, "{found} {expected}"),
             (found, expected) => prop_assert_eq!(found, expected),

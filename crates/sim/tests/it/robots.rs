@@ -1,4 +1,4 @@
-//! What is done to robots from outside, their heads and their batteries.
+//! External actions on robots, their heads and their batteries.
 
 use jde_sim::{
     Head, HeadCommand, Odometry, OdometryOrigin, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World,
@@ -39,7 +39,7 @@ fn a_robot_that_is_put_elsewhere_stands_there_and_its_wheels_notice_nothing() {
         (world.odometry(robot).pose, world.encoders(robot)),
         (odometry, encoders)
     );
-    // Standing, the wheels roll nothing and slip nothing; told to, it drives on from there.
+    // At rest the wheels neither roll nor slip. On a command the robot drives on from there.
     world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
     run(&mut world, 2.0);
     let way = world.truth(robot).pose.distance(place);
@@ -146,7 +146,7 @@ fn odometry_that_is_reset_begins_at_zero_and_the_ticks_go_on() {
     assert_eq!(world.encoders(robot), encoders);
 }
 
-/// A head command in degrees.
+/// Creates a head command from degrees.
 fn look(pan: f64, tilt: f64, pan_speed: f64, tilt_speed: f64) -> HeadCommand {
     HeadCommand {
         pan: pan.to_radians(),

@@ -1,4 +1,4 @@
-//! What the sensors report: where they look, how they err, and that reading them changes nothing.
+//! The sensors: their directions, their errors, and that reading them changes nothing.
 
 use jde_sim::{LaserConfig, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError};
 
@@ -133,7 +133,7 @@ fn noise_has_the_mean_and_the_spread_that_are_stated() {
         (beyond - 0.0455).abs() < 5.0 * (0.0455f64 * 0.9545 / count).sqrt(),
         "beyond two sigma {beyond}"
     );
-    // Neighbouring beams, and the same beam in the next scan, err independently.
+    // The errors of neighbouring beams, and of the same beam in the next scan, are independent.
     let correlation = |lag: usize| {
         errors.iter().zip(&errors[lag..]).map(|(a, b)| a * b).sum::<f64>() / count / 0.03f64.powi(2)
     };
@@ -232,7 +232,7 @@ fn the_order_in_which_robots_are_added_makes_no_difference() {
 
 #[test]
 fn a_sonar_reports_the_nearest_thing_in_its_cone() {
-    // A post of 1 cm, 14 degrees off the axis of the sonar that looks straight left from (0.069, 0.136).
+    // A post of 6 cm, 14 degrees off the axis of the sonar that points straight left from (0.069, 0.136).
     let angle = 104f64.to_radians();
     let (x, y) = (0.069 + 2.0 * angle.cos(), 0.136 + 2.0 * angle.sin());
     let text = format!(
@@ -261,7 +261,7 @@ fn a_sonar_sees_a_pole_wherever_it_stands_in_its_cone() {
         sigma: 0.0,
         ..SonarConfig::default()
     };
-    // A pole of 1 cm, 4 m from the sonar that looks straight left, degree by degree.
+    // A pole of 1 cm, 4 m from the sonar that points straight left, degree by degree.
     for degrees in 76..=104 {
         let angle = f64::from(degrees).to_radians();
         let (x, y) = (0.069 + 4.0 * angle.cos(), 0.136 + 4.0 * angle.sin());

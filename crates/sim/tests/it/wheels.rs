@@ -1,4 +1,4 @@
-//! What the wheels measure: odometry, ticks, drift and slip.
+//! The measurements of the wheels: odometry, ticks, drift and slip.
 
 use jde_sim::{OdometryOrigin, Pose2, RobotConfig, Twist2, World};
 

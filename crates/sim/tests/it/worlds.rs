@@ -1,4 +1,4 @@
-//! The worlds that come with the project: sound, and good for what they promise.
+//! The worlds of the project: free of faults, and suitable for their purpose.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn world(name: &str) -> World {
     World::load(path(name), 11).unwrap()
 }
 
-/// The round of the office, as its file gives it in a comment.
+/// Returns the round of the office, from a comment of its file.
 fn round() -> Vec<[f64; 2]> {
     let text = std::fs::read_to_string(path("office.toml")).unwrap();
     let targets = text
@@ -80,7 +80,7 @@ fn the_round_of_the_office_keeps_clear_of_what_stands() {
     for to in round {
         let length = f64::hypot(to[0] - from[0], to[1] - from[1]);
         let angle = f64::atan2(to[1] - from[1], to[0] - from[0]);
-        // A corridor of rays beside the line: nothing that stands is nearer than 0.7 m.
+        // A corridor of rays beside the line: no fixed thing is nearer than 0.7 m.
         for aside in -70..=70 {
             let aside = f64::from(aside) / 100.0;
             let origin = [from[0] - aside * angle.sin(), from[1] + aside * angle.cos()];
@@ -92,7 +92,8 @@ fn the_round_of_the_office_keeps_clear_of_what_stands() {
     assert_eq!(from, [start.x, start.y], "the round ends where it began");
 }
 
-/// A ray that only standing things stop, each asked for by its outline alone.
+/// Casts a ray and ignores movers and robots, told apart by their places alone. Returns the distance to a
+/// fixed thing.
 fn standing(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<f64> {
     let met = world.cast_ray(origin, angle, length, None)?;
     let point = [origin[0] + met * angle.cos(), origin[1] + met * angle.sin()];
@@ -112,7 +113,8 @@ fn standing(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<
     if mover || robot { None } else { Some(met) }
 }
 
-/// Turns toward a target and drives at it, and stands while something is close ahead.
+/// Turns toward a target and drives at it, and halts while something is close ahead. Returns the distance to
+/// the target.
 fn drive(
     world: &mut World,
     robot: RobotId,
@@ -145,7 +147,7 @@ fn a_robot_that_only_stops_for_people_gets_round_the_office_without_a_touch() {
     let laser = LaserConfig::default();
     let mut ranges = vec![0.0; laser.beams];
     for target in round() {
-        // Ten minutes for one leg would mean that somebody stands in the way for good.
+        // Ten minutes for one leg would mean that something blocks the way for good.
         let deadline = world.now() + 600_000_000_000;
         while drive(&mut world, robot, target, &laser, &mut ranges) > 0.3 {
             assert!(
@@ -172,7 +174,7 @@ fn two_robots_see_each_other_behind_no_pillar() {
             .cast_ray([origin.x, origin.y], origin.heading, 20.0, Some(except))
             .unwrap()
     };
-    // The pillar hides them from each other at the start.
+    // At the start the pillar hides the robots from each other.
     assert!((between(a, left) - 2.2).abs() < 1e-9 && (between(b, right) - 2.2).abs() < 1e-9);
     let aside = Pose2::new(1.5, 3.2, f64::atan2(2.5 - 3.2, 5.0));
     let seen = world
@@ -185,7 +187,8 @@ fn two_robots_see_each_other_behind_no_pillar() {
 fn the_rooms_have_a_door_between_them() {
     let world = world("rooms.toml");
     let to = |y: f64| world.cast_ray([1.0, y], 0.0, 20.0, None).unwrap();
-    // The wall between the rooms is the column from 2.9 m; the door is open from 1.4 m to 2.8 m, and the far wall is at 5.8 m.
+    // The wall between the rooms is the column from 2.9 m; the door is open from 1.4 m to 2.8 m, and the far
+    // wall is at 5.8 m.
     assert!(
         (to(0.5) - 1.9).abs() < 1e-9 && (to(2.0) - 4.8).abs() < 1e-9,
         "{} {}",
