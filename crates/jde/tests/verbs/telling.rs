@@ -257,7 +257,7 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     );
     let groups = page.text("groups");
     assert!(
-        groups.contains("guide/base") && groups.contains("father") && groups.contains("115 ms"),
+        groups.contains("guide/base") && groups.contains("father") && groups.contains("155 ms"),
         "{groups}"
     );
     assert!(page.count("path", "svg") == 1 && page.count("states", "svg") == 1);
@@ -323,7 +323,7 @@ fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
     );
     assert!(page.html.contains("turns were not recorded") && page.has("path"));
     // Who is in it is known, though turns are not.
-    assert!(page.text("groups").contains("115 ms"), "{}", page.text("groups"));
+    assert!(page.text("groups").contains("155 ms"), "{}", page.text("groups"));
     size(&told("plot", &around, "png"));
 }
 
