@@ -129,7 +129,7 @@ impl App {
         match &mut self.page {
             Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Chosen),
             Page::Connecting { name, opened, .. } => match opened.try_recv() {
-                Ok(Ok(opened)) => next = Some(Next::Desk(Box::new(opened))),
+                Ok(Ok(opened)) => next = Some(Next::Workspace(Box::new(opened))),
                 Ok(Err(reason)) => next = Some(Next::Start(Some(reason))),
                 Err(TryRecvError::Disconnected) => {
                     next = Some(Next::Start(Some(format!("{name} was not opened"))));
@@ -159,7 +159,7 @@ impl App {
                 self.connect(&ctx, format!("{}@{}", about.name, about.id));
             }
             Some(Next::Chosen(Selection::Recording(file))) => self.play(&ctx, file),
-            Some(Next::Desk(opened)) => {
+            Some(Next::Workspace(opened)) => {
                 let (session, player) = *opened;
                 let title = player.as_ref().map_or_else(
                     || session.about().name.clone(),
@@ -249,7 +249,7 @@ fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
 /// The page that replaces the current one.
 enum Next {
     Chosen(Selection),
-    Desk(Box<(Session, Option<Player>)>),
+    Workspace(Box<(Session, Option<Player>)>),
     Start(Option<String>),
 }
 

@@ -77,7 +77,7 @@ impl<'a> Canvas<'a> {
         let buttons = self.buttons(ui, response.id, rect, view);
         let before = view.transform(rect, self.home, self.forward_up);
         let touches = view
-            .hands
+            .gestures
             .touches(ui, &response, self.wants, |at| flat(&before, at));
         pan_zoom::steer(ui, &response, rect, view, &self);
         let transform = view.transform(rect, self.home, self.forward_up);

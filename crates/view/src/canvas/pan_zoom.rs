@@ -23,7 +23,7 @@ pub(super) fn steer(ui: &Ui, response: &Response, rect: Rect, view: &mut View, c
             ui.ctx().input_mut(|input| input.smooth_scroll_delta = Vec2::ZERO);
         }
     }
-    if response.dragged() && !view.hands.drags() && response.drag_delta() != Vec2::ZERO {
+    if response.dragged() && !view.gestures.drags() && response.drag_delta() != Vec2::ZERO {
         view.pan(rect, canvas.home, canvas.forward_up, response.drag_delta());
     }
     if !canvas.wants.clicks && response.double_clicked() {

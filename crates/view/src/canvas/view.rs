@@ -19,7 +19,7 @@ pub(crate) struct View {
     seen: Option<Seen>,
     /// Gestures in progress.
     #[serde(skip)]
-    pub(super) hands: Gestures,
+    pub(super) gestures: Gestures,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -253,8 +253,8 @@ mod tests {
         see(&mut past, 9.5, State::Winner);
         see(&mut past, 9.0, State::Ready);
         let bands = past.states("goon").expect("it is known");
-        let inbox: Vec<_> = bands.iter().map(|band| (band.from, band.state)).collect();
-        assert_eq!(inbox, [(8.0, State::Ready)]);
+        let states: Vec<_> = bands.iter().map(|band| (band.from, band.state)).collect();
+        assert_eq!(states, [(8.0, State::Ready)]);
         assert_eq!(past.progress().turns, 2);
         wins(&mut past, 9.2);
         see(&mut past, 9.3, State::Winner);

@@ -50,7 +50,7 @@ pub(crate) struct Session {
     inbox: Arc<Mutex<Inbox>>,
     snapshot: Arc<Snapshot>,
     /// When the newest snapshot arrived.
-    progress: Instant,
+    updated: Instant,
     past: History,
     subscriptions: RefCell<Subscriptions>,
     panels: RefCell<Panels>,
@@ -101,7 +101,7 @@ impl Session {
             openings: RefCell::default(),
             plots: RefCell::default(),
             snapshot: Arc::new(snapshot),
-            progress: Instant::now(),
+            updated: Instant::now(),
             gone: false,
             remote,
             _watching: watching,
@@ -122,7 +122,7 @@ impl Session {
         if let Some(snapshot) = snapshot {
             self.past.add_snapshot(&snapshot);
             self.snapshot = Arc::new(snapshot);
-            self.progress = Instant::now();
+            self.updated = Instant::now();
         }
         self.gone = !self.remote.alive();
         self.subscriptions.get_mut().remove_unused();
@@ -142,7 +142,7 @@ impl Session {
     /// Time since the newest snapshot. An application sends 20 snapshots a second. A longer silence means
     /// that it hangs, or that its network connection is cut.
     pub(crate) fn silent(&self) -> Duration {
-        self.progress.elapsed()
+        self.updated.elapsed()
     }
 
     /// Whether the application is a recording that plays.

@@ -46,7 +46,7 @@ impl Orders {
         // The threads end when the inbox is closed, so their handles are dropped.
         for (name, work) in [
             (
-                "view-hands",
+                "view-orders",
                 Box::new(move || worker.run()) as Box<dyn FnOnce() + Send>,
             ),
             ("view-stop", Box::new(move || stop(&stops, &stopper))),
@@ -178,7 +178,7 @@ fn stop(orders: &OrderInbox, client: &OrderClient) {
     }
 }
 
-/// Sends all other orders, on the thread `view-hands`.
+/// Sends all other orders, on the thread `view-orders`.
 struct Worker {
     orders: Arc<OrderInbox>,
     client: OrderClient,
@@ -194,7 +194,7 @@ struct Lease {
     /// When the user last requested it.
     asked: Instant,
     /// When it was last sent to the application.
-    inbox: Instant,
+    sent: Instant,
 }
 
 impl Worker {
@@ -232,7 +232,7 @@ impl Worker {
         let order = match self.held.get_mut(&schema) {
             Some(held) if held.action == action => {
                 held.asked = asked;
-                if held.inbox.elapsed() < RENEWED {
+                if held.sent.elapsed() < RENEWED {
                     return;
                 }
                 match action {
@@ -245,13 +245,13 @@ impl Worker {
             }
             Some(_) | None => action.clone(),
         };
-        let inbox = Instant::now();
+        let sent = Instant::now();
         if self
             .client
             .request(self.holder.clone(), order, Some(LEASE))
             .is_ok()
         {
-            let held = Lease { action, asked, inbox };
+            let held = Lease { action, asked, sent };
             self.held.insert(schema, held);
         } else {
             self.held.remove(&schema);

@@ -51,9 +51,9 @@ impl Panels {
                 if Arc::strong_count(&slot) == 1 {
                     continue;
                 }
-                let (progress, again) = (Arc::downgrade(&slot), repaint.clone());
+                let (weak, again) = (Arc::downgrade(&slot), repaint.clone());
                 let watching = remote.watch_panel(&schema, rate, move |panel| {
-                    let Some(slot) = progress.upgrade() else { return };
+                    let Some(slot) = weak.upgrade() else { return };
                     lock(&slot).newest = Some(panel.list.map(Arc::new));
                     again.request_repaint();
                 });

@@ -58,7 +58,7 @@ impl Queue {
             Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
                 // The stop overrides waiting orders that would wake its schema.
                 self.orders
-                    .retain(|(backlog, _)| !(wakes(backlog) && holds_up(&stop, backlog)));
+                    .retain(|(order, _)| !(wakes(order) && holds_up(&stop, order)));
                 if matches!(stop, Action::StopAll) {
                     self.stops.push_front((stop, outcome));
                 } else {

@@ -53,9 +53,9 @@ impl Subscriptions {
                 if Arc::strong_count(&slot) == 1 {
                     continue;
                 }
-                let (progress, repaint) = (Arc::downgrade(&slot), repaint.clone());
+                let (weak, repaint) = (Arc::downgrade(&slot), repaint.clone());
                 let watching = remote.watch(&name, rate, move |sample| {
-                    let Some(slot) = progress.upgrade() else { return };
+                    let Some(slot) = weak.upgrade() else { return };
                     lock(&slot).push(Arc::new(sample));
                     repaint.request_repaint();
                 });
@@ -66,7 +66,10 @@ impl Subscriptions {
                 }
             }
         };
-        if let Err(error) = thread::Builder::new().name("view-eyes".to_owned()).spawn(eyes) {
+        if let Err(error) = thread::Builder::new()
+            .name("view-subscribe".to_owned())
+            .spawn(eyes)
+        {
             tracing::error!("no thread for questions: {error}");
         }
         Self {

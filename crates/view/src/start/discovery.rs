@@ -41,8 +41,8 @@ impl Discovery {
         let seen = Arc::new(Mutex::new(Discovered::default()));
         let (told, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
         let repaint = ctx.clone();
-        let style = move || poll(&told, &reach, &folders, &repaint);
-        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(style) {
+        let worker = move || poll(&told, &reach, &folders, &repaint);
+        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(worker) {
             lock(&seen).trouble = Some(format!("no thread to look: {error}"));
         }
         Self(seen)

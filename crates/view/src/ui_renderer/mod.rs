@@ -80,7 +80,7 @@ impl UiRenderer {
         let device = &self.card.device;
         let buffer = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("brush"),
+                label: Some("ui renderer"),
                 contents,
                 usage,
             })
@@ -107,7 +107,7 @@ fn append(mesh: &Mesh, size: Vec2, corners: &mut Vec<Vertex>, indices: &mut Vec<
 
 impl egui::Plugin for UiRenderer {
     fn debug_name(&self) -> &'static str {
-        "brush"
+        "ui renderer"
     }
 
     fn output_hook(&mut self, ctx: &egui::Context, output: &mut FullOutput) {
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_brush_draws_is_what_egui_draws() {
+    fn what_it_draws_is_what_egui_draws() {
         for scale in [1.0, 1.5] {
             let ((size, ours), (expected, theirs)) = (drawn(true, scale), drawn(false, scale));
             assert_eq!(size, expected);

@@ -19,15 +19,15 @@ pub(super) struct Pipelines {
 impl Pipelines {
     pub(super) fn new(device: &Device, format: TextureFormat) -> Self {
         let texture = texture_layout(device);
-        let shader = device.create_shader_module(wgpu::include_wgsl!("brush.wgsl"));
+        let shader = device.create_shader_module(wgpu::include_wgsl!("ui.wgsl"));
         let pipe = |entry: &str, groups: &[Option<&wgpu::BindGroupLayout>], blend| {
             let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("brush"),
+                label: Some("ui renderer"),
                 bind_group_layouts: groups,
                 immediate_size: 0,
             });
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("brush"),
+                label: Some("ui renderer"),
                 layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &shader,
@@ -88,7 +88,7 @@ fn texture_layout(device: &Device) -> wgpu::BindGroupLayout {
         count: None,
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("brush texture"),
+        label: Some("ui renderer texture"),
         entries: &[
             entry(
                 0,

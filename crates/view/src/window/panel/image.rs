@@ -63,11 +63,11 @@ pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
         let at = (rect.clamp(at) - rect.min) / scale;
         [f64::from(at.x), f64::from(at.y), 0.0]
     };
-    let mut hands = board.kept.hands.remove(id).unwrap_or_default();
-    for touch in hands.touches(ui, &response, *wants, pixel) {
+    let mut gestures = board.kept.gestures.remove(id).unwrap_or_default();
+    for touch in gestures.touches(ui, &response, *wants, pixel) {
         board.did(id, touch);
     }
-    board.kept.hands.insert(id.clone(), hands);
+    board.kept.gestures.insert(id.clone(), gestures);
     if let Some(hint) = hint(*wants) {
         response.on_hover_text_at_pointer(hint);
     }

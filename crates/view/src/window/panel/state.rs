@@ -25,7 +25,7 @@ pub(super) struct PanelState {
     views: HashMap<String, View>,
     homes: HashMap<String, Area>,
     /// Gestures in progress on images.
-    pub(super) hands: HashMap<String, Gestures>,
+    pub(super) gestures: HashMap<String, Gestures>,
     pub(super) sorted: HashMap<String, Sorted>,
     pub(super) textures: HashMap<String, Texture>,
     /// Number of lists so far.

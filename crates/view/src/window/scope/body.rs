@@ -97,9 +97,9 @@ impl Scope {
     /// Divides the space, and handles drags of the border between facts and traces.
     fn parts(&mut self, ui: &Ui, whole: Rect) -> Regions {
         let border = whole.left() + whole.width() * self.share;
-        let lease = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
+        let handle = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
         let response = ui
-            .interact(lease, ui.scope_id().with("border"), Sense::drag())
+            .interact(handle, ui.scope_id().with("border"), Sense::drag())
             .on_hover_cursor(CursorIcon::ResizeHorizontal);
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
             self.share = ((at.x - whole.left() + 3.0) / whole.width()).clamp(0.2, 0.8);
@@ -109,7 +109,7 @@ impl Scope {
         } else {
             ui.visuals().widgets.noninteractive.bg_stroke
         };
-        ui.painter().vline(lease.center().x, whole.y_range(), line);
+        ui.painter().vline(handle.center().x, whole.y_range(), line);
         let border = whole.left() + whole.width() * self.share;
         let wanted = self.signals.list.len() as f32 * LANE;
         let signals = wanted.min(((whole.height() - HEAD) * 0.5 / LANE).floor().max(1.0) * LANE);

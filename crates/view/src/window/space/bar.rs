@@ -67,7 +67,7 @@ impl Space {
             wish = Some(ViewAction::Top);
         }
         let reset = bar.button("Reset").on_hover_text(
-            "Look as at the beginning (R)\n\nDrag to style around, Shift-drag or middle button to move, wheel to go nearer.\n\
+            "Look as at the beginning (R)\n\nDrag to look around, Shift-drag or middle button to move, wheel to go nearer.\n\
              Keys: arrows, Shift-arrows, + and -. A click tells what is there, and where.",
         );
         if reset.clicked() {

@@ -16,7 +16,7 @@ const FAR: f32 = 4.0;
 /// Gestures in progress, kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct SceneGestures {
-    hands: Gestures,
+    gestures: Gestures,
     held: Option<TouchedScene>,
 }
 
@@ -42,7 +42,7 @@ struct Scene<'a> {
 impl SceneGestures {
     /// Whether a drag is sent to a scene, so that the eye stays.
     pub(crate) fn drags(&self) -> bool {
-        self.hands.drags()
+        self.gestures.drags()
     }
 
     /// Whether keys are sent to a scene.
@@ -76,7 +76,7 @@ impl SceneGestures {
             if !self.held.as_ref().is_some_and(same) {
                 // Releases the keys that are down in the scene before.
                 self.hand_back(ui, response, eye, &scenes, Wants::default(), &mut gestures);
-                self.hands = Gestures::default();
+                self.gestures = Gestures::default();
             }
             self.held = held;
         }
@@ -88,7 +88,7 @@ impl SceneGestures {
             },
             _ => {
                 // The scene is gone, so the end of a drag has no receiver.
-                self.hands = Gestures::default();
+                self.gestures = Gestures::default();
                 return gestures;
             }
         };
@@ -115,7 +115,7 @@ impl SceneGestures {
             let at = back.transform_point3(at);
             [at.x, at.y, at.z].map(f64::from)
         };
-        for touch in self.hands.touches(ui, response, wants, place) {
+        for touch in self.gestures.touches(ui, response, wants, place) {
             let widget = scene.id.to_owned();
             gestures.push((scene.schema.to_owned(), Gesture { widget, touch }));
         }

@@ -12,7 +12,7 @@ pub(super) struct Gamepads {
 }
 
 /// The positions of the sticks while a shoulder button is held.
-pub(super) struct Grip {
+pub(super) struct GamepadLease {
     /// The left stick.
     pub(super) drive: Vec2,
     /// The right stick.
@@ -28,14 +28,14 @@ impl Gamepads {
 
     /// Processes the pending events. Returns the sticks of the first pad with a held shoulder button. Call in
     /// each frame.
-    pub(super) fn grip(&mut self) -> Option<Grip> {
+    pub(super) fn lease(&mut self) -> Option<GamepadLease> {
         let gilrs = self.gilrs.as_mut().ok()?;
         while gilrs.next_event().is_some() {}
         let held =
             |pad: &Gamepad<'_>| pad.is_pressed(Button::LeftTrigger) || pad.is_pressed(Button::RightTrigger);
         let (_, pad) = gilrs.gamepads().find(|(_, pad)| held(pad))?;
         let stick = |x: Axis, y: Axis| rested(vec2(pad.value(x), pad.value(y)));
-        Some(Grip {
+        Some(GamepadLease {
             drive: stick(Axis::LeftStickX, Axis::LeftStickY),
             head: stick(Axis::RightStickX, Axis::RightStickY),
         })

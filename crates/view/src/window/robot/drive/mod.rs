@@ -223,7 +223,7 @@ impl Drive {
     #[cfg(feature = "gamepad")]
     fn sticks(&mut self, ui: &mut Ui) -> Sticks {
         let gamepads = self.gamepads.get_or_insert_with(gamepad::Gamepads::open);
-        let lease = gamepads.grip();
+        let lease = gamepads.lease();
         ui.weak(gamepads.words());
         if gamepads.any() {
             ui.ctx().request_repaint_after(lease::BEAT);
