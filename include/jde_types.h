@@ -199,7 +199,7 @@ static const jde_type jde_float64_type = {
 typedef struct jde_time {
     /** Whole seconds. [s] */
     int32_t sec;
-    /** What is left, below 10^9. [ns] */
+    /** Remaining nanoseconds, below 10^9. [ns] */
     uint32_t nanosec;
 } jde_time;
 
@@ -209,17 +209,17 @@ static const jde_field jde_time_fields[] = {
     JDE_FIELD("sec", offsetof(jde_time, sec), 0u, JDE_I32, JDE_ONE, 1u,
               "Whole seconds.", "s", NULL),
     JDE_FIELD("nanosec", offsetof(jde_time, nanosec), 0u, JDE_U32, JDE_ONE, 1u,
-              "What is left, below 10^9.", "ns", NULL),
+              "Remaining nanoseconds, below 10^9.", "ns", NULL),
 };
 static const jde_type jde_time_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_time_fields), "builtin_interfaces/msg/Time", "A time, in seconds and nanoseconds since the application's start.",
     sizeof(jde_time), 4u, jde_time_fields};
 
-/** std_msgs/msg/Header: When something was measured, and in which frame. */
+/** std_msgs/msg/Header: Time and frame of a measurement. */
 typedef struct jde_header {
-    /** When it was measured. */
+    /** Time of the measurement. */
     jde_time stamp;
-    /** The frame its numbers are in. */
+    /** Frame of the coordinates. */
     struct { uint32_t length; char bytes[52]; } frame_id;
 } jde_header;
 
@@ -227,12 +227,12 @@ typedef char jde_header_has_its_size[sizeof(jde_header) == 64 ? 1 : -1];
 
 static const jde_field jde_header_fields[] = {
     JDE_FIELD("stamp", offsetof(jde_header, stamp), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "When it was measured.", "", &jde_time_type),
+              "Time of the measurement.", "", &jde_time_type),
     JDE_FIELD("frame_id", offsetof(jde_header, frame_id.bytes), offsetof(jde_header, frame_id.length), JDE_U8, JDE_TEXT, 52u,
-              "The frame its numbers are in.", "", NULL),
+              "Frame of the coordinates.", "", NULL),
 };
 static const jde_type jde_header_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_header_fields), "std_msgs/msg/Header", "When something was measured, and in which frame.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_header_fields), "std_msgs/msg/Header", "Time and frame of a measurement.",
     sizeof(jde_header), 4u, jde_header_fields};
 
 /** geometry_msgs/msg/Point: A point in space. */
@@ -259,13 +259,13 @@ static const jde_type jde_point_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_point_fields), "geometry_msgs/msg/Point", "A point in space.",
     sizeof(jde_point), 8u, jde_point_fields};
 
-/** geometry_msgs/msg/Vector3: A direction with a length; its unit is that of the field that holds it. */
+/** geometry_msgs/msg/Vector3: A vector in space; its unit is that of the field that contains it. */
 typedef struct jde_vector3 {
-    /** Ahead, or about the axis ahead. */
+    /** Component ahead, or about the axis ahead. */
     double x;
-    /** To the left, or about the axis to the left. */
+    /** Component to the left, or about the axis to the left. */
     double y;
-    /** Up, or about the axis up. */
+    /** Component up, or about the axis up. */
     double z;
 } jde_vector3;
 
@@ -273,14 +273,14 @@ typedef char jde_vector3_has_its_size[sizeof(jde_vector3) == 24 ? 1 : -1];
 
 static const jde_field jde_vector3_fields[] = {
     JDE_FIELD("x", offsetof(jde_vector3, x), 0u, JDE_F64, JDE_ONE, 1u,
-              "Ahead, or about the axis ahead.", "", NULL),
+              "Component ahead, or about the axis ahead.", "", NULL),
     JDE_FIELD("y", offsetof(jde_vector3, y), 0u, JDE_F64, JDE_ONE, 1u,
-              "To the left, or about the axis to the left.", "", NULL),
+              "Component to the left, or about the axis to the left.", "", NULL),
     JDE_FIELD("z", offsetof(jde_vector3, z), 0u, JDE_F64, JDE_ONE, 1u,
-              "Up, or about the axis up.", "", NULL),
+              "Component up, or about the axis up.", "", NULL),
 };
 static const jde_type jde_vector3_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_vector3_fields), "geometry_msgs/msg/Vector3", "A direction with a length; its unit is that of the field that holds it.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_vector3_fields), "geometry_msgs/msg/Vector3", "A vector in space; its unit is that of the field that contains it.",
     sizeof(jde_vector3), 8u, jde_vector3_fields};
 
 /** geometry_msgs/msg/Quaternion: An orientation in space, as a quaternion of length 1. */
@@ -307,11 +307,11 @@ static const jde_type jde_quaternion_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_quaternion_fields), "geometry_msgs/msg/Quaternion", "An orientation in space, as a quaternion of length 1.",
     sizeof(jde_quaternion), 8u, jde_quaternion_fields};
 
-/** geometry_msgs/msg/Pose: A place and an orientation in space. */
+/** geometry_msgs/msg/Pose: A position and an orientation in space. */
 typedef struct jde_pose {
-    /** Where. */
+    /** Position. */
     jde_point position;
-    /** Which way round. */
+    /** Orientation. */
     jde_quaternion orientation;
 } jde_pose;
 
@@ -319,12 +319,12 @@ typedef char jde_pose_has_its_size[sizeof(jde_pose) == 56 ? 1 : -1];
 
 static const jde_field jde_pose_fields[] = {
     JDE_FIELD("position", offsetof(jde_pose, position), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Where.", "", &jde_point_type),
+              "Position.", "", &jde_point_type),
     JDE_FIELD("orientation", offsetof(jde_pose, orientation), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Which way round.", "", &jde_quaternion_type),
+              "Orientation.", "", &jde_quaternion_type),
 };
 static const jde_type jde_pose_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_fields), "geometry_msgs/msg/Pose", "A place and an orientation in space.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_fields), "geometry_msgs/msg/Pose", "A position and an orientation in space.",
     sizeof(jde_pose), 8u, jde_pose_fields};
 
 /** geometry_msgs/msg/PoseStamped: A pose with its time and frame. */
@@ -347,11 +347,11 @@ static const jde_type jde_pose_stamped_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_stamped_fields), "geometry_msgs/msg/PoseStamped", "A pose with its time and frame.",
     sizeof(jde_pose_stamped), 8u, jde_pose_stamped_fields};
 
-/** geometry_msgs/msg/PoseWithCovariance: A pose and how sure it is. */
+/** geometry_msgs/msg/PoseWithCovariance: A pose with its covariance. */
 typedef struct jde_pose_with_covariance {
     /** The pose. */
     jde_pose pose;
-    /** 6 × 6, row by row, of x, y, z and the rotations about them. */
+    /** 6 × 6, row by row, for x, y, z and the rotations about them. */
     double covariance[36];
 } jde_pose_with_covariance;
 
@@ -361,13 +361,13 @@ static const jde_field jde_pose_with_covariance_fields[] = {
     JDE_FIELD("pose", offsetof(jde_pose_with_covariance, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "The pose.", "", &jde_pose_type),
     JDE_FIELD("covariance", offsetof(jde_pose_with_covariance, covariance), 0u, JDE_F64, JDE_ARRAY, 36u,
-              "6 × 6, row by row, of x, y, z and the rotations about them.", "", NULL),
+              "6 × 6, row by row, for x, y, z and the rotations about them.", "", NULL),
 };
 static const jde_type jde_pose_with_covariance_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_with_covariance_fields), "geometry_msgs/msg/PoseWithCovariance", "A pose and how sure it is.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_with_covariance_fields), "geometry_msgs/msg/PoseWithCovariance", "A pose with its covariance.",
     sizeof(jde_pose_with_covariance), 8u, jde_pose_with_covariance_fields};
 
-/** geometry_msgs/msg/Pose2D: A place and a heading in the plane. */
+/** geometry_msgs/msg/Pose2D: A position and a heading in the plane. */
 typedef struct jde_pose2d {
     /** Ahead of the frame's origin. [m] */
     double x;
@@ -388,14 +388,14 @@ static const jde_field jde_pose2d_fields[] = {
               "Heading, counter-clockwise from the x axis.", "rad", NULL),
 };
 static const jde_type jde_pose2d_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose2d_fields), "geometry_msgs/msg/Pose2D", "A place and a heading in the plane.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose2d_fields), "geometry_msgs/msg/Pose2D", "A position and a heading in the plane.",
     sizeof(jde_pose2d), 8u, jde_pose2d_fields};
 
-/** geometry_msgs/msg/Twist: A velocity in space: what a base is told, or what it does. */
+/** geometry_msgs/msg/Twist: A velocity in space, commanded or measured. */
 typedef struct jde_twist {
-    /** Of the place, m/s. [m/s] */
+    /** Linear velocity, m/s. [m/s] */
     jde_vector3 linear;
-    /** Of the orientation, rad/s. [rad/s] */
+    /** Angular velocity, rad/s. [rad/s] */
     jde_vector3 angular;
 } jde_twist;
 
@@ -403,19 +403,19 @@ typedef char jde_twist_has_its_size[sizeof(jde_twist) == 48 ? 1 : -1];
 
 static const jde_field jde_twist_fields[] = {
     JDE_FIELD("linear", offsetof(jde_twist, linear), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Of the place, m/s.", "m/s", &jde_vector3_type),
+              "Linear velocity, m/s.", "m/s", &jde_vector3_type),
     JDE_FIELD("angular", offsetof(jde_twist, angular), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Of the orientation, rad/s.", "rad/s", &jde_vector3_type),
+              "Angular velocity, rad/s.", "rad/s", &jde_vector3_type),
 };
 static const jde_type jde_twist_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_fields), "geometry_msgs/msg/Twist", "A velocity in space: what a base is told, or what it does.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_fields), "geometry_msgs/msg/Twist", "A velocity in space, commanded or measured.",
     sizeof(jde_twist), 8u, jde_twist_fields};
 
-/** geometry_msgs/msg/TwistWithCovariance: A velocity and how sure it is. */
+/** geometry_msgs/msg/TwistWithCovariance: A velocity with its covariance. */
 typedef struct jde_twist_with_covariance {
     /** The velocity. */
     jde_twist twist;
-    /** 6 × 6, row by row, of x, y, z and the rotations about them. */
+    /** 6 × 6, row by row, for x, y, z and the rotations about them. */
     double covariance[36];
 } jde_twist_with_covariance;
 
@@ -425,21 +425,21 @@ static const jde_field jde_twist_with_covariance_fields[] = {
     JDE_FIELD("twist", offsetof(jde_twist_with_covariance, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "The velocity.", "", &jde_twist_type),
     JDE_FIELD("covariance", offsetof(jde_twist_with_covariance, covariance), 0u, JDE_F64, JDE_ARRAY, 36u,
-              "6 × 6, row by row, of x, y, z and the rotations about them.", "", NULL),
+              "6 × 6, row by row, for x, y, z and the rotations about them.", "", NULL),
 };
 static const jde_type jde_twist_with_covariance_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_with_covariance_fields), "geometry_msgs/msg/TwistWithCovariance", "A velocity and how sure it is.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_with_covariance_fields), "geometry_msgs/msg/TwistWithCovariance", "A velocity with its covariance.",
     sizeof(jde_twist_with_covariance), 8u, jde_twist_with_covariance_fields};
 
-/** nav_msgs/msg/Odometry: Pose and velocity, as the wheels tell. */
+/** nav_msgs/msg/Odometry: Pose and velocity, as measured by the wheels. */
 typedef struct jde_odometry {
     /** Time, and the frame of the pose: "odom". */
     jde_header header;
     /** The frame of the velocity: "base_link". */
     struct { uint32_t length; char bytes[52]; } child_frame_id;
-    /** Where the base is, in the frame of the header. */
+    /** Pose of the base, in the frame of the header. */
     jde_pose_with_covariance pose;
-    /** How it moves, in its own frame. */
+    /** Velocity of the base, in its own frame. */
     jde_twist_with_covariance twist;
 } jde_odometry;
 
@@ -451,12 +451,12 @@ static const jde_field jde_odometry_fields[] = {
     JDE_FIELD("child_frame_id", offsetof(jde_odometry, child_frame_id.bytes), offsetof(jde_odometry, child_frame_id.length), JDE_U8, JDE_TEXT, 52u,
               "The frame of the velocity: \"base_link\".", "", NULL),
     JDE_FIELD("pose", offsetof(jde_odometry, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Where the base is, in the frame of the header.", "", &jde_pose_with_covariance_type),
+              "Pose of the base, in the frame of the header.", "", &jde_pose_with_covariance_type),
     JDE_FIELD("twist", offsetof(jde_odometry, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "How it moves, in its own frame.", "", &jde_twist_with_covariance_type),
+              "Velocity of the base, in its own frame.", "", &jde_twist_with_covariance_type),
 };
 static const jde_type jde_odometry_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_odometry_fields), "nav_msgs/msg/Odometry", "Pose and velocity, as the wheels tell.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_odometry_fields), "nav_msgs/msg/Odometry", "Pose and velocity, as measured by the wheels.",
     sizeof(jde_odometry), 8u, jde_odometry_fields};
 
 /** nav_msgs/msg/Path: A path to follow, of up to 64 poses. */
@@ -479,7 +479,7 @@ static const jde_type jde_path_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_path_fields), "nav_msgs/msg/Path", "A path to follow, of up to 64 poses.",
     sizeof(jde_path), 8u, jde_path_fields};
 
-/** jde_msgs/msg/Route: Targets in the plane, as a person writes them down; `Path` is what ROS tools draw. */
+/** jde_msgs/msg/Route: Targets in the plane, in a form for files; ROS tools draw a `Path`. */
 typedef struct jde_route {
     /** The targets, from first to last. */
     struct { uint32_t length; uint32_t spare; jde_pose2d items[64]; } poses;
@@ -492,10 +492,10 @@ static const jde_field jde_route_fields[] = {
               "The targets, from first to last.", "", &jde_pose2d_type),
 };
 static const jde_type jde_route_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, as a person writes them down; `Path` is what ROS tools draw.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, in a form for files; ROS tools draw a `Path`.",
     sizeof(jde_route), 8u, jde_route_fields};
 
-/** sensor_msgs/msg/LaserScan: One turn of a laser scanner of up to 1088 beams. */
+/** sensor_msgs/msg/LaserScan: One scan of a laser scanner with up to 1088 beams. */
 typedef struct jde_laser_scan {
     /** Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z. */
     jde_header header;
@@ -509,11 +509,11 @@ typedef struct jde_laser_scan {
     float time_increment;
     /** Time from one scan to the next. [s] */
     float scan_time;
-    /** Least distance it can measure. [m] */
+    /** Least measurable distance. [m] */
     float range_min;
-    /** Greatest distance it can measure. [m] */
+    /** Greatest measurable distance. [m] */
     float range_max;
-    /** Distances, first beam first. [m] */
+    /** Distances, in the order of the beams. [m] */
     struct { uint32_t length; uint32_t spare; float items[1088]; } ranges;
     /** Intensities, in units of the device; empty if it has none. */
     struct { uint32_t length; uint32_t spare; float items[1088]; } intensities;
@@ -535,16 +535,16 @@ static const jde_field jde_laser_scan_fields[] = {
     JDE_FIELD("scan_time", offsetof(jde_laser_scan, scan_time), 0u, JDE_F32, JDE_ONE, 1u,
               "Time from one scan to the next.", "s", NULL),
     JDE_FIELD("range_min", offsetof(jde_laser_scan, range_min), 0u, JDE_F32, JDE_ONE, 1u,
-              "Least distance it can measure.", "m", NULL),
+              "Least measurable distance.", "m", NULL),
     JDE_FIELD("range_max", offsetof(jde_laser_scan, range_max), 0u, JDE_F32, JDE_ONE, 1u,
-              "Greatest distance it can measure.", "m", NULL),
+              "Greatest measurable distance.", "m", NULL),
     JDE_FIELD("ranges", offsetof(jde_laser_scan, ranges.items), offsetof(jde_laser_scan, ranges.length), JDE_F32, JDE_SEQUENCE, 1088u,
-              "Distances, first beam first.", "m", NULL),
+              "Distances, in the order of the beams.", "m", NULL),
     JDE_FIELD("intensities", offsetof(jde_laser_scan, intensities.items), offsetof(jde_laser_scan, intensities.length), JDE_F32, JDE_SEQUENCE, 1088u,
               "Intensities, in units of the device; empty if it has none.", "", NULL),
 };
 static const jde_type jde_laser_scan_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_laser_scan_fields), "sensor_msgs/msg/LaserScan", "One turn of a laser scanner of up to 1088 beams.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_laser_scan_fields), "sensor_msgs/msg/LaserScan", "One scan of a laser scanner with up to 1088 beams.",
     sizeof(jde_laser_scan), 4u, jde_laser_scan_fields};
 
 /** sensor_msgs/msg/Range: One sonar or infrared sensor. */
@@ -554,13 +554,13 @@ typedef struct jde_range {
     /** 0 ultrasound, 1 infrared. */
     uint8_t radiation_type;
     uint8_t padding_65[3];
-    /** Width of its cone. [rad] */
+    /** Angular width of the cone. [rad] */
     float field_of_view;
-    /** Least distance it can measure. [m] */
+    /** Least measurable distance. [m] */
     float min_range;
-    /** Greatest distance it can measure. [m] */
+    /** Greatest measurable distance. [m] */
     float max_range;
-    /** The distance. [m] */
+    /** Measured distance. [m] */
     float range;
     /** Variance of the distance; 0 if unknown. [m2] */
     float variance;
@@ -575,13 +575,13 @@ static const jde_field jde_range_fields[] = {
               "0 ultrasound, 1 infrared.", "", NULL),
     JDE_FIELD("_", offsetof(jde_range, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
     JDE_FIELD("field_of_view", offsetof(jde_range, field_of_view), 0u, JDE_F32, JDE_ONE, 1u,
-              "Width of its cone.", "rad", NULL),
+              "Angular width of the cone.", "rad", NULL),
     JDE_FIELD("min_range", offsetof(jde_range, min_range), 0u, JDE_F32, JDE_ONE, 1u,
-              "Least distance it can measure.", "m", NULL),
+              "Least measurable distance.", "m", NULL),
     JDE_FIELD("max_range", offsetof(jde_range, max_range), 0u, JDE_F32, JDE_ONE, 1u,
-              "Greatest distance it can measure.", "m", NULL),
+              "Greatest measurable distance.", "m", NULL),
     JDE_FIELD("range", offsetof(jde_range, range), 0u, JDE_F32, JDE_ONE, 1u,
-              "The distance.", "m", NULL),
+              "Measured distance.", "m", NULL),
     JDE_FIELD("variance", offsetof(jde_range, variance), 0u, JDE_F32, JDE_ONE, 1u,
               "Variance of the distance; 0 if unknown.", "m2", NULL),
 };
@@ -589,22 +589,22 @@ static const jde_type jde_range_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_fields), "sensor_msgs/msg/Range", "One sonar or infrared sensor.",
     sizeof(jde_range), 4u, jde_range_fields};
 
-/** jde_msgs/msg/RangeRing: A ring of up to 32 alike range sensors around a base. */
+/** jde_msgs/msg/RangeRing: A ring of up to 32 range sensors of one type around a base. */
 typedef struct jde_range_ring {
     /** Time, and the frame of the base. */
     jde_header header;
     /** 0 ultrasound, 1 infrared. */
     uint8_t radiation_type;
     uint8_t padding_65[3];
-    /** Width of each cone. [rad] */
+    /** Angular width of each cone. [rad] */
     float field_of_view;
-    /** Least distance they can measure. [m] */
+    /** Least measurable distance. [m] */
     float min_range;
-    /** Greatest distance they can measure. [m] */
+    /** Greatest measurable distance. [m] */
     float max_range;
-    /** Where each sits and looks, in the frame of the base. */
+    /** Position and direction of each sensor, in the frame of the base. */
     struct { uint32_t length; uint32_t spare; jde_pose2d items[32]; } poses;
-    /** The distance each measures. [m] */
+    /** Measured distance of each sensor. [m] */
     struct { uint32_t length; uint32_t spare; float items[32]; } ranges;
 } jde_range_ring;
 
@@ -617,36 +617,36 @@ static const jde_field jde_range_ring_fields[] = {
               "0 ultrasound, 1 infrared.", "", NULL),
     JDE_FIELD("_", offsetof(jde_range_ring, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
     JDE_FIELD("field_of_view", offsetof(jde_range_ring, field_of_view), 0u, JDE_F32, JDE_ONE, 1u,
-              "Width of each cone.", "rad", NULL),
+              "Angular width of each cone.", "rad", NULL),
     JDE_FIELD("min_range", offsetof(jde_range_ring, min_range), 0u, JDE_F32, JDE_ONE, 1u,
-              "Least distance they can measure.", "m", NULL),
+              "Least measurable distance.", "m", NULL),
     JDE_FIELD("max_range", offsetof(jde_range_ring, max_range), 0u, JDE_F32, JDE_ONE, 1u,
-              "Greatest distance they can measure.", "m", NULL),
+              "Greatest measurable distance.", "m", NULL),
     JDE_FIELD("poses", offsetof(jde_range_ring, poses.items), offsetof(jde_range_ring, poses.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
-              "Where each sits and looks, in the frame of the base.", "", &jde_pose2d_type),
+              "Position and direction of each sensor, in the frame of the base.", "", &jde_pose2d_type),
     JDE_FIELD("ranges", offsetof(jde_range_ring, ranges.items), offsetof(jde_range_ring, ranges.length), JDE_F32, JDE_SEQUENCE, 32u,
-              "The distance each measures.", "m", NULL),
+              "Measured distance of each sensor.", "m", NULL),
 };
 static const jde_type jde_range_ring_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_ring_fields), "jde_msgs/msg/RangeRing", "A ring of up to 32 alike range sensors around a base.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_ring_fields), "jde_msgs/msg/RangeRing", "A ring of up to 32 range sensors of one type around a base.",
     sizeof(jde_range_ring), 8u, jde_range_ring_fields};
 
-/** sensor_msgs/msg/Image: A picture of up to 640 × 480 pixels of three bytes. */
+/** sensor_msgs/msg/Image: An image of up to 640 × 480 pixels of three bytes. */
 typedef struct jde_image {
-    /** Time, and the frame of the camera: x to the right of the picture, y down, z into it. */
+    /** Time, and the frame of the camera: x to the right of the image, y down, z into it. */
     jde_header header;
     /** Rows. */
     uint32_t height;
     /** Columns. */
     uint32_t width;
-    /** What a pixel is: "rgb8", "bgr8", "mono8". */
+    /** Format of a pixel: "rgb8", "bgr8", "mono8". */
     struct { uint32_t length; char bytes[28]; } encoding;
-    /** Whether numbers of several bytes begin with the greatest. */
+    /** Whether numbers of several bytes begin with the most significant byte. */
     uint8_t is_bigendian;
     uint8_t padding_105[3];
-    /** Bytes of a row. */
+    /** Size of a row in bytes. */
     uint32_t step;
-    /** The rows, from the top. */
+    /** Rows, from top to bottom. */
     struct { uint32_t length; uint32_t spare; uint8_t items[921600]; } data;
 } jde_image;
 
@@ -654,36 +654,36 @@ typedef char jde_image_has_its_size[sizeof(jde_image) == 921720 ? 1 : -1];
 
 static const jde_field jde_image_fields[] = {
     JDE_FIELD("header", offsetof(jde_image, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Time, and the frame of the camera: x to the right of the picture, y down, z into it.", "", &jde_header_type),
+              "Time, and the frame of the camera: x to the right of the image, y down, z into it.", "", &jde_header_type),
     JDE_FIELD("height", offsetof(jde_image, height), 0u, JDE_U32, JDE_ONE, 1u,
               "Rows.", "", NULL),
     JDE_FIELD("width", offsetof(jde_image, width), 0u, JDE_U32, JDE_ONE, 1u,
               "Columns.", "", NULL),
     JDE_FIELD("encoding", offsetof(jde_image, encoding.bytes), offsetof(jde_image, encoding.length), JDE_U8, JDE_TEXT, 28u,
-              "What a pixel is: \"rgb8\", \"bgr8\", \"mono8\".", "", NULL),
+              "Format of a pixel: \"rgb8\", \"bgr8\", \"mono8\".", "", NULL),
     JDE_FIELD("is_bigendian", offsetof(jde_image, is_bigendian), 0u, JDE_U8, JDE_ONE, 1u,
-              "Whether numbers of several bytes begin with the greatest.", "", NULL),
+              "Whether numbers of several bytes begin with the most significant byte.", "", NULL),
     JDE_FIELD("_", offsetof(jde_image, padding_105), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
     JDE_FIELD("step", offsetof(jde_image, step), 0u, JDE_U32, JDE_ONE, 1u,
-              "Bytes of a row.", "", NULL),
+              "Size of a row in bytes.", "", NULL),
     JDE_FIELD("data", offsetof(jde_image, data.items), offsetof(jde_image, data.length), JDE_U8, JDE_SEQUENCE, 921600u,
-              "The rows, from the top.", "", NULL),
+              "Rows, from top to bottom.", "", NULL),
 };
 static const jde_type jde_image_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "A picture of up to 640 × 480 pixels of three bytes.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "An image of up to 640 × 480 pixels of three bytes.",
     sizeof(jde_image), 4u, jde_image_fields};
 
-/** jde_msgs/msg/PanTilt: Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none. */
+/** jde_msgs/msg/PanTilt: Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none. */
 typedef struct jde_pan_tilt {
-    /** Time, and the frame of the head's foot. */
+    /** Time, and the frame of the head's base. */
     jde_header header;
-    /** To the left. [rad] */
+    /** Angle to the left. [rad] */
     double pan;
-    /** Down, as REP-103 turns about the axis to the left. [rad] */
+    /** Angle downwards: a rotation about the axis to the left (REP-103). [rad] */
     double tilt;
-    /** Speed to the left. [rad/s] */
+    /** Angular velocity to the left. [rad/s] */
     double pan_velocity;
-    /** Speed down. [rad/s] */
+    /** Angular velocity downwards. [rad/s] */
     double tilt_velocity;
 } jde_pan_tilt;
 
@@ -691,21 +691,21 @@ typedef char jde_pan_tilt_has_its_size[sizeof(jde_pan_tilt) == 96 ? 1 : -1];
 
 static const jde_field jde_pan_tilt_fields[] = {
     JDE_FIELD("header", offsetof(jde_pan_tilt, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Time, and the frame of the head's foot.", "", &jde_header_type),
+              "Time, and the frame of the head's base.", "", &jde_header_type),
     JDE_FIELD("pan", offsetof(jde_pan_tilt, pan), 0u, JDE_F64, JDE_ONE, 1u,
-              "To the left.", "rad", NULL),
+              "Angle to the left.", "rad", NULL),
     JDE_FIELD("tilt", offsetof(jde_pan_tilt, tilt), 0u, JDE_F64, JDE_ONE, 1u,
-              "Down, as REP-103 turns about the axis to the left.", "rad", NULL),
+              "Angle downwards: a rotation about the axis to the left (REP-103).", "rad", NULL),
     JDE_FIELD("pan_velocity", offsetof(jde_pan_tilt, pan_velocity), 0u, JDE_F64, JDE_ONE, 1u,
-              "Speed to the left.", "rad/s", NULL),
+              "Angular velocity to the left.", "rad/s", NULL),
     JDE_FIELD("tilt_velocity", offsetof(jde_pan_tilt, tilt_velocity), 0u, JDE_F64, JDE_ONE, 1u,
-              "Speed down.", "rad/s", NULL),
+              "Angular velocity downwards.", "rad/s", NULL),
 };
 static const jde_type jde_pan_tilt_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pan_tilt_fields), "jde_msgs/msg/PanTilt", "Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pan_tilt_fields), "jde_msgs/msg/PanTilt", "Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none.",
     sizeof(jde_pan_tilt), 8u, jde_pan_tilt_fields};
 
-/** sensor_msgs/msg/BatteryState: How the battery is. What is not measured is NaN. */
+/** sensor_msgs/msg/BatteryState: State of the battery. NaN marks what is not measured. */
 typedef struct jde_battery_state {
     /** Time. */
     jde_header header;
@@ -715,27 +715,27 @@ typedef struct jde_battery_state {
     float temperature;
     /** Current; negative while discharging. [A] */
     float current;
-    /** Charge at present. [Ah] */
+    /** Present charge. [Ah] */
     float charge;
-    /** Charge when last full. [Ah] */
+    /** Charge when it was last full. [Ah] */
     float capacity;
-    /** Charge it was built for. [Ah] */
+    /** Nominal charge. [Ah] */
     float design_capacity;
     /** Charge, from 0 to 1. */
     float percentage;
     /** 0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full. */
     uint8_t power_supply_status;
-    /** 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out. */
+    /** 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer expired. */
     uint8_t power_supply_health;
     /** 0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn. */
     uint8_t power_supply_technology;
-    /** Whether there is one. */
+    /** Whether a battery is present. */
     uint8_t present;
     /** Voltage of each cell. [V] */
     struct { uint32_t length; uint32_t spare; float items[16]; } cell_voltage;
     /** Temperature of each cell. [degC] */
     struct { uint32_t length; uint32_t spare; float items[16]; } cell_temperature;
-    /** Where it sits. */
+    /** Location of the battery. */
     struct { uint32_t length; char bytes[28]; } location;
     /** Its serial number. */
     struct { uint32_t length; char bytes[28]; } serial_number;
@@ -753,43 +753,43 @@ static const jde_field jde_battery_state_fields[] = {
     JDE_FIELD("current", offsetof(jde_battery_state, current), 0u, JDE_F32, JDE_ONE, 1u,
               "Current; negative while discharging.", "A", NULL),
     JDE_FIELD("charge", offsetof(jde_battery_state, charge), 0u, JDE_F32, JDE_ONE, 1u,
-              "Charge at present.", "Ah", NULL),
+              "Present charge.", "Ah", NULL),
     JDE_FIELD("capacity", offsetof(jde_battery_state, capacity), 0u, JDE_F32, JDE_ONE, 1u,
-              "Charge when last full.", "Ah", NULL),
+              "Charge when it was last full.", "Ah", NULL),
     JDE_FIELD("design_capacity", offsetof(jde_battery_state, design_capacity), 0u, JDE_F32, JDE_ONE, 1u,
-              "Charge it was built for.", "Ah", NULL),
+              "Nominal charge.", "Ah", NULL),
     JDE_FIELD("percentage", offsetof(jde_battery_state, percentage), 0u, JDE_F32, JDE_ONE, 1u,
               "Charge, from 0 to 1.", "", NULL),
     JDE_FIELD("power_supply_status", offsetof(jde_battery_state, power_supply_status), 0u, JDE_U8, JDE_ONE, 1u,
               "0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full.", "", NULL),
     JDE_FIELD("power_supply_health", offsetof(jde_battery_state, power_supply_health), 0u, JDE_U8, JDE_ONE, 1u,
-              "0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out.", "", NULL),
+              "0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer expired.", "", NULL),
     JDE_FIELD("power_supply_technology", offsetof(jde_battery_state, power_supply_technology), 0u, JDE_U8, JDE_ONE, 1u,
               "0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn.", "", NULL),
     JDE_FIELD("present", offsetof(jde_battery_state, present), 0u, JDE_BOOL, JDE_ONE, 1u,
-              "Whether there is one.", "", NULL),
+              "Whether a battery is present.", "", NULL),
     JDE_FIELD("cell_voltage", offsetof(jde_battery_state, cell_voltage.items), offsetof(jde_battery_state, cell_voltage.length), JDE_F32, JDE_SEQUENCE, 16u,
               "Voltage of each cell.", "V", NULL),
     JDE_FIELD("cell_temperature", offsetof(jde_battery_state, cell_temperature.items), offsetof(jde_battery_state, cell_temperature.length), JDE_F32, JDE_SEQUENCE, 16u,
               "Temperature of each cell.", "degC", NULL),
     JDE_FIELD("location", offsetof(jde_battery_state, location.bytes), offsetof(jde_battery_state, location.length), JDE_U8, JDE_TEXT, 28u,
-              "Where it sits.", "", NULL),
+              "Location of the battery.", "", NULL),
     JDE_FIELD("serial_number", offsetof(jde_battery_state, serial_number.bytes), offsetof(jde_battery_state, serial_number.length), JDE_U8, JDE_TEXT, 28u,
               "Its serial number.", "", NULL),
 };
 static const jde_type jde_battery_state_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_battery_state_fields), "sensor_msgs/msg/BatteryState", "How the battery is. What is not measured is NaN.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_battery_state_fields), "sensor_msgs/msg/BatteryState", "State of the battery. NaN marks what is not measured.",
     sizeof(jde_battery_state), 4u, jde_battery_state_fields};
 
 /** jde_msgs/msg/Bumpers: Which bumpers are pressed. */
 typedef struct jde_bumpers {
     /** Time, and the frame of the base. */
     jde_header header;
-    /** Those ahead, from left to right. */
+    /** Front bumpers, from left to right. */
     struct { uint32_t length; uint32_t spare; uint8_t items[8]; } front;
-    /** Those behind, from left to right as one looks ahead. */
+    /** Rear bumpers, from left to right in the direction of travel. */
     struct { uint32_t length; uint32_t spare; uint8_t items[8]; } rear;
-    /** Whether the wheels are held against their will. */
+    /** Whether the wheels are blocked while driven. */
     uint8_t stalled;
     uint8_t padding_97[3];
 } jde_bumpers;
@@ -800,26 +800,26 @@ static const jde_field jde_bumpers_fields[] = {
     JDE_FIELD("header", offsetof(jde_bumpers, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "Time, and the frame of the base.", "", &jde_header_type),
     JDE_FIELD("front", offsetof(jde_bumpers, front.items), offsetof(jde_bumpers, front.length), JDE_BOOL, JDE_SEQUENCE, 8u,
-              "Those ahead, from left to right.", "", NULL),
+              "Front bumpers, from left to right.", "", NULL),
     JDE_FIELD("rear", offsetof(jde_bumpers, rear.items), offsetof(jde_bumpers, rear.length), JDE_BOOL, JDE_SEQUENCE, 8u,
-              "Those behind, from left to right as one looks ahead.", "", NULL),
+              "Rear bumpers, from left to right in the direction of travel.", "", NULL),
     JDE_FIELD("stalled", offsetof(jde_bumpers, stalled), 0u, JDE_BOOL, JDE_ONE, 1u,
-              "Whether the wheels are held against their will.", "", NULL),
+              "Whether the wheels are blocked while driven.", "", NULL),
     JDE_FIELD("_", offsetof(jde_bumpers, padding_97), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
 };
 static const jde_type jde_bumpers_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bumpers_fields), "jde_msgs/msg/Bumpers", "Which bumpers are pressed.",
     sizeof(jde_bumpers), 4u, jde_bumpers_fields};
 
-/** jde_msgs/msg/WheelEncoders: What the encoders of the two wheels have counted since the driver first heard of them. */
+/** jde_msgs/msg/WheelEncoders: Counts of the two wheels' encoders since the driver's first reading. */
 typedef struct jde_wheel_encoders {
     /** Time, and the frame of the base. */
     jde_header header;
-    /** Ticks of the left wheel; backwards counts down, and no count ever wraps. */
+    /** Ticks of the left wheel. Backward motion counts down; counts never wrap. */
     int64_t left;
     /** Ticks of the right wheel. */
     int64_t right;
-    /** Ticks counted while a wheel rolls one metre; 0 if unknown. [1/m] */
+    /** Ticks for one metre of rolling; 0 if unknown. [1/m] */
     double ticks_per_meter;
 } jde_wheel_encoders;
 
@@ -829,26 +829,26 @@ static const jde_field jde_wheel_encoders_fields[] = {
     JDE_FIELD("header", offsetof(jde_wheel_encoders, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "Time, and the frame of the base.", "", &jde_header_type),
     JDE_FIELD("left", offsetof(jde_wheel_encoders, left), 0u, JDE_I64, JDE_ONE, 1u,
-              "Ticks of the left wheel; backwards counts down, and no count ever wraps.", "", NULL),
+              "Ticks of the left wheel. Backward motion counts down; counts never wrap.", "", NULL),
     JDE_FIELD("right", offsetof(jde_wheel_encoders, right), 0u, JDE_I64, JDE_ONE, 1u,
               "Ticks of the right wheel.", "", NULL),
     JDE_FIELD("ticks_per_meter", offsetof(jde_wheel_encoders, ticks_per_meter), 0u, JDE_F64, JDE_ONE, 1u,
-              "Ticks counted while a wheel rolls one metre; 0 if unknown.", "1/m", NULL),
+              "Ticks for one metre of rolling; 0 if unknown.", "1/m", NULL),
 };
 static const jde_type jde_wheel_encoders_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_wheel_encoders_fields), "jde_msgs/msg/WheelEncoders", "What the encoders of the two wheels have counted since the driver first heard of them.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_wheel_encoders_fields), "jde_msgs/msg/WheelEncoders", "Counts of the two wheels' encoders since the driver's first reading.",
     sizeof(jde_wheel_encoders), 8u, jde_wheel_encoders_fields};
 
-/** jde_msgs/msg/Connection: Whether a driver hears its device. */
+/** jde_msgs/msg/Connection: Connection of a driver to its device. */
 typedef struct jde_connection {
-    /** Since when it has been so, or when the last attempt failed. */
+    /** Time of the last change of state, or of the last failed attempt. */
     jde_header header;
     /** 0 not tried yet, 1 connecting, 2 connected, 3 lost. */
     uint8_t state;
     uint8_t padding_65[3];
-    /** Attempts since it was last connected. */
+    /** Attempts since the last connection. */
     uint32_t attempts;
-    /** What the device calls itself, or why it is not heard. */
+    /** Name that the device reports, or why it is not connected. */
     struct { uint32_t length; char bytes[120]; } note;
 } jde_connection;
 
@@ -856,33 +856,33 @@ typedef char jde_connection_has_its_size[sizeof(jde_connection) == 196 ? 1 : -1]
 
 static const jde_field jde_connection_fields[] = {
     JDE_FIELD("header", offsetof(jde_connection, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Since when it has been so, or when the last attempt failed.", "", &jde_header_type),
+              "Time of the last change of state, or of the last failed attempt.", "", &jde_header_type),
     JDE_FIELD("state", offsetof(jde_connection, state), 0u, JDE_U8, JDE_ONE, 1u,
               "0 not tried yet, 1 connecting, 2 connected, 3 lost.", "", NULL),
     JDE_FIELD("_", offsetof(jde_connection, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
     JDE_FIELD("attempts", offsetof(jde_connection, attempts), 0u, JDE_U32, JDE_ONE, 1u,
-              "Attempts since it was last connected.", "", NULL),
+              "Attempts since the last connection.", "", NULL),
     JDE_FIELD("note", offsetof(jde_connection, note.bytes), offsetof(jde_connection, note.length), JDE_U8, JDE_TEXT, 120u,
-              "What the device calls itself, or why it is not heard.", "", NULL),
+              "Name that the device reports, or why it is not connected.", "", NULL),
 };
 static const jde_type jde_connection_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_connection_fields), "jde_msgs/msg/Connection", "Whether a driver hears its device.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_connection_fields), "jde_msgs/msg/Connection", "Connection of a driver to its device.",
     sizeof(jde_connection), 4u, jde_connection_fields};
 
-/** jde_msgs/msg/Mission: What an application has been asked to do, and how far it is. */
+/** jde_msgs/msg/Mission: An application's task and its progress. */
 typedef struct jde_mission {
     /** 0 running, 1 done, 2 failed. */
     uint8_t state;
     uint8_t padding_1[3];
-    /** Targets reached. */
+    /** Number of targets reached. */
     uint32_t reached;
-    /** Targets in all. */
+    /** Number of targets in total. */
     uint32_t total;
-    /** Why it failed, or what it is about. */
+    /** Reason of a failure, or a description of the task. */
     struct { uint32_t length; char bytes[64]; } note;
     /** The present target, in the frame of the odometry. */
     jde_pose2d target;
-    /** How far it is. [m] */
+    /** Distance to the present target. [m] */
     double distance;
 } jde_mission;
 
@@ -893,31 +893,31 @@ static const jde_field jde_mission_fields[] = {
               "0 running, 1 done, 2 failed.", "", NULL),
     JDE_FIELD("_", offsetof(jde_mission, padding_1), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
     JDE_FIELD("reached", offsetof(jde_mission, reached), 0u, JDE_U32, JDE_ONE, 1u,
-              "Targets reached.", "", NULL),
+              "Number of targets reached.", "", NULL),
     JDE_FIELD("total", offsetof(jde_mission, total), 0u, JDE_U32, JDE_ONE, 1u,
-              "Targets in all.", "", NULL),
+              "Number of targets in total.", "", NULL),
     JDE_FIELD("note", offsetof(jde_mission, note.bytes), offsetof(jde_mission, note.length), JDE_U8, JDE_TEXT, 64u,
-              "Why it failed, or what it is about.", "", NULL),
+              "Reason of a failure, or a description of the task.", "", NULL),
     JDE_FIELD("target", offsetof(jde_mission, target), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "The present target, in the frame of the odometry.", "", &jde_pose2d_type),
     JDE_FIELD("distance", offsetof(jde_mission, distance), 0u, JDE_F64, JDE_ONE, 1u,
-              "How far it is.", "m", NULL),
+              "Distance to the present target.", "m", NULL),
 };
 static const jde_type jde_mission_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_mission_fields), "jde_msgs/msg/Mission", "What an application has been asked to do, and how far it is.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_mission_fields), "jde_msgs/msg/Mission", "An application's task and its progress.",
     sizeof(jde_mission), 8u, jde_mission_fields};
 
-/** jde_msgs/msg/Truth: What is true of a simulated robot, whatever its sensors say; for measuring, not for steering. */
+/** jde_msgs/msg/Truth: True state of a simulated robot, independent of its sensors; for measurement, not for control. */
 typedef struct jde_truth {
-    /** Where it is in the world. */
+    /** Pose in the world. */
     jde_pose2d pose;
-    /** How it moves, in its own frame. */
+    /** Velocity, in its own frame. */
     jde_twist twist;
-    /** From its edge to the nearest solid thing. [m] */
+    /** Distance from its edge to the nearest solid object. [m] */
     double clearance;
-    /** The least that clearance has been. [m] */
+    /** Least clearance so far. [m] */
     double min_clearance;
-    /** Contacts with solid things, each counted once. */
+    /** Contacts with solid objects, each counted once. */
     uint64_t collisions;
 } jde_truth;
 
@@ -925,31 +925,31 @@ typedef char jde_truth_has_its_size[sizeof(jde_truth) == 96 ? 1 : -1];
 
 static const jde_field jde_truth_fields[] = {
     JDE_FIELD("pose", offsetof(jde_truth, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Where it is in the world.", "", &jde_pose2d_type),
+              "Pose in the world.", "", &jde_pose2d_type),
     JDE_FIELD("twist", offsetof(jde_truth, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "How it moves, in its own frame.", "", &jde_twist_type),
+              "Velocity, in its own frame.", "", &jde_twist_type),
     JDE_FIELD("clearance", offsetof(jde_truth, clearance), 0u, JDE_F64, JDE_ONE, 1u,
-              "From its edge to the nearest solid thing.", "m", NULL),
+              "Distance from its edge to the nearest solid object.", "m", NULL),
     JDE_FIELD("min_clearance", offsetof(jde_truth, min_clearance), 0u, JDE_F64, JDE_ONE, 1u,
-              "The least that clearance has been.", "m", NULL),
+              "Least clearance so far.", "m", NULL),
     JDE_FIELD("collisions", offsetof(jde_truth, collisions), 0u, JDE_U64, JDE_ONE, 1u,
-              "Contacts with solid things, each counted once.", "", NULL),
+              "Contacts with solid objects, each counted once.", "", NULL),
 };
 static const jde_type jde_truth_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_truth_fields), "jde_msgs/msg/Truth", "What is true of a simulated robot, whatever its sensors say; for measuring, not for steering.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_truth_fields), "jde_msgs/msg/Truth", "True state of a simulated robot, independent of its sensors; for measurement, not for control.",
     sizeof(jde_truth), 8u, jde_truth_fields};
 
-/** jde_msgs/msg/Thing: Something that stands or moves on the floor of a simulated world. */
+/** jde_msgs/msg/Thing: A static or moving object on the floor of a simulated world. */
 typedef struct jde_thing {
     /** Its name in the world's file, cut if it is long. */
     struct { uint32_t length; char bytes[20]; } name;
-    /** Its middle on the floor, and where it faces. */
+    /** Center on the floor, and heading. */
     jde_pose2d pose;
-    /** Its extent along its own x: of a wall its length, of what is round its diameter. [m] */
+    /** Size along its own x: length of a wall, diameter of a round object. [m] */
     float length;
-    /** Its extent along its own y; 0 for a wall. [m] */
+    /** Size along its own y; 0 for a wall. [m] */
     float width;
-    /** How far it reaches up from the floor. [m] */
+    /** Height above the floor. [m] */
     float height;
     /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot. */
     uint8_t form;
@@ -967,13 +967,13 @@ static const jde_field jde_thing_fields[] = {
     JDE_FIELD("name", offsetof(jde_thing, name.bytes), offsetof(jde_thing, name.length), JDE_U8, JDE_TEXT, 20u,
               "Its name in the world's file, cut if it is long.", "", NULL),
     JDE_FIELD("pose", offsetof(jde_thing, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "Its middle on the floor, and where it faces.", "", &jde_pose2d_type),
+              "Center on the floor, and heading.", "", &jde_pose2d_type),
     JDE_FIELD("length", offsetof(jde_thing, length), 0u, JDE_F32, JDE_ONE, 1u,
-              "Its extent along its own x: of a wall its length, of what is round its diameter.", "m", NULL),
+              "Size along its own x: length of a wall, diameter of a round object.", "m", NULL),
     JDE_FIELD("width", offsetof(jde_thing, width), 0u, JDE_F32, JDE_ONE, 1u,
-              "Its extent along its own y; 0 for a wall.", "m", NULL),
+              "Size along its own y; 0 for a wall.", "m", NULL),
     JDE_FIELD("height", offsetof(jde_thing, height), 0u, JDE_F32, JDE_ONE, 1u,
-              "How far it reaches up from the floor.", "m", NULL),
+              "Height above the floor.", "m", NULL),
     JDE_FIELD("form", offsetof(jde_thing, form), 0u, JDE_U8, JDE_ONE, 1u,
               "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.", "", NULL),
     JDE_FIELD("red", offsetof(jde_thing, red), 0u, JDE_U8, JDE_ONE, 1u,
@@ -984,17 +984,17 @@ static const jde_field jde_thing_fields[] = {
               "Its color in sRGB.", "", NULL),
 };
 static const jde_type jde_thing_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_thing_fields), "jde_msgs/msg/Thing", "Something that stands or moves on the floor of a simulated world.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_thing_fields), "jde_msgs/msg/Thing", "A static or moving object on the floor of a simulated world.",
     sizeof(jde_thing), 8u, jde_thing_fields};
 
-/** jde_msgs/msg/Scenery: What stands still in a simulated world. */
+/** jde_msgs/msg/Scenery: The static objects of a simulated world. */
 typedef struct jde_scenery {
-    /** When it was so, and the world's frame. */
+    /** Time, and the frame of the world. */
     jde_header header;
-    /** Things that found no room below. */
+    /** Number of objects that did not fit below. */
     uint32_t left_out;
     uint8_t padding_68[4];
-    /** The things. */
+    /** The objects. */
     struct { uint32_t length; uint32_t spare; jde_thing items[1024]; } things;
 } jde_scenery;
 
@@ -1002,25 +1002,25 @@ typedef char jde_scenery_has_its_size[sizeof(jde_scenery) == 65616 ? 1 : -1];
 
 static const jde_field jde_scenery_fields[] = {
     JDE_FIELD("header", offsetof(jde_scenery, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "When it was so, and the world's frame.", "", &jde_header_type),
+              "Time, and the frame of the world.", "", &jde_header_type),
     JDE_FIELD("left_out", offsetof(jde_scenery, left_out), 0u, JDE_U32, JDE_ONE, 1u,
-              "Things that found no room below.", "", NULL),
+              "Number of objects that did not fit below.", "", NULL),
     JDE_FIELD("_", offsetof(jde_scenery, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
     JDE_FIELD("things", offsetof(jde_scenery, things.items), offsetof(jde_scenery, things.length), JDE_STRUCT, JDE_SEQUENCE, 1024u,
-              "The things.", "", &jde_thing_type),
+              "The objects.", "", &jde_thing_type),
 };
 static const jde_type jde_scenery_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_scenery_fields), "jde_msgs/msg/Scenery", "What stands still in a simulated world.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_scenery_fields), "jde_msgs/msg/Scenery", "The static objects of a simulated world.",
     sizeof(jde_scenery), 8u, jde_scenery_fields};
 
-/** jde_msgs/msg/Movers: What moves in a simulated world, or can be moved, but for the robot that tells. */
+/** jde_msgs/msg/Movers: The moving and movable objects of a simulated world, without the robot that publishes them. */
 typedef struct jde_movers {
-    /** When it was so, and the world's frame. */
+    /** Time, and the frame of the world. */
     jde_header header;
-    /** Things that found no room below. */
+    /** Number of objects that did not fit below. */
     uint32_t left_out;
     uint8_t padding_68[4];
-    /** The things. */
+    /** The objects. */
     struct { uint32_t length; uint32_t spare; jde_thing items[64]; } things;
 } jde_movers;
 
@@ -1028,15 +1028,15 @@ typedef char jde_movers_has_its_size[sizeof(jde_movers) == 4176 ? 1 : -1];
 
 static const jde_field jde_movers_fields[] = {
     JDE_FIELD("header", offsetof(jde_movers, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "When it was so, and the world's frame.", "", &jde_header_type),
+              "Time, and the frame of the world.", "", &jde_header_type),
     JDE_FIELD("left_out", offsetof(jde_movers, left_out), 0u, JDE_U32, JDE_ONE, 1u,
-              "Things that found no room below.", "", NULL),
+              "Number of objects that did not fit below.", "", NULL),
     JDE_FIELD("_", offsetof(jde_movers, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
     JDE_FIELD("things", offsetof(jde_movers, things.items), offsetof(jde_movers, things.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
-              "The things.", "", &jde_thing_type),
+              "The objects.", "", &jde_thing_type),
 };
 static const jde_type jde_movers_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_movers_fields), "jde_msgs/msg/Movers", "What moves in a simulated world, or can be moved, but for the robot that tells.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_movers_fields), "jde_msgs/msg/Movers", "The moving and movable objects of a simulated world, without the robot that publishes them.",
     sizeof(jde_movers), 8u, jde_movers_fields};
 
 #ifdef __cplusplus

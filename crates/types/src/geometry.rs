@@ -22,16 +22,16 @@ pub struct Point {
     pub z: f64,
 }
 
-/// A direction with a length; its unit is that of the field that holds it.
+/// A vector in space; its unit is that of the field that contains it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Vector3")]
 pub struct Vector3 {
-    /// Ahead, or about the axis ahead.
+    /// Component ahead, or about the axis ahead.
     pub x: f64,
-    /// To the left, or about the axis to the left.
+    /// Component to the left, or about the axis to the left.
     pub y: f64,
-    /// Up, or about the axis up.
+    /// Component up, or about the axis up.
     pub z: f64,
 }
 
@@ -47,14 +47,14 @@ pub struct Quaternion {
     pub w: f64,
 }
 
-/// A place and an orientation in space.
+/// A position and an orientation in space.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Pose")]
 pub struct Pose {
-    /// Where.
+    /// Position.
     pub position: Point,
-    /// Which way round.
+    /// Orientation.
     pub orientation: Quaternion,
 }
 
@@ -69,18 +69,18 @@ pub struct PoseStamped {
     pub pose: Pose,
 }
 
-/// A pose and how sure it is.
+/// A pose with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/PoseWithCovariance")]
 pub struct PoseWithCovariance {
     /// The pose.
     pub pose: Pose,
-    /// 6 × 6, row by row, of x, y, z and the rotations about them.
+    /// 6 × 6, row by row, for x, y, z and the rotations about them.
     pub covariance: [f64; 36],
 }
 
-/// A place and a heading in the plane.
+/// A position and a heading in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Pose2D")]
@@ -96,27 +96,27 @@ pub struct Pose2D {
     pub theta: f64,
 }
 
-/// A velocity in space: what a base is told, or what it does.
+/// A velocity in space, commanded or measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Twist")]
 pub struct Twist {
-    /// Of the place, m/s.
+    /// Linear velocity, m/s.
     #[value(unit = "m/s")]
     pub linear: Vector3,
-    /// Of the orientation, rad/s.
+    /// Angular velocity, rad/s.
     #[value(unit = "rad/s")]
     pub angular: Vector3,
 }
 
-/// A velocity and how sure it is.
+/// A velocity with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/TwistWithCovariance")]
 pub struct TwistWithCovariance {
     /// The velocity.
     pub twist: Twist,
-    /// 6 × 6, row by row, of x, y, z and the rotations about them.
+    /// 6 × 6, row by row, for x, y, z and the rotations about them.
     pub covariance: [f64; 36],
 }
 

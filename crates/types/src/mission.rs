@@ -2,7 +2,7 @@
 
 use crate::{Padding, Pose2D, Text, Twist, Value};
 
-/// What an application has been asked to do, and how far it is.
+/// An application's task and its progress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Mission")]
@@ -11,35 +11,35 @@ pub struct Mission {
     pub state: u8,
     /// Unused bytes.
     pub padding: Padding<3>,
-    /// Targets reached.
+    /// Number of targets reached.
     pub reached: u32,
-    /// Targets in all.
+    /// Number of targets in total.
     pub total: u32,
-    /// Why it failed, or what it is about.
+    /// Reason of a failure, or a description of the task.
     pub note: Text<64>,
     /// The present target, in the frame of the odometry.
     pub target: Pose2D,
-    /// How far it is.
+    /// Distance to the present target.
     #[value(unit = "m")]
     pub distance: f64,
 }
 
-/// What is true of a simulated robot, whatever its sensors say; for measuring, not for steering.
+/// True state of a simulated robot, independent of its sensors; for measurement, not for control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Truth")]
 pub struct Truth {
-    /// Where it is in the world.
+    /// Pose in the world.
     pub pose: Pose2D,
-    /// How it moves, in its own frame.
+    /// Velocity, in its own frame.
     pub twist: Twist,
-    /// From its edge to the nearest solid thing.
+    /// Distance from its edge to the nearest solid object.
     #[value(unit = "m")]
     pub clearance: f64,
-    /// The least that clearance has been.
+    /// Least clearance so far.
     #[value(unit = "m")]
     pub min_clearance: f64,
-    /// Contacts with solid things, each counted once.
+    /// Contacts with solid objects, each counted once.
     pub collisions: u64,
 }
 

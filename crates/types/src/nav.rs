@@ -5,7 +5,7 @@ use crate::{
     TwistWithCovariance, Value,
 };
 
-/// Pose and velocity, as the wheels tell.
+/// Pose and velocity, as measured by the wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "nav_msgs/msg/Odometry")]
@@ -14,9 +14,9 @@ pub struct Odometry {
     pub header: Header,
     /// The frame of the velocity: "base_link".
     pub child_frame_id: Frame,
-    /// Where the base is, in the frame of the header.
+    /// Pose of the base, in the frame of the header.
     pub pose: PoseWithCovariance,
-    /// How it moves, in its own frame.
+    /// Velocity of the base, in its own frame.
     pub twist: TwistWithCovariance,
 }
 
@@ -31,7 +31,7 @@ pub struct Path {
     pub poses: Seq<PoseStamped, 64>,
 }
 
-/// Targets in the plane, as a person writes them down; [`Path`] is what ROS tools draw.
+/// Targets in the plane, in a form for files; ROS tools draw a [`Path`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Route")]

@@ -5,7 +5,7 @@
 
 use crate::{Header, Padding, Pose2D, Seq, Value};
 
-/// One turn of a laser scanner of up to 1088 beams.
+/// One scan of a laser scanner with up to 1088 beams.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/LaserScan")]
@@ -27,13 +27,13 @@ pub struct LaserScan {
     /// Time from one scan to the next.
     #[value(unit = "s")]
     pub scan_time: f32,
-    /// Least distance it can measure.
+    /// Least measurable distance.
     #[value(unit = "m")]
     pub range_min: f32,
-    /// Greatest distance it can measure.
+    /// Greatest measurable distance.
     #[value(unit = "m")]
     pub range_max: f32,
-    /// Distances, first beam first.
+    /// Distances, in the order of the beams.
     #[value(unit = "m")]
     pub ranges: Seq<f32, 1088>,
     /// Intensities, in units of the device; empty if it has none.
@@ -51,16 +51,16 @@ pub struct Range {
     pub radiation_type: u8,
     /// Unused bytes.
     pub padding: Padding<3>,
-    /// Width of its cone.
+    /// Angular width of the cone.
     #[value(unit = "rad")]
     pub field_of_view: f32,
-    /// Least distance it can measure.
+    /// Least measurable distance.
     #[value(unit = "m")]
     pub min_range: f32,
-    /// Greatest distance it can measure.
+    /// Greatest measurable distance.
     #[value(unit = "m")]
     pub max_range: f32,
-    /// The distance.
+    /// Measured distance.
     #[value(unit = "m")]
     pub range: f32,
     /// Variance of the distance; 0 if unknown.
@@ -68,7 +68,7 @@ pub struct Range {
     pub variance: f32,
 }
 
-/// A ring of up to 32 alike range sensors around a base.
+/// A ring of up to 32 range sensors of one type around a base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/RangeRing")]
@@ -79,18 +79,18 @@ pub struct RangeRing {
     pub radiation_type: u8,
     /// Unused bytes.
     pub padding: Padding<3>,
-    /// Width of each cone.
+    /// Angular width of each cone.
     #[value(unit = "rad")]
     pub field_of_view: f32,
-    /// Least distance they can measure.
+    /// Least measurable distance.
     #[value(unit = "m")]
     pub min_range: f32,
-    /// Greatest distance they can measure.
+    /// Greatest measurable distance.
     #[value(unit = "m")]
     pub max_range: f32,
-    /// Where each sits and looks, in the frame of the base.
+    /// Position and direction of each sensor, in the frame of the base.
     pub poses: Seq<Pose2D, 32>,
-    /// The distance each measures.
+    /// Measured distance of each sensor.
     #[value(unit = "m")]
     pub ranges: Seq<f32, 32>,
 }

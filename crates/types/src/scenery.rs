@@ -3,22 +3,22 @@
 
 use crate::{Header, Padding, Pose2D, Seq, Text, Value};
 
-/// Something that stands or moves on the floor of a simulated world.
+/// A static or moving object on the floor of a simulated world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Thing")]
 pub struct Thing {
     /// Its name in the world's file, cut if it is long.
     pub name: Text<20>,
-    /// Its middle on the floor, and where it faces.
+    /// Center on the floor, and heading.
     pub pose: Pose2D,
-    /// Its extent along its own x: of a wall its length, of what is round its diameter.
+    /// Size along its own x: length of a wall, diameter of a round object.
     #[value(unit = "m")]
     pub length: f32,
-    /// Its extent along its own y; 0 for a wall.
+    /// Size along its own y; 0 for a wall.
     #[value(unit = "m")]
     pub width: f32,
-    /// How far it reaches up from the floor.
+    /// Height above the floor.
     #[value(unit = "m")]
     pub height: f32,
     /// 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.
@@ -31,33 +31,33 @@ pub struct Thing {
     pub blue: u8,
 }
 
-/// What stands still in a simulated world.
+/// The static objects of a simulated world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Scenery")]
 pub struct Scenery {
-    /// When it was so, and the world's frame.
+    /// Time, and the frame of the world.
     pub header: Header,
-    /// Things that found no room below.
+    /// Number of objects that did not fit below.
     pub left_out: u32,
     /// Unused bytes.
     pub padding: Padding<4>,
-    /// The things.
+    /// The objects.
     pub things: Seq<Thing, 1024>,
 }
 
-/// What moves in a simulated world, or can be moved, but for the robot that tells.
+/// The moving and movable objects of a simulated world, without the robot that publishes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Movers")]
 pub struct Movers {
-    /// When it was so, and the world's frame.
+    /// Time, and the frame of the world.
     pub header: Header,
-    /// Things that found no room below.
+    /// Number of objects that did not fit below.
     pub left_out: u32,
     /// Unused bytes.
     pub padding: Padding<4>,
-    /// The things.
+    /// The objects.
     pub things: Seq<Thing, 64>,
 }
 

@@ -3,51 +3,51 @@
 
 use crate::{Flag, Header, Padding, Seq, Text, Value};
 
-/// A picture of up to 640 × 480 pixels of three bytes.
+/// An image of up to 640 × 480 pixels of three bytes.
 #[derive(Clone, Copy, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/Image")]
 pub struct Image {
-    /// Time, and the frame of the camera: x to the right of the picture, y down, z into it.
+    /// Time, and the frame of the camera: x to the right of the image, y down, z into it.
     pub header: Header,
     /// Rows.
     pub height: u32,
     /// Columns.
     pub width: u32,
-    /// What a pixel is: "rgb8", "bgr8", "mono8".
+    /// Format of a pixel: "rgb8", "bgr8", "mono8".
     pub encoding: Text<28>,
-    /// Whether numbers of several bytes begin with the greatest.
+    /// Whether numbers of several bytes begin with the most significant byte.
     pub is_bigendian: u8,
     /// Unused bytes.
     pub padding: Padding<3>,
-    /// Bytes of a row.
+    /// Size of a row in bytes.
     pub step: u32,
-    /// The rows, from the top.
+    /// Rows, from top to bottom.
     pub data: Seq<u8, { 640 * 480 * 3 }>,
 }
 
-/// Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none.
+/// Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/PanTilt")]
 pub struct PanTilt {
-    /// Time, and the frame of the head's foot.
+    /// Time, and the frame of the head's base.
     pub header: Header,
-    /// To the left.
+    /// Angle to the left.
     #[value(unit = "rad")]
     pub pan: f64,
-    /// Down, as REP-103 turns about the axis to the left.
+    /// Angle downwards: a rotation about the axis to the left (REP-103).
     #[value(unit = "rad")]
     pub tilt: f64,
-    /// Speed to the left.
+    /// Angular velocity to the left.
     #[value(unit = "rad/s")]
     pub pan_velocity: f64,
-    /// Speed down.
+    /// Angular velocity downwards.
     #[value(unit = "rad/s")]
     pub tilt_velocity: f64,
 }
 
-/// How the battery is. What is not measured is NaN.
+/// State of the battery. NaN marks what is not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/BatteryState")]
@@ -63,24 +63,24 @@ pub struct BatteryState {
     /// Current; negative while discharging.
     #[value(unit = "A")]
     pub current: f32,
-    /// Charge at present.
+    /// Present charge.
     #[value(unit = "Ah")]
     pub charge: f32,
-    /// Charge when last full.
+    /// Charge when it was last full.
     #[value(unit = "Ah")]
     pub capacity: f32,
-    /// Charge it was built for.
+    /// Nominal charge.
     #[value(unit = "Ah")]
     pub design_capacity: f32,
     /// Charge, from 0 to 1.
     pub percentage: f32,
     /// 0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full.
     pub power_supply_status: u8,
-    /// 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out.
+    /// 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer expired.
     pub power_supply_health: u8,
     /// 0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn.
     pub power_supply_technology: u8,
-    /// Whether there is one.
+    /// Whether a battery is present.
     pub present: Flag,
     /// Voltage of each cell.
     #[value(unit = "V")]
@@ -88,7 +88,7 @@ pub struct BatteryState {
     /// Temperature of each cell.
     #[value(unit = "degC")]
     pub cell_temperature: Seq<f32, 16>,
-    /// Where it sits.
+    /// Location of the battery.
     pub location: Text<28>,
     /// Its serial number.
     pub serial_number: Text<28>,
@@ -101,46 +101,46 @@ pub struct BatteryState {
 pub struct Bumpers {
     /// Time, and the frame of the base.
     pub header: Header,
-    /// Those ahead, from left to right.
+    /// Front bumpers, from left to right.
     pub front: Seq<Flag, 8>,
-    /// Those behind, from left to right as one looks ahead.
+    /// Rear bumpers, from left to right in the direction of travel.
     pub rear: Seq<Flag, 8>,
-    /// Whether the wheels are held against their will.
+    /// Whether the wheels are blocked while driven.
     pub stalled: Flag,
     /// Unused bytes.
     pub padding: Padding<3>,
 }
 
-/// What the encoders of the two wheels have counted since the driver first heard of them.
+/// Counts of the two wheels' encoders since the driver's first reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/WheelEncoders")]
 pub struct WheelEncoders {
     /// Time, and the frame of the base.
     pub header: Header,
-    /// Ticks of the left wheel; backwards counts down, and no count ever wraps.
+    /// Ticks of the left wheel. Backward motion counts down; counts never wrap.
     pub left: i64,
     /// Ticks of the right wheel.
     pub right: i64,
-    /// Ticks counted while a wheel rolls one metre; 0 if unknown.
+    /// Ticks for one metre of rolling; 0 if unknown.
     #[value(unit = "1/m")]
     pub ticks_per_meter: f64,
 }
 
-/// Whether a driver hears its device.
+/// Connection of a driver to its device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Connection")]
 pub struct Connection {
-    /// Since when it has been so, or when the last attempt failed.
+    /// Time of the last change of state, or of the last failed attempt.
     pub header: Header,
     /// 0 not tried yet, 1 connecting, 2 connected, 3 lost.
     pub state: u8,
     /// Unused bytes.
     pub padding: Padding<3>,
-    /// Attempts since it was last connected.
+    /// Attempts since the last connection.
     pub attempts: u32,
-    /// What the device calls itself, or why it is not heard.
+    /// Name that the device reports, or why it is not connected.
     pub note: Text<120>,
 }
 

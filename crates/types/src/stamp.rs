@@ -15,19 +15,19 @@ pub struct Time {
     /// Whole seconds.
     #[value(unit = "s")]
     pub sec: i32,
-    /// What is left, below 10^9.
+    /// Remaining nanoseconds, below 10^9.
     #[value(unit = "ns")]
     pub nanosec: u32,
 }
 
-/// When something was measured, and in which frame.
+/// Time and frame of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Value)]
 #[repr(C)]
 #[value(name = "std_msgs/msg/Header")]
 pub struct Header {
-    /// When it was measured.
+    /// Time of the measurement.
     pub stamp: Time,
-    /// The frame its numbers are in.
+    /// Frame of the coordinates.
     pub frame_id: Frame,
 }
 

@@ -344,7 +344,7 @@ fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) 
     let number = |text: &str| text.parse::<u64>().unwrap_or(0);
     for (topic, more) in more {
         let lost = lost.entry(topic.clone()).or_default();
-        *lost = (number(lost) + number(more)).to_string();
+        *lost = number(lost).saturating_add(number(more)).to_string();
     }
 }
 
