@@ -164,7 +164,7 @@ impl<S: Schema> Trial<S> {
         (connection.state, connection.note.to_string())
     }
 
-    /// Returns the number of attempts since the device was last heard.
+    /// Returns the number of attempts to connect since the last byte arrived.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         connection(&self.bench).attempts

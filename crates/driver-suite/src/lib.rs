@@ -1,6 +1,6 @@
 //! One test suite for every driver of a robot's base: the behaviour that an application may rely on with any
 //! driver. It runs the driver's real plugin in a real application, in real time, and waits for conditions of
-//! the robot rather than for fixed times.
+//! the robot or of the application's clock.
 //!
 //! The driver under test has a room of 5 x 4 m, a start at x 2.5, y 1.5 with heading along x, the sonars of a
 //! P3-DX, and a laser. Give [`suite!`](crate::suite) a module name and a function that makes a [`Setting`];

@@ -1,5 +1,5 @@
-//! Converts the machine's time to the world's. When the machine was suspended, the world's time was too: no
-//! robot drives on blindly.
+//! Converts the machine's time to the world's. When the machine stalls, the world stalls too: no robot drives
+//! on without its client.
 
 use core::time::Duration;
 use std::time::Instant;

@@ -130,7 +130,7 @@ pub struct Battery {
     pub full_v: f64,
 }
 
-/// Where a laser usually sits.
+/// The usual place of a laser.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LaserMount {

@@ -78,7 +78,10 @@ impl Default for RobotConfig {
 }
 
 impl RobotConfig {
-    /// Checks every number. Errors: the first number that is invalid.
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let positive = |value: f64| value > 0.0;
         let not_negative = |value: f64| value >= 0.0;

@@ -64,7 +64,10 @@ impl Default for HeadConfig {
 }
 
 impl HeadConfig {
-    /// Checks every number. Errors: the first number that is invalid.
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let angle = |value: f64| (0.0..=std::f64::consts::PI).contains(&value);
         for (what, value) in ["head mount.x", "head mount.y", "head mount.z"]

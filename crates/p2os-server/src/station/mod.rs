@@ -39,7 +39,7 @@ pub(crate) struct Station {
     sonars: bool,
     encoders: Asked,
     state: Asked,
-    /// The client's pose for the point where the odometry of the world's robot is at `zero`.
+    /// The pose in the client's frame at which the odometry of the world's robot is `zero`.
     named: Pose2,
     zero: Pose2,
     heard: Duration,
@@ -207,12 +207,12 @@ impl Station {
         self.out.clear();
     }
 
-    /// Returns the time since the client last sent a packet.
+    /// Returns the time since the client last sent a packet, or arrived.
     pub(crate) fn silence(&self, now: Duration) -> Duration {
         now.saturating_sub(self.heard)
     }
 
-    /// Records the arrival of a client, which restarts the time of its silence.
+    /// Records the arrival of a client, and restarts the measurement of its silence.
     pub(crate) fn come(&mut self, who: What, now: Duration) {
         self.heard = now;
         self.note(who);

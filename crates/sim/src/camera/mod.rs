@@ -81,7 +81,10 @@ impl CameraConfig {
         self.width as f64 / 2.0 / libm::tan(self.field_of_view / 2.0)
     }
 
-    /// Checks every number. Errors: the first number that is invalid.
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let pixels = |value: f64| (1.0..=4096.0).contains(&value);
         check("camera width", self.width as f64, "1 to 4096 pixels", pixels)?;

@@ -31,7 +31,7 @@ struct Sheet<'a> {
     faults: Vec<Fault>,
 }
 
-/// Reads the file and its image. Errors: all faults of both.
+/// Reads the file and its image. Returns all faults of both.
 pub(crate) fn read(path: &Path, text: &str) -> Result<Facts, Vec<Fault>> {
     let single = |line, message| {
         vec![Fault {

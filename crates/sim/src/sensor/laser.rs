@@ -73,7 +73,10 @@ impl LaserConfig {
         self.angle_min() + beam as f64 * self.angle_increment()
     }
 
-    /// Checks every number. Errors: the first number that is invalid.
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let any = |_| true;
         check("laser mount.x", self.mount.x, "a finite number", any)?;

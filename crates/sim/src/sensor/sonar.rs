@@ -60,7 +60,10 @@ impl Default for SonarConfig {
 }
 
 impl SonarConfig {
-    /// Checks every number. Errors: the first number that is invalid.
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         for mount in &self.mounts {
             check("sonar mount.x", mount.x, "a finite number", |_| true)?;

@@ -52,7 +52,8 @@ struct Berth {
 impl World {
     /// Reads a world file and the map that it names. `seed` determines all noise.
     ///
-    /// Errors: all faults of the files, each with its file and line.
+    /// # Errors
+    /// All faults of the files, each with its file and line.
     pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let path = path.as_ref();
         let text = file::text_of(path).map_err(|error| {
@@ -68,7 +69,8 @@ impl World {
     /// Creates a world from the text of a world file. `path` names it in errors; a map's path is relative to
     /// its folder.
     ///
-    /// Errors: all faults of the text and the map, each with its file and line.
+    /// # Errors
+    /// All faults of the text and the map, each with its file and line.
     pub fn parse(text: &str, path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let Plan {
             name,

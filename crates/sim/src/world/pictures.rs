@@ -11,7 +11,9 @@ impl World {
     /// Fills `picture` with the view of a camera on a robot: RGB, three bytes a pixel, rows from the top.
     ///
     /// The picture never shows the robot itself. The same world gives the same bytes.
-    /// Errors: a buffer whose length is not [`CameraConfig::bytes`], an invalid number in the configuration.
+    ///
+    /// # Errors
+    /// A buffer whose length is not [`CameraConfig::bytes`], an invalid number in the configuration.
     pub fn picture(
         &self,
         robot: RobotId,

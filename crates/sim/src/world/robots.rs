@@ -13,8 +13,11 @@ use crate::robot::Robot;
 
 /// A robot of a world. It is valid in the world that returned it, while the robot is in that world.
 ///
-/// Every function that takes an id panics after its robot has been removed. A robot that is added again gets
-/// its earlier id.
+/// A robot that is added again gets its earlier id.
+///
+/// # Panics
+/// Functions that command, place or measure a robot, or return its configuration, panic after it has been
+/// removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct RobotId(pub(super) usize);
 
@@ -36,7 +39,8 @@ impl World {
 
     /// Adds a robot at its start, at rest. The order in which robots are added makes no difference.
     ///
-    /// Errors: a name without a start, a robot that is in the world already, an invalid number in `config`, a
+    /// # Errors
+    /// A name without a start, a robot that is in the world already, an invalid number in `config`, a
     /// start that is not free.
     pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
         config.check()?;
@@ -79,7 +83,8 @@ impl World {
 
     /// Sets a robot's motion from the next step until the next command, within the limits of its motors.
     ///
-    /// Errors: a number that is not finite. The robot then keeps its earlier command.
+    /// # Errors
+    /// A number that is not finite. The robot then keeps its earlier command.
     pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
         if !twist.is_finite() {
             let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
@@ -105,7 +110,8 @@ impl World {
 
     /// Sets the direction of a robot's head from the next step, within its limits.
     ///
-    /// Errors: a number that is not finite. The head then keeps its earlier command.
+    /// # Errors
+    /// A number that is not finite. The head then keeps its earlier command.
     pub fn command_head(&mut self, robot: RobotId, command: HeadCommand) -> Result<(), WorldError> {
         if !command.is_finite() {
             let robot = self.robot_name(robot).to_owned();
@@ -118,7 +124,9 @@ impl World {
     /// Moves a robot to another pose, at rest. It stays there until the next command.
     ///
     /// Its odometry does not jump, like that of a real robot that is lifted.
-    /// Errors: a place that is not free, or outside the world's bounds. The robot then stays where it is.
+    ///
+    /// # Errors
+    /// A place that is not free, or outside the world's bounds. The robot then stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
         let name = self.robot_name(robot);
         if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {

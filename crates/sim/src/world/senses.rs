@@ -22,7 +22,8 @@ impl World {
     /// Fills `ranges` with metres, one value a beam from right to left; +∞ is no return, -∞ is too near
     /// (REP-117).
     ///
-    /// Errors: a buffer whose length is not `beams`, an invalid number in the configuration.
+    /// # Errors
+    /// A buffer whose length is not `beams`, an invalid number in the configuration.
     pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
         laser.check()?;
         buffer("laser", ranges.len(), laser.beams)?;
@@ -36,7 +37,8 @@ impl World {
     /// Fills `ranges` with metres, one value a sonar in the order of its mounts; +∞ is no echo, -∞ is too
     /// near.
     ///
-    /// Errors: a buffer whose length is not the number of mounts, an invalid number in the configuration.
+    /// # Errors
+    /// A buffer whose length is not the number of mounts, an invalid number in the configuration.
     pub fn sonars(&self, robot: RobotId, ring: &SonarConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
         ring.check()?;
         buffer("sonars", ranges.len(), ring.mounts.len())?;
