@@ -1,5 +1,5 @@
-//! The one executable: it wires the rest, owns the command line and prints errors. What a verb does lives in a module of its
-//! own; nothing of control lives here.
+//! The one executable. Connects the other crates, owns the command line and prints errors. Each verb's work
+//! has a module of its own. This file contains no control code.
 
 mod attached;
 mod child;

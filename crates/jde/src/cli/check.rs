@@ -1,4 +1,4 @@
-//! `jde check`: finds all that is wrong with an application without starting it, or says what will run.
+//! `jde check`: reports every fault of an application without starting it, or prints what would run.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,17 +9,18 @@ use jde_host::app::Override;
 use crate::failure::Failure;
 use crate::{inspect, load, terminal};
 
-/// Check an application without starting it: all that is wrong with it, or what will run.
+/// Check an application without starting it: print every fault, or what would run.
 ///
-/// Drivers look at what they name: whether a robot is in its world, a recording is one, a device is there.
+/// Drivers check what their settings name: that a robot exists in its world, a file is a recording, a device
+/// is present.
 ///
-/// Prints the schemas by father and group with what they are bound to, and for every group the longest time that a takeover
-/// may need (its contract), with the sum it comes from.
+/// Prints the schemas by father and group with their bindings. Prints for each group its contract: the
+/// longest time that a takeover may take, with the sum it comes from.
 #[derive(Args)]
 #[command(after_help = "Example:
   jde check apps/safe-navigation.toml")]
 pub(super) struct Check {
-    /// The application's file, or the name of one in apps.
+    /// The application's file, or the name of one in the folder apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: PathBuf,
     /// Check it with another value of a modulation (repeatable).
@@ -28,7 +29,7 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// Checks it.
+    /// Checks the application and prints the result.
     pub(super) fn run(self) -> Result<(), Failure> {
         let application = load::check(&self.application, &self.set)?;
         let mut out = terminal::out();

@@ -1,4 +1,4 @@
-//! `jde completions`: what a shell needs to complete command lines.
+//! `jde completions`: prints the script that enables completion in a shell.
 
 use std::io::Write;
 
@@ -9,21 +9,21 @@ use clap_complete::env::Shells;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// The variable by which a shell asks for completions.
+/// The environment variable through which a shell requests completions.
 const ASKED_BY: &str = "COMPLETE";
 
-/// Print what a shell needs to complete verbs, options, files, and the names in applications that run.
+/// Print the shell script that completes verbs, options, files, and the names in running applications.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde completions bash > ~/.local/share/bash-completion/completions/jde
   jde completions fish > ~/.config/fish/completions/jde.fish")]
 pub(super) struct Completions {
-    /// Which shell.
+    /// The shell.
     shell: Shell,
 }
 
 impl Completions {
-    /// Prints it.
+    /// Prints the script.
     pub(super) fn run(self) -> Result<(), Failure> {
         let name = self.shell.to_string();
         let shells = Shells::builtins();
@@ -34,7 +34,7 @@ impl Completions {
                 format!("there are for {}", known.join(", ")),
             )
         })?;
-        // Made whole first: a pipe may be closed.
+        // Build the whole script first: clap's writer would fail on a closed pipe.
         let mut script = Vec::new();
         shell.write_registration(ASKED_BY, "jde", "jde", "jde", &mut script)?;
         terminal::raw_out().write_all(&script)?;

@@ -1,4 +1,4 @@
-//! `jde demo`: the application of the paper in the simulator, ready to watch.
+//! `jde demo`: runs the paper's application in the simulator.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -15,41 +15,42 @@ use crate::session::{self, How, Telling, View};
 use crate::summary::Summary;
 use crate::terminal::{self, FAINT, TITLE};
 
-/// The application that is shown.
+/// The application to run.
 const APPLICATION: &str = "safe-navigation";
-/// Time for the mission, of the application: some four times what it takes, so that who runs out of it is lost.
+/// Limit of the mission in the application's time: about four times what the mission takes. A robot that
+/// exceeds it is lost.
 const LIMIT: Nanos = 1200 * 1_000_000_000;
-/// Time between two lines of progress in real time: seldom enough to read.
+/// Interval between two progress lines in real time, long enough to read them.
 const STATUS: Nanos = 5_000_000_000;
-/// The same in lockstep, where minutes pass in a second.
+/// The same interval in lockstep, where minutes pass in a second.
 const STATUS_LOCKSTEP: Nanos = 20_000_000_000;
 
-/// Watch a simulated robot find its way through a building with people in it: the example of the paper, section 5.
+/// Watch a simulated robot navigate a building with people in it: the example of the paper, section 5.
 ///
-/// Ends when the robot has reached all its targets, and leaves a picture of its way and all decisions in target/demo. The exit
-/// status is 0 only if every target was reached without a collision.
+/// Ends when the robot has reached all its targets. Leaves a picture of its path and all decisions in
+/// target/demo. The exit status is 0 only if every target was reached without a collision.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde demo
   jde demo --headless --lockstep --seed 1")]
 pub(super) struct Demo {
-    /// Lines instead of the oscilloscope.
+    /// Print lines instead of the oscilloscope.
     #[arg(long, alias = "plain")]
     headless: bool,
     #[command(flatten)]
     time: Time,
-    /// End standard output with one line of JSON; all words go to standard error.
+    /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     link: Link,
-    /// Where to leave path.png and decisions.jsonl.
+    /// The folder for path.png and decisions.jsonl.
     #[arg(long, value_name = "DIR", default_value = "target/demo", value_hint = ValueHint::DirPath)]
     out: PathBuf,
 }
 
 impl Demo {
-    /// Runs it.
+    /// Runs the demo.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         let mut loaded = load::to_start(Path::new(APPLICATION), &[])?;
         let log = log(filter, &loaded)?;

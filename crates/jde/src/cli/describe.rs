@@ -1,4 +1,4 @@
-//! `jde describe`: what a plugin says of itself.
+//! `jde describe`: prints a plugin's description of itself.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,22 +12,22 @@ use crate::{inspect, load, terminal};
 
 /// Describe a plugin: its types of schemas with their inputs, outputs, modulations and children.
 ///
-/// Starts nothing of it.
+/// Starts no schema of it.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde describe vff
   jde describe target/debug/libfollow.so --json")]
 pub(super) struct Describe {
-    /// The plugin's name, or its file.
+    /// The plugin's name or file.
     #[arg(value_hint = ValueHint::FilePath)]
     plugin: String,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }
 
 impl Describe {
-    /// Describes it.
+    /// Prints the description.
     pub(super) fn run(self) -> Result<(), Failure> {
         let plugins = load::plugins(SearchPath::usual(None));
         let path = Path::new(&self.plugin);
@@ -35,7 +35,7 @@ impl Describe {
         let plugin = if is_a_file {
             plugins.describe_file(path)?
         } else {
-            // The full name of a type will do: its plugin is the first half.
+            // Accept the full name of a type as well: its plugin is the part before the slash.
             plugins.describe(self.plugin.split('/').next().unwrap_or_default(), &[])?
         };
         if self.json {

@@ -1,4 +1,4 @@
-//! `jde info`: what a recording is.
+//! `jde info`: prints an overview of a recording.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -14,16 +14,18 @@ use crate::failure::{Failure, shown};
 use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
 
-/// What a recording that began with its application may lack of the beginning, ns.
+/// The longest time, in ns, between the application's start and the first message of a recording that counts
+/// as complete from the start.
 const LATE: u64 = 100_000_000;
 
-/// Most files of a recording that are listed.
+/// The most files of a recording that are listed by name.
 const MOST_LISTED: usize = 6;
 
-/// Tell what a recording is: of which application, from when, what is on which topic, who decided how often, and what went wrong.
+/// Print an overview of a recording: application, time, topics, decisions of each group, and faults.
 ///
-/// Reads all of the file, any MCAP file, also of others. One that is damaged is read up to the damage, which is said. Of a recording in
-/// parts (`--split`) any part, or a folder with nothing else in it, stands for all of it; so it is wherever a recording is read.
+/// Reads the whole file, of any MCAP writer. A damaged file is read up to the damage, which is reported. Any
+/// part of a recording in parts (`--split`), or a folder that contains only these parts, stands for the whole
+/// recording; this is true of every verb that reads recordings.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde info drive.mcap
@@ -32,12 +34,12 @@ pub(super) struct Info {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Told<'a> {
     file: String,
@@ -132,7 +134,7 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
         let time = UNIX_EPOCH + Duration::from_nanos(first);
         write!(out, " from {}", humantime::format_rfc3339_seconds(time))?;
     }
-    // One that began with the application has nothing to say of it.
+    // A recording that starts with the application needs no note.
     if let Some(start) = survey.application_start_ns
         && let Some(late) = survey.first_ns.map(|first| first.saturating_sub(start))
         && late >= LATE
@@ -158,7 +160,7 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
     writeln!(out)
 }
 
-/// The names of files, or the first and the last of many.
+/// The names of the files, or the first and the last if there are more than [`MOST_LISTED`].
 fn listed(files: &[String]) -> String {
     let files: Vec<_> = files.iter().map(|file| shown(Path::new(file))).collect();
     match files.as_slice() {
@@ -215,7 +217,8 @@ fn trouble(schema: &Troubled, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-/// A log time in seconds since the application's start, or if that is not known since the first message.
+/// Returns a log time in seconds since the application's start, or since the first message if the start is
+/// unknown.
 fn since(survey: &Survey, log_time: Option<u64>) -> Option<f64> {
     let start = survey.application_start_ns.or(survey.first_ns)?;
     Some(log_time?.saturating_sub(start) as f64 / 1e9)

@@ -1,6 +1,6 @@
-//! The command line: verbs, what all of them share, and the exit status.
+//! The command line: the verbs, their common options, and the exit status.
 //!
-//! A verb here reads its options and calls what does the work; it holds none of it.
+//! A verb parses its options and calls the module that does the work. No work is done here.
 
 mod check;
 pub(crate) mod client;
@@ -37,7 +37,7 @@ use crate::summary::{self, Summary};
 use crate::terminal::{self, Color};
 use crate::visible::visible_json;
 
-/// Runs robots by schemas: small periodical tasks that compete to act, arranged in a hierarchy.
+/// Run robots by schemas: small periodic tasks that compete to act, arranged in a hierarchy.
 #[derive(Parser)]
 #[command(
     name = "jde",
@@ -57,14 +57,14 @@ struct Cli {
     common: Common,
 }
 
-/// What all verbs share.
+/// Options common to all verbs.
 #[derive(clap::Args)]
 struct Common {
     /// When to use colours.
     #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN")]
     color: Color,
-    /// What of the log to show on standard error: LEVEL, SCHEMA=LEVEL, or state=LEVEL for changes of state; several with
-    /// commas. Levels: off, error, warn (the default), info, debug, trace.
+    /// The part of the log to show on standard error: LEVEL, SCHEMA=LEVEL, or state=LEVEL for changes of
+    /// state; separate several with commas. Levels: off, error, warn (the default), info, debug, trace.
     #[arg(long, global = true, value_name = "FILTER", value_parser = clap::value_parser!(Filter))]
     log: Option<Filter>,
 }
@@ -90,9 +90,9 @@ enum Verb {
     View(view::View),
 }
 
-/// Does what the command line asks.
+/// Parses the command line, runs the verb and returns the exit status.
 pub(crate) fn main() -> ExitCode {
-    // A shell that completes asks by an environment variable, and gets its answer here.
+    // A shell requests completions through an environment variable. This call answers the request and exits.
     CompleteEnv::with_factory(Cli::command).complete();
     let Cli { verb, common } = match verbs::grouped(Cli::command())
         .try_get_matches()
@@ -123,37 +123,38 @@ pub(crate) fn main() -> ExitCode {
     end(done)
 }
 
-/// What was printed is written before the process ends, as far as somebody reads it.
+/// Returns the exit status after all printed output has been written, or its reader has stopped reading.
 fn end(done: Result<(), Failure>) -> ExitCode {
     let told = terminal::settle();
     let status = match done.and(told.map_err(Failure::from)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     };
-    // What has just been reported; if that cannot be, nobody wants to hear of it.
+    // Flushes the error report. A failure of this flush cannot be reported anywhere.
     let _ = terminal::settle();
     status
 }
 
-/// Help and version go to standard output with status 0, wrong use to standard error with status 2.
+/// Prints a clap message: help and version to standard output with status 0, wrong use to standard error with
+/// status 2.
 fn refuse(error: &clap::Error) -> ExitCode {
     print_help(error);
     let _ = terminal::settle();
     ExitCode::from(u8::from(error.use_stderr()) * 2)
 }
 
-/// Prints what the command line answers by itself: help, the version, or what is wrong with it.
+/// Prints clap's own output: help, the version, or the description of wrong use.
 fn print_help(error: &clap::Error) {
     let mut words = if error.use_stderr() {
         terminal::err()
     } else {
         terminal::out()
     };
-    // Whoever closed the pipe does not want to read it.
+    // A closed pipe means that the output is not wanted.
     let _ = write!(words, "{}", error.render().ansi());
 }
 
-/// The log of a run, once the schemas that its filter names are known.
+/// Starts the log of a run, after checking the filter against the application's schemas.
 fn log(filter: Option<Filter>, loaded: &Loaded) -> Result<Log, Failure> {
     let filter = filter.unwrap_or_default();
     let names = loaded
@@ -167,7 +168,8 @@ fn log(filter: Option<Filter>, loaded: &Loaded) -> Result<Log, Failure> {
     Ok(Log::start(filter))
 }
 
-/// Tells the end of a run: in words, and if wanted as one object of JSON in the last line of standard output.
+/// Prints the summary of a run in words, and if requested as one JSON object in the last line of standard
+/// output.
 fn conclude(
     finished: Finished,
     last_words: &str,

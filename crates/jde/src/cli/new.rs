@@ -1,4 +1,4 @@
-//! `jde new`: a schema, driver or application to begin with.
+//! `jde new`: writes a new schema, driver or application.
 
 use std::path::PathBuf;
 
@@ -7,18 +7,18 @@ use clap::{Args, ValueEnum, ValueHint};
 use crate::failure::Failure;
 use crate::new::{self, Kind};
 
-/// Write a schema, driver or application to begin with: it builds, passes its test and runs at once.
+/// Write a new schema, driver or application that builds, passes its test and runs at once.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde new schema follow
   jde new driver gripper --path ~/robots
   jde new app patrol")]
 pub(super) struct New {
-    /// What to begin.
+    /// What to write.
     kind: What,
-    /// Its name, such as follow-wall; the folder gets it too.
+    /// Its name, such as follow-wall. The folder has the same name.
     name: String,
-    /// Where to make the folder.
+    /// The folder in which to make its folder.
     #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
     path: PathBuf,
 }
@@ -29,12 +29,12 @@ enum What {
     Schema,
     /// A driver, with an application that reads it.
     Driver,
-    /// An application of the schemas there are.
+    /// An application of the existing schemas.
     App,
 }
 
 impl New {
-    /// Writes it.
+    /// Writes the files.
     pub(super) fn run(self) -> Result<(), Failure> {
         let kind = match self.kind {
             What::Schema => Kind::Schema,

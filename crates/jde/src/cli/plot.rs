@@ -1,4 +1,4 @@
-//! `jde plot`: a picture of a recording.
+//! `jde plot`: draws a recording as a picture.
 
 use std::path::PathBuf;
 
@@ -13,11 +13,12 @@ use crate::complete;
 use crate::failure::{Failure, shown};
 use crate::recorded::{self, Output, Stretch};
 
-/// Draw a recording as a picture: where the robot went, or numbers over time, and who acted when.
+/// Draw a recording as a picture: the robot's path, or numbers over time, and the states of the schemas.
 ///
-/// Without names: the path in the colours of who acted, over the walls where the recording knows them. With names of variables or of
-/// their fields: a chart for each unit. Below, on one axis of time, the states of every schema, and a mark wherever a winner
-/// changed. Reads any MCAP file, also of others, and one that is damaged up to the damage.
+/// Without names: the path in the colours of the winners, over the walls if the recording has them. With
+/// names of variables or of their fields: one chart for each unit. Below, on one time axis, are the states of
+/// every schema and a mark at every change of winner. Reads any MCAP file of any writer, and a damaged file
+/// up to the damage.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde plot drive.mcap
@@ -27,19 +28,19 @@ pub(super) struct Plot {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Numbers to draw: SCHEMA.VARIABLE, with .FIELD behind it if need be.
+    /// Numbers to draw: SCHEMA.VARIABLE, followed by .FIELD if needed.
     #[arg(value_name = "VARIABLE.FIELD", add = ArgValueCompleter::new(complete::recorded))]
     variables: Vec<String>,
-    /// The PNG file, - for standard output; without it one named after the recording.
+    /// The PNG file, or - for standard output. By default it is named after the recording.
     #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// Begin at this time of the application.
+    /// Start at this time of the application.
     #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
     /// End at this time of the application.
     #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     to: Option<Nanos>,
-    /// Pixels of the picture; a larger one shows the same more finely.
+    /// Size of the picture in pixels. A larger picture shows the same with more detail.
     #[arg(long, value_name = "SIZE", value_parser = quantity::pixels, default_value = "1200x800")]
     size: Size,
 }

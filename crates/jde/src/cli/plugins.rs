@@ -1,4 +1,4 @@
-//! `jde plugins`: which plugins are found, where, and why those folders are searched.
+//! `jde plugins`: lists the plugins, their files, and the searched folders with the reason for each.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,22 +9,22 @@ use super::print_json;
 use crate::failure::Failure;
 use crate::{inspect, terminal};
 
-/// List the plugins that are found, the folders that are searched in their order, and files that cannot be used with the reason.
+/// List the plugins, the searched folders in their order, and the files that cannot be used with the reason.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde plugins
   jde plugins apps/safe-navigation.toml --json")]
 pub(super) struct Plugins {
-    /// As seen by this application, which may name folders of its own.
+    /// List what this application can use. It may name folders of its own.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: Option<PathBuf>,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }
 
 impl Plugins {
-    /// Lists them.
+    /// Prints the list.
     pub(super) fn run(self) -> Result<(), Failure> {
         let listing = inspect::Listing::make(self.application.as_deref())?;
         if self.json {

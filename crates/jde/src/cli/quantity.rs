@@ -1,23 +1,24 @@
-//! Times, speeds and sizes as people write them on a command line.
+//! Parses times, speeds and sizes of a command line.
 
 use jde_core::Nanos;
 use jde_log::Every;
 use jde_report::{SIDES, Size};
 
-/// Units of time and their nanoseconds.
+/// Units of time with their nanoseconds.
 const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 60e9), ("h", 3600e9)];
-/// Units of sizes and their bytes.
+/// Units of size with their bytes.
 const SIZES: [(&str, f64); 3] = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9)];
-/// Least and most memory that can be asked for, bytes.
+/// The least and most memory of a size, in bytes.
 const LEAST_SIZE: f64 = 100e3;
 const MOST_SIZE: f64 = 1e12;
-/// Least of a file of a recording in parts, in bytes and ns: it holds a few chunks, or what two flushes bring.
+/// The least size of one file of a recording in parts, in bytes and in ns: a few chunks, or the data of two
+/// flushes.
 const LEAST_PART: u64 = 1_000_000;
 const SHORTEST_PART: Nanos = 1_000_000_000;
-/// Longest time that can be asked for, s: a year.
+/// The longest time in s: a year.
 const LONGEST_S: f64 = 366.0 * 86_400.0;
 
-/// Reads "60s", "2min", "500ms" or a number of seconds, in ns: how long something takes, which is more than 0.
+/// Parses a duration in ns, greater than 0: "60s", "2min", "500ms", or a number of seconds.
 pub(super) fn time(text: &str) -> Result<Nanos, String> {
     match place(text)? {
         0 => Err(format!("`{text}` must be more than 0 and at most a year")),
@@ -25,7 +26,7 @@ pub(super) fn time(text: &str) -> Result<Nanos, String> {
     }
 }
 
-/// Reads the same as a place in time, ns since the application's start: "0s" is one.
+/// Parses a time in ns since the application's start, in the same form. "0s" is valid.
 pub(super) fn place(text: &str) -> Result<Nanos, String> {
     let wrong = || format!("`{text}` is no time; write a number with ms, s, min or h, such as 60s");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -43,7 +44,7 @@ pub(super) fn place(text: &str) -> Result<Nanos, String> {
     }
 }
 
-/// The same, or none at all: "0s".
+/// Parses a duration in ns in the same form. "0s" is valid.
 pub(super) fn time_or_none(text: &str) -> Result<Nanos, String> {
     match text {
         "0" | "0s" | "0ms" => Ok(0),
@@ -51,7 +52,7 @@ pub(super) fn time_or_none(text: &str) -> Result<Nanos, String> {
     }
 }
 
-/// Reads "5", "5Hz" or "0.5": so many a second.
+/// Parses a rate in 1/s: "5", "5Hz" or "0.5".
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();
     match number.parse::<f64>() {
@@ -62,7 +63,7 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads "4x" or "0.5".
+/// Parses a speed factor from 0.01 to 100: "4x" or "0.5".
 pub(super) fn speed(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
     match number {
@@ -72,7 +73,7 @@ pub(super) fn speed(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads "256MB", "1GB" or "64 kB", in bytes.
+/// Parses a size in bytes: "256MB", "1GB" or "64 kB".
 pub(super) fn size(text: &str) -> Result<usize, String> {
     let wrong = || format!("`{text}` is no size; write a number with kB, MB or GB, such as 256MB");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -87,7 +88,7 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Reads "1GB" or "10min": how much goes into one file of a recording.
+/// Parses the size or duration of one file of a recording in parts: "1GB" or "10min".
 pub(super) fn every(text: &str) -> Result<Every, String> {
     if text.ends_with('B') {
         let bytes = size(text)? as u64;
@@ -104,7 +105,7 @@ pub(super) fn every(text: &str) -> Result<Every, String> {
     Ok(Every::Time(time))
 }
 
-/// Reads "1200x800", in pixels.
+/// Parses the size of a picture in pixels: "1200x800".
 pub(super) fn pixels(text: &str) -> Result<Size, String> {
     let (least, most) = (SIDES.start(), SIDES.end());
     let wrong = || {

@@ -1,4 +1,4 @@
-//! The options of whatever records a run: what, where to, and when.
+//! The options of verbs that record a run: what to record, the file, and when.
 
 use std::path::PathBuf;
 
@@ -10,16 +10,18 @@ use super::quantity;
 use crate::failure::Failure;
 use crate::session::{Around, Panels, Record};
 
-/// What is recorded.
+/// What to record.
 #[derive(Args)]
 pub(super) struct Recording {
-    /// Record every variable, selection, change of state and fault to this MCAP file, for Foxglove, Rerun and PlotJuggler.
+    /// Record every variable, selection, change of state and fault to this MCAP file, for Foxglove, Rerun and
+    /// PlotJuggler.
     #[arg(long = "record", value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: Option<PathBuf>,
-    /// Record only variables like these: full names with * for any letters, as in `pioneer.*` and `*.laser`.
+    /// Record only the variables that match: full names with * for any letters, as in `pioneer.*` and
+    /// `*.laser`.
     #[arg(long = "record-only", value_name = "PATTERN", num_args = 1.., requires = "file")]
     only: Vec<String>,
-    /// Write over a recording that is there.
+    /// Overwrite an existing recording.
     #[arg(long, requires = "file")]
     overwrite: bool,
     #[command(flatten)]
@@ -30,54 +32,56 @@ pub(super) struct Recording {
     splitting: Splitting,
 }
 
-/// Panels in a recording. Of a verb whose `file` is where it is recorded to.
+/// Panels in a recording. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
 pub(super) struct RecordedPanels {
-    /// Record the panels that schemas draw of themselves as well: all of them, or those of schemas like these.
+    /// Also record the panels of all schemas, or of the schemas that match.
     #[arg(long, value_name = "SCHEMA", num_args = 0..=1, require_equals = true, default_missing_value = "*",
           value_delimiter = ',', requires = "file")]
     panels: Vec<String>,
-    /// Most drawings of each in a second; a panel is drawn 30 times a second at most.
+    /// The most drawings of each panel per second. A panel is drawn at most 30 times per second.
     #[arg(long, value_name = "HZ", default_value = "5", value_parser = quantity::rate, requires = "panels")]
     panel_rate: f64,
 }
 
-/// Recording only around the moments that matter. Of a verb whose `file` is where it is recorded to.
+/// Recording around chosen moments only. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
 pub(super) struct Waiting {
-    /// Write nothing until this comes true, and then what was before and comes after, to FILE-001, FILE-002 and so on
-    /// (repeatable): collision, absence or chatter>N, each also with :GROUP; overrun or fault, each also with :SCHEMA; refused;
-    /// operator; or an expression over variables, as in 'pioneer.odometry.twist.twist.linear.x > 0.4'.
+    /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
+    /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
+    /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
+    /// 'pioneer.odometry.twist.twist.linear.x > 0.4'.
     #[arg(long, value_name = "CONDITION", requires = "file")]
     when: Vec<String>,
-    /// How much of what was before.
+    /// The time to keep before the condition.
     #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s", requires = "when")]
     before: Nanos,
-    /// How much of what comes after a condition last came true.
+    /// The time to record after a condition last became true.
     #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "10s", requires = "when")]
     after: Nanos,
-    /// Most memory for what was before; the oldest goes when it is full.
+    /// The most memory for the time before the condition. When it is full, the oldest data is dropped.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "256MB", requires = "when")]
     memory: usize,
 }
 
-/// Recording for ever. Of a verb whose `file` is where it is recorded to.
+/// Recording without end. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
 pub(super) struct Splitting {
-    /// Write one file after the other, FILE-001, FILE-002 and so on, each of this size or time, such as 1GB or 10min. Each can be
-    /// read alone, and what reads recordings reads all of them as one.
+    /// Write consecutive files FILE-001, FILE-002 and so on, each of this size or time, such as 1GB or 10min.
+    /// Each can be read alone. All verbs that read recordings read them as one.
     #[arg(long, value_name = "SIZE|TIME", value_parser = quantity::every, requires = "file", conflicts_with = "when")]
     split: Option<Every>,
-    /// Delete the oldest of these files when all together are larger, also those that earlier recordings to FILE have left.
+    /// Delete the oldest of these files when their total size is larger, including files of earlier
+    /// recordings to FILE.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, requires = "split")]
     keep: Option<usize>,
 }
 
 impl Recording {
-    /// What is asked for, if anything is.
+    /// Returns the recording to make, or `None` if none is requested.
     ///
     /// # Errors
-    /// It is nonsense.
+    /// The options contradict each other.
     pub(super) fn wanted(self) -> Result<Option<Record>, Failure> {
         let (panels, around) = (self.panels.wanted(), self.waiting.wanted());
         let (only, overwrite, split) = (self.only, self.overwrite, self.splitting.wanted()?);
@@ -93,10 +97,10 @@ impl Recording {
 }
 
 impl Splitting {
-    /// Which files are asked for, if one is not enough.
+    /// Returns how to split the recording, or `None` for one file.
     ///
     /// # Errors
-    /// Less is to be kept than two of them are.
+    /// `--keep` is less than two files.
     pub(super) fn wanted(self) -> Result<Option<Split>, Failure> {
         let keep = self.keep.map(|keep| keep as u64);
         if let (Some(Every::Bytes(each)), Some(keep)) = (self.split, keep)
@@ -112,7 +116,7 @@ impl Splitting {
 }
 
 impl RecordedPanels {
-    /// Which are asked for, if any are.
+    /// Returns the panels to record, or `None` if none are requested.
     pub(super) fn wanted(self) -> Option<Panels> {
         (!self.panels.is_empty()).then_some(Panels {
             only: self.panels,
@@ -122,7 +126,7 @@ impl RecordedPanels {
 }
 
 impl Waiting {
-    /// Which moments are asked for, if any are.
+    /// Returns the moments to record, or `None` if none are requested.
     pub(super) fn wanted(self) -> Option<Around> {
         (!self.when.is_empty()).then_some(Around {
             conditions: self.when,

@@ -1,4 +1,4 @@
-//! `jde replay`: plays a recorded drive, or takes it again.
+//! `jde replay`: plays a recorded drive, or decides it again.
 
 use std::path::PathBuf;
 
@@ -14,19 +14,20 @@ use crate::log::Filter;
 use crate::playback;
 use crate::replay::{self, How};
 
-/// Play a recording, or with --decide have the schemas decide again and say what is not as it was.
+/// Play a recording, or with --decide let the schemas decide again and report every difference.
 ///
-/// A recording that plays is looked into like an application that runs: by jde top, vars, watch, events, why. On a terminal keys
-/// pause it, step to the next takeover, seek and change its speed; `jde set replay.paused true` and the other modulations of
-/// `replay` do so from elsewhere.
+/// A recording that plays can be inspected like a running application: by jde top, vars, watch, events, why.
+/// On a terminal, keys pause it, step to the next takeover, seek and change its speed. `jde set replay.paused
+/// true` and the other modulations of `replay` do the same from elsewhere.
 ///
-/// With --decide every schema but the drivers takes the turns it took then, in the order of then, and sees the values it saw then; what the
-/// drivers exported comes from the recording, and commands reach nobody. Every selection is compared, and every value that schemas
-/// export, command or write to their children. So what is otherwise is the doing of what has changed: a new build of a plugin, a
-/// constant, a policy. Drives in real time are compared as exactly as those in lockstep.
+/// With --decide every schema except the drivers runs its recorded turns in the recorded order and reads the
+/// recorded values. The drivers' exports come from the recording, and commands reach no driver. Every
+/// selection is compared, and every value that schemas export, command or write to their children. A
+/// difference is therefore the effect of a change: a new build of a plugin, a constant, a policy. Drives in
+/// real time are compared as exactly as those in lockstep.
 ///
-/// The exit status is 0 if all is as it was, 1 if not, 2 if the recording cannot be read or lacks something, 3 if a
-/// plugin is missing.
+/// The exit status is 0 if everything is equal, 1 if not, 2 if the recording cannot be read or lacks
+/// something, 3 if a plugin is missing.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde run safe-navigation --record drive.mcap
@@ -38,67 +39,70 @@ use crate::replay::{self, How};
   jde replay --decide drive.mcap --app new.toml --json
   jde replay --decide drive.mcap --trust                  with the plugins that stand beside its application")]
 pub(super) struct Replay {
-    /// The recording; to decide again, a whole run from its start on.
+    /// The recording; with --decide, a whole run from its start.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Have the schemas decide again, and compare.
+    /// Let the schemas decide again, and compare.
     #[arg(long)]
     decide: bool,
-    /// The application's file, or the name of one in apps, instead of the one in the recording.
+    /// Use this application's file, or the name of one in the folder apps, instead of the one in the
+    /// recording.
     #[arg(long = "app", value_name = "APP", value_hint = ValueHint::FilePath, requires = "decide")]
     application: Option<PathBuf>,
-    /// Look for plugins also where the recording says: beside its application's file, and in the folders which that names. What is there
-    /// runs with your rights, so trust whoever made the recording.
+    /// Also search the plugin folders of the recording: the folder of its application's file, and the folders
+    /// which that file names. Plugins there run with your rights, so use this only if you trust the
+    /// recording.
     #[arg(long, requires = "decide", conflicts_with = "application")]
     trust: bool,
     /// Give a modulation another value at the start (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE", requires = "decide")]
     set: Vec<Override>,
-    /// Take numbers of values for one that are no further apart than this, in their own unit: all, or those in values of one type
-    /// (repeatable). Without it they are compared to the bit.
+    /// Accept numbers that differ by at most this, in their own unit: in all values, or in values of one type
+    /// (repeatable). By default they are compared to the bit.
     #[arg(long, value_name = "[TYPE=]NUMBER", requires = "decide")]
     tolerance: Vec<Allowed>,
-    /// Begin at this time of the drive; to decide again, compare from there on.
+    /// Start at this time of the drive; with --decide, compare from there on.
     #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
-    /// Go no further than this time of the drive.
+    /// Stop at this time of the drive.
     #[arg(long, value_name = "TIME", value_parser = quantity::place, requires = "decide")]
     to: Option<Nanos>,
-    /// End standard output with one line of JSON; all words go to standard error.
+    /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long, requires = "decide")]
     json: bool,
     #[command(flatten)]
     play: Play,
 }
 
-/// How it is played.
+/// How to play the recording.
 #[derive(Args)]
 struct Play {
-    /// Play this many times as fast.
+    /// Play this many times as fast as real time.
     #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x", conflicts_with = "decide")]
     speed: f64,
-    /// Begin again at the end.
+    /// Start again at the end.
     #[arg(long = "loop", conflicts_with = "decide")]
     looping: bool,
-    /// Begin paused.
+    /// Start paused.
     #[arg(long, conflicts_with = "decide")]
     paused: bool,
-    /// The name by which tools find it, instead of the application's.
+    /// The name under which tools find it, instead of the application's.
     #[arg(long, value_name = "NAME", conflicts_with = "decide")]
     name: Option<String>,
-    /// No screen: it plays to its end.
+    /// Play to the end without a screen.
     #[arg(long, conflicts_with = "decide")]
     plain: bool,
-    /// Stand at the end instead of ending there, until it is stopped.
+    /// Wait at the end until it is stopped, instead of ending there.
     #[arg(long, conflicts_with = "decide")]
     stay: bool,
-    /// End when standard input does: with whoever started it, however that ends.
+    /// End at the end of standard input, and so with the process that started this one, even if that is
+    /// killed.
     #[arg(long, hide = true, requires = "plain")]
     until_eof: bool,
 }
 
 impl Replay {
-    /// Runs it.
+    /// Plays the recording, or decides it again.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         if !self.decide {
             return playback::play(playback::How {

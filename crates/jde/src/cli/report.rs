@@ -1,4 +1,4 @@
-//! `jde report`: a recording as a page.
+//! `jde report`: writes a recording as an HTML page.
 
 use std::path::PathBuf;
 
@@ -11,10 +11,10 @@ use super::quantity;
 use crate::failure::{Failure, shown};
 use crate::recorded::{self, Output, Stretch};
 
-/// Tell a recording on a page: path, states, switches with their reasons, how groups and schemas did, and what happened.
+/// Write a page about a recording: path, states, switches with their reasons, groups, schemas and events.
 ///
-/// One file of HTML with all in it, to be sent, kept or printed: it fetches nothing, and reads without a script. Reads any MCAP file,
-/// also of others: what can be told is told, and what is missing or damaged is said.
+/// The page is one HTML file to send, keep or print. It fetches nothing and is readable without a script.
+/// Reads any MCAP file of any writer, and reports what is missing or damaged.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde report drive.mcap
@@ -24,10 +24,10 @@ pub(super) struct Report {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// The HTML file, - for standard output; without it one named after the recording.
+    /// The HTML file, or - for standard output. By default it is named after the recording.
     #[arg(short, long = "output", value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// Begin at this time of the application.
+    /// Start at this time of the application.
     #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
     /// End at this time of the application.

@@ -15,11 +15,13 @@ use crate::session::{self, How, LinkWanted, Telling, View};
 use crate::summary::Summary;
 use crate::terminal;
 
-/// Run an application: on a terminal under the oscilloscope, in a pipe with a line for every takeover and its reason.
+/// Run an application: on a terminal with the oscilloscope, in a pipe with a line for every takeover and its
+/// reason.
 ///
-/// Ends when the mission is done or failed, when the time is up, or when it is asked to stop (Ctrl-C: actuators first, then
-/// everything in order; a second one ends at once). A summary follows: how long each schema was WINNER, the worst takeovers
-/// against their contracts, faults. The exit status is 0 if the mission was done, or if there is none and it ran until its time was up or somebody stopped it.
+/// Ends when the mission is done or failed, when the time is up, or on request (Ctrl-C: actuators first, then
+/// everything in order; a second one ends at once). A summary follows: how long each schema was WINNER, the
+/// worst takeovers against their contracts, faults. The exit status is 0 if the mission was done, or if there
+/// is none and the run ended when its time was up or on request.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde run apps/safe-navigation.toml
@@ -31,7 +33,7 @@ use crate::terminal;
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
-    /// The application's file, or the name of one in apps.
+    /// The application's file, or the name of one in the folder apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: PathBuf,
     #[command(flatten)]
@@ -39,22 +41,22 @@ pub(super) struct Run {
     /// End when the application has run this long.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
     limit: Option<Nanos>,
-    /// Give a modulation another value at the start (repeatable).
+    /// Set another initial value of a modulation (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
     set: Vec<Override>,
     /// Reload schemas when the files of their plugins change, as jde reload does.
     #[arg(long, conflicts_with = "lockstep")]
     watch: bool,
-    /// Lines instead of the oscilloscope.
+    /// Print lines instead of the oscilloscope.
     #[arg(long)]
     plain: bool,
-    /// End standard output with one line of JSON; all words go to standard error.
+    /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
-    /// Write every selection with its reason to this file, a line of JSON each.
+    /// Write every selection with its reason to this file, one line of JSON each.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     decisions: Option<PathBuf>,
-    /// Draw the drive, coloured by who won, to this PNG file.
+    /// Draw the drive, coloured by winner, to this PNG file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     picture: Option<PathBuf>,
     #[command(flatten)]
@@ -63,16 +65,16 @@ pub(super) struct Run {
     link: Link,
 }
 
-/// How tools get in.
+/// How tools connect.
 #[derive(Args)]
 pub(super) struct Link {
-    /// The name by which tools and other robots call it, instead of the application's.
+    /// The name under which tools and other robots find it, instead of the application's.
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Let no tool in, whatever the application says.
+    /// Let no tool connect, whatever the application's file says.
     #[arg(long, conflicts_with_all = ["name", "link"])]
     no_link: bool,
-    /// Let tools in also in lockstep, which is usually over before anybody looks.
+    /// Let tools connect also in lockstep, which usually ends before a tool can connect.
     #[arg(long)]
     link: bool,
     /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
@@ -108,13 +110,13 @@ impl From<Link> for LinkWanted {
     }
 }
 
-/// How time passes, and what chance starts from.
+/// The clock and the seed of a run.
 #[derive(Args)]
 pub(super) struct Time {
-    /// Run in virtual time, as fast as the machine goes; the same seed gives the same run to the bit.
+    /// Run in virtual time, as fast as the machine can; the same seed gives the same run to the bit.
     #[arg(long)]
     pub(super) lockstep: bool,
-    /// What all randomness starts from, instead of the application's.
+    /// The seed of all randomness, instead of the application's.
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
     /// Run this many times as fast as real time.
@@ -123,7 +125,7 @@ pub(super) struct Time {
 }
 
 impl Run {
-    /// Runs it.
+    /// Runs the application.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         let mut loaded = load::to_start(&self.application, &self.set)?;
         let log = log(filter, &loaded)?;

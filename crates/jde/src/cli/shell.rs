@@ -1,4 +1,4 @@
-//! `jde shell`: the verbs for running applications, typed one after another, with completion, history and help.
+//! `jde shell`: the verbs for running applications, one per line, with completion, history and help.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -24,16 +24,17 @@ use crate::failure::Failure;
 use crate::interrupt::{Interrupts, end_by};
 use crate::terminal::{self, FAINT, TITLE};
 
-/// Lines of history that are kept.
+/// The most lines of history.
 const HISTORY: usize = 5000;
-/// What the key Ctrl-X does, whatever has been typed so far.
+/// The line that Ctrl-X runs, whatever has been typed so far.
 const STOP: &str = "stop --all";
-/// Name of the menu of completions.
+/// Name of the completion menu.
 const MENU: &str = "completions";
 
 /// Type the verbs for running applications, with completion of names, history and help.
 ///
-/// On a terminal it is interactive; in a pipe it does line by line what it reads, and ends with the first that fails.
+/// On a terminal it is interactive. In a pipe it runs each line that it reads, and ends with the first that
+/// fails.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde shell
@@ -44,7 +45,7 @@ pub(super) struct Shell {
     target: Target,
 }
 
-/// What can be typed.
+/// A line of the shell.
 #[derive(Parser)]
 #[command(
     name = "jde",
@@ -63,25 +64,25 @@ struct Line {
 enum Typed {
     #[command(flatten)]
     Client(Box<Client>),
-    /// Choose the application that is meant from now on.
+    /// Choose the application for the following verbs.
     Use {
-        /// Its name; none to mean the only one that runs.
+        /// Its name; without it, the only running one.
         #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
         application: Option<String>,
     },
-    /// Leave.
+    /// Leave the shell.
     #[command(alias = "quit")]
     Exit,
 }
 
-/// What follows a line.
+/// What happens after a line.
 enum Then {
     GoOn,
     Leave,
 }
 
 impl Shell {
-    /// Reads lines and does what they say.
+    /// Reads lines and runs them.
     pub(super) fn run(self) -> Result<(), Failure> {
         let context = Context::default();
         context.target.replace(self.target);
@@ -93,7 +94,7 @@ impl Shell {
     }
 }
 
-/// Line by line; the first that fails ends it.
+/// Runs each line of standard input. The first that fails ends the shell.
 fn piped(context: &Context) -> Result<(), Failure> {
     let signals = Signals::mind()?;
     for line in std::io::stdin().lines() {
@@ -110,11 +111,11 @@ fn piped(context: &Context) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Signals of a whole shell, and the loss of its terminal, which counts as SIGHUP. A verb that runs ends by itself, and then, unless it
-/// was Ctrl-C, the shell does.
+/// Handles signals for a whole shell, and the loss of its terminal, which counts as SIGHUP. A running verb
+/// ends by itself first; then the shell ends, unless the signal was Ctrl-C.
 struct Signals {
     busy: Arc<AtomicBool>,
-    /// The last that came while a verb ran, the others rather than Ctrl-C; 0 for none.
+    /// The last signal that arrived while a verb ran; 0 for none. Ctrl-C never replaces another signal.
     heard: Arc<AtomicI32>,
     _interrupts: Interrupts,
 }
@@ -127,9 +128,9 @@ impl Signals {
             if signal != SIGINT || hears.load(Ordering::SeqCst) == 0 {
                 hears.store(signal, Ordering::SeqCst);
             }
-            // A verb that does not listen would not end by it.
+            // No verb runs, or the running verb has no listener and would not end.
             if !works.load(Ordering::SeqCst) || alone && signal != SIGINT {
-                // The line editor has the terminal; whether it can be given back or not, the shell ends.
+                // The line editor has the terminal in raw mode. The shell ends even if it cannot be restored.
                 let _ = disable_raw_mode();
                 end_by(signal);
             }
@@ -141,7 +142,8 @@ impl Signals {
         })
     }
 
-    /// Ends the shell with its terminal: the line editor would look for keys for ever, and a verb has to end by itself.
+    /// Ends the shell when its terminal closes: the line editor would wait for keys for ever. A running verb
+    /// ends by itself first.
     fn mind_terminal(&self) -> Result<(), Failure> {
         let (busy, heard) = (Arc::clone(&self.busy), Arc::clone(&self.heard));
         terminal::on_hang_up(move || {
@@ -158,7 +160,7 @@ impl Signals {
         self.busy.store(true, Ordering::SeqCst);
         terminal::wait_again();
         let done = verb();
-        // Before the line editor has the terminal again.
+        // Flush before the line editor takes the terminal again.
         let _ = terminal::settle();
         self.busy.store(false, Ordering::SeqCst);
         let heard = self.heard.load(Ordering::SeqCst);
@@ -210,7 +212,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     loop {
         let prompt = Application(context.target.borrow().app.clone());
         match editor.read_line(&prompt) {
-            // Typed, or what a key stands for: then what is typed stays.
+            // A typed line, or the line of a key; the latter keeps the text typed so far.
             Ok(Signal::Success(line) | Signal::HostCommand(line)) => {
                 match signals.during(|| obey(&line, context)) {
                     Ok(Then::GoOn) => {}
@@ -230,7 +232,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     }
 }
 
-/// Does what a line says.
+/// Runs a line.
 fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
@@ -245,7 +247,7 @@ fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
         Ok(Line {
             verb: Typed::Use { application },
         }) => {
-            // Known at once, not at the next verb.
+            // Check the connection now, not at the next verb.
             let target = Target {
                 app: application,
                 ..context.target.borrow().clone()
@@ -268,7 +270,7 @@ fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
     }
 }
 
-/// A slip in one line, without its usage.
+/// Returns the message of a wrong line, without clap's usage text.
 fn told(error: &clap::Error) -> String {
     let text = error.to_string();
     let first = text
@@ -283,7 +285,7 @@ fn words(line: &str) -> Result<Vec<String>, Failure> {
 }
 
 fn command() -> Command {
-    // The environment was heard when the shell began; what has been said in it since counts more.
+    // The shell read the environment at its start. Ignore it here: a later `use` has precedence.
     Line::command().mut_subcommands(|verb| verb.mut_args(|argument| argument.env(Resettable::Reset)))
 }
 
@@ -293,7 +295,7 @@ fn history_file() -> Option<PathBuf> {
     Some(state.join("jde/history"))
 }
 
-/// The application that is meant, before the cursor.
+/// The prompt: shows the chosen application before the cursor.
 struct Application(Option<String>);
 
 impl Prompt for Application {
@@ -325,7 +327,7 @@ impl Prompt for Application {
     }
 }
 
-/// Completes what can be typed, names of schemas and variables included.
+/// Completes verbs and options, and names of schemas and variables.
 struct Names;
 
 impl Completer for Names {
@@ -339,7 +341,7 @@ impl Completer for Names {
             .map(Into::into)
             .collect();
         let last = words.len() - 1;
-        // The engine expects the name of a program before the words.
+        // clap's engine expects a program name before the words.
         let mut command = command().no_binary_name(false);
         let candidates = clap_complete::engine::complete(&mut command, words, last, None).unwrap_or_default();
         let suggestions: Vec<_> = candidates

@@ -21,13 +21,14 @@ use crate::places;
 use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, WARN, Words};
 
-/// Where clients of the protocol look for a robot.
+/// The default TCP port of the protocol.
 const PORT: u16 = 8101;
 
 /// Serve a simulated world: each of its robots speaks the Pioneer protocol to one client at a time.
 ///
-/// Any program for Pioneer robots can drive them: ARIA, Player, Soar, and applications with the driver p2os/pioneer. Runs until
-/// Ctrl-C and tells who comes and goes; a robot that is not spoken to for two seconds of the world's time stops.
+/// Any program for Pioneer robots can drive them: ARIA, Player, Soar, and applications with the driver
+/// p2os/pioneer. Runs until Ctrl-C and prints every connection and disconnection. A robot that receives
+/// nothing for two seconds of the world's time stops.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde sim office --p2os                      on 127.0.0.1:8101, for this machine alone
@@ -37,20 +38,20 @@ const PORT: u16 = 8101;
   jde sim hall --p2os --model second=amigo --speed 2x --for 10min",
     group = ArgGroup::new("lines").args(["p2os", "pty"]).required(true).multiple(true))]
 pub(super) struct Sim {
-    /// The world's file, or the name of one in worlds.
+    /// The world's file, or the name of one in the folder worlds.
     #[arg(value_name = "WORLD", value_hint = ValueHint::FilePath)]
     world: PathBuf,
     /// Serve the first robot at this TCP address or port, and the others at the next ones.
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8101",
         value_parser = address)]
     p2os: Option<SocketAddr>,
-    /// Serve each robot at a pseudo-terminal; their paths are told at the start.
+    /// Serve each robot at a pseudo-terminal; the paths are printed at the start.
     #[arg(long)]
     pty: bool,
-    /// Another robot than a P3-DX (repeatable): p3dx, p3at, p2dx, amigo, or a file of the same form.
+    /// Use another robot than a P3-DX (repeatable): p3dx, p3at, p2dx, amigo, or a file of the same form.
     #[arg(long, value_name = "ROBOT=MODEL")]
     model: Vec<String>,
-    /// What all noise starts from.
+    /// The seed of all noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Run this many times as fast as real time.
@@ -59,12 +60,12 @@ pub(super) struct Sim {
     /// End after this time of the machine.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
     limit: Option<Nanos>,
-    /// End standard output with one line of JSON; all words go to standard error.
+    /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
 }
 
-/// What came of it, as `--json` prints it.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     world: &'a str,
@@ -83,7 +84,7 @@ struct Robot {
 }
 
 impl Sim {
-    /// Serves it.
+    /// Serves the world until a signal or the time limit.
     pub(super) fn run(self) -> Result<(), Failure> {
         let file = places::world(&self.world)?;
         let world = World::load(file, self.seed)
@@ -114,7 +115,7 @@ impl Sim {
         let called = Arc::clone(&stop);
         let _interrupts = Interrupts::call(move || called.store(true, Ordering::Relaxed))?;
         let limit = self.limit.map(Duration::from_nanos);
-        // The world goes on, whether anybody reads what is told of it or not.
+        // The world must not wait for a reader of the output.
         let no_waiting = terminal::wait_for_nobody();
         let mut told = Ok(());
         server
@@ -122,7 +123,7 @@ impl Sim {
                 let (time, robot, what) = (event.time.as_secs_f64(), &event.robot, &event.what);
                 let line = writeln!(words, "{FAINT}{time:8.1} s{FAINT:#}  {robot}: {what}");
                 if let Err(error) = line.and_then(|()| words.flush()) {
-                    // Nobody reads any more: there is nobody to serve for.
+                    // The output is closed: stop serving and return the error.
                     told = Err(error);
                     stop.store(true, Ordering::Relaxed);
                 }
@@ -217,7 +218,7 @@ fn refused(error: ServerError) -> Failure {
     }
 }
 
-/// Reads "127.0.0.1:8101", "8101" or an address without a port; a port alone is of this machine.
+/// Parses "127.0.0.1:8101", "8101" or an address without a port. A port alone means this machine.
 fn address(text: &str) -> Result<SocketAddr, String> {
     let port = text.strip_prefix(':').unwrap_or(text).parse();
     if let Ok(port) = port {

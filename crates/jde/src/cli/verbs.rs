@@ -1,4 +1,4 @@
-//! The list of verbs in the help, by what they are for. Adds no verb.
+//! Groups the verbs in the help by purpose. Adds no verb.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use clap::builder::StyledStr;
 
 use crate::terminal::TITLE;
 
-/// What verbs are for, and those for it.
+/// The title of each group with its verbs.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Run", &["demo", "run", "replay", "sim"]),
     ("Write", &["new", "check", "describe", "plugins"]),
@@ -26,7 +26,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ),
 ];
 
-/// The command with its verbs listed by what they are for.
+/// Returns the command with its verbs listed by group. Verbs of no group follow last.
 pub(super) fn grouped(command: Command) -> Command {
     let mut list = String::new();
     let mut listed = Vec::new();

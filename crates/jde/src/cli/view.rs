@@ -1,4 +1,4 @@
-//! `jde view`: windows on a running application or a recording.
+//! `jde view`: opens windows on a running application or a recording.
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -13,9 +13,10 @@ use crate::log::{Filter, Log};
 
 /// Open windows on a running application, here or across a network, or on a recording.
 ///
-/// The oscilloscope shows who was in which state and why; beside it are sensors and motors with teleoperation, a 3D view,
-/// variables, and the panels that schemas have of their own. Without a name it is the only application that runs, or a start page
-/// that lists those that run and what was recorded. Closing the windows, or killing them, does not touch the robot.
+/// The oscilloscope shows the state of each schema and its reason. Other windows show sensors and motors with
+/// teleoperation, a 3D view, variables, and the schemas' own panels. Without a name it opens the only running
+/// application, or a start page that lists running applications and recordings. Closing the windows, or
+/// killing them, does not affect the robot.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde view
@@ -23,7 +24,7 @@ use crate::log::{Filter, Log};
   jde view drive.mcap
   jde view --at tls/robot2:7447 --key me.toml")]
 pub(super) struct View {
-    /// An application that runs, by its name, or a recording: a file that ends in .mcap, or a path with a /.
+    /// The name of a running application, or a recording: a file that ends in .mcap, or a path with a /.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
     what: Option<OsString>,
     #[command(flatten)]
@@ -60,7 +61,8 @@ impl View {
         })
     }
 
-    /// The recording, or the application; neither for the only one that runs, or the start page.
+    /// Returns the recording or the application to open. Neither selects the only running application, or the
+    /// start page.
     fn wanted(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
         let Some(what) = &self.what else {
             return Ok((None, self.target.app.clone()));
@@ -81,7 +83,7 @@ impl View {
                     "leave --at out, or name an application that runs there",
                 ));
             }
-            // What cannot be read is said here, where it was typed.
+            // Open the file here to report an unreadable one on the command line.
             fs::File::open(&file).map_err(Failure::file(&file))?;
             return Ok((Some(file), None));
         }
