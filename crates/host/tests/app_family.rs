@@ -1,4 +1,4 @@
-//! What is said of fathers, children and roots that cannot be.
+//! The faults that are reported for impossible fathers, children and roots.
 
 mod apps;
 

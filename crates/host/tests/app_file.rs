@@ -1,4 +1,4 @@
-//! What is said of files that cannot be application files at all, and how faults are told.
+//! The faults of files that are no application files at all, and the form in which faults are reported.
 
 mod apps;
 
@@ -65,7 +65,7 @@ fn bytes_that_are_no_text_are_told_with_their_place() {
 fn ten_megabytes_of_noise_are_refused_in_few_words() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("noise.toml");
-    // A linear congruential generator (Knuth's MMIX): the same noise each time.
+    // A linear congruential generator (Knuth's MMIX): every run reads the same noise.
     let mut state = 7u64;
     let noise: Vec<u8> = (0..10 << 20)
         .map(|_| {
@@ -238,7 +238,8 @@ fn an_option_has_three_parts() {
     }
 }
 
-/// Neither a missing character nor a missing line may be more than a fault, and each is told where it can be shown.
+/// A missing character or line causes a fault at most, never a panic. The place of each fault lies within the
+/// text.
 #[test]
 fn a_file_with_a_piece_missing_is_read_or_refused() {
     let good = apps::GOOD;

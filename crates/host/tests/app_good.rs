@@ -1,4 +1,4 @@
-//! What a file without faults becomes.
+//! The application that results from a file without faults.
 
 mod apps;
 
@@ -179,7 +179,7 @@ fn sequences_bools_and_whole_numbers_are_values() {
 fn paths_are_relative_to_the_file_and_to_the_working_directory_in_options() {
     let here = std::env::current_dir().expect("a working directory");
     let world = |application: &Application| text(initial(application, "pioneer", "world")).to_owned();
-    // Made short, for the port has room for 64 bytes.
+    // Short, because the port has room for 64 bytes.
     let absolute = "/office.toml";
     assert_eq!(
         world(&application(&[("\"office.toml\"", &format!("\"{absolute}\""))])),
@@ -452,7 +452,7 @@ fn r7_different_members_of_a_group_and_all_below_them_may_share_an_actuator() {
     let velocity = Binding::Actuator {
         target: Some(port(&application, "pioneer", "velocity")),
     };
-    // A root, and three children of another root.
+    // One root, and three children of another root.
     for user in ["teleop", "stop", "vff", "goon"] {
         assert_eq!(*binding(&application, user, "base"), velocity, "{user}");
     }

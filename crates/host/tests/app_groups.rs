@@ -1,4 +1,5 @@
-//! What is said of the rules of groups, and of actuators that two schemas could command at once.
+//! The faults that are reported for rules of groups, and for actuators that two schemas could command at
+//! once.
 
 mod apps;
 

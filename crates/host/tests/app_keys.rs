@@ -1,4 +1,4 @@
-//! What is said of keys, types and shapes in an application file that cannot be right.
+//! The faults that are reported for wrong keys, types and shapes in an application file.
 
 mod apps;
 

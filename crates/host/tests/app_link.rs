@@ -1,4 +1,4 @@
-//! What `[link]` opens, and what is said of one that would open by accident.
+//! The endpoints that `[link]` opens, and the faults of a link that would be open by accident.
 
 mod apps;
 
@@ -8,7 +8,7 @@ use apps::{GOOD, Shelf, application, check};
 use jde_host::app::link::{Access, Identity, Link, Login, Tls};
 use jde_host::app::{Application, Faults, parse};
 
-/// The line of the good application before which a link is put.
+/// The line of the good application before which a test inserts `[link]`.
 const SCHEMAS: &str = "[schemas.pioneer]";
 
 /// A folder with the files that a link can name.
@@ -20,7 +20,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Reads the good application with a link, as if it stood in a folder.
+/// Reads the good application with a link, as if the file were in `folder`.
 fn read(folder: &Path, link: &str) -> Result<Application, Faults> {
     let text = GOOD.replace(SCHEMAS, &format!("[link]\n{link}\n{SCHEMAS}"));
     assert_ne!(text, GOOD, "the good application has no `{SCHEMAS}`");
@@ -33,7 +33,7 @@ fn linked(folder: &Path, link: &str) -> Link {
         .link
 }
 
-/// What is said of a link, without the lines and columns, which the other tests of applications hold.
+/// Returns the faults of a link, without lines and columns, which other tests of applications check.
 fn said(folder: &Path, link: &str) -> Vec<String> {
     let faults = read(folder, link).expect_err(link);
     let list = faults.list().iter();
@@ -136,7 +136,7 @@ fn this_machine_has_other_users() {
     assert_eq!(link.listen[2], socket);
 }
 
-/// What certificates are shown and asked for.
+/// Forms of `tls`: a certificate alone; with client certificates required; with client certificates not required.
 const OWN: &str = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
 const ASKS: &str = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
 const SHOWS: &str =
@@ -158,7 +158,8 @@ fn nobody_is_let_in_from_the_network_by_accident() {
         ),
         [open("tcp/0.0.0.0:7447"), open("tcp/robot:7449")]
     );
-    // A certificate of its own lets nobody in who could not before; and what asks for certificates does not guard other addresses.
+    // A certificate of the application's own restricts no client. Client certificates on one address do not
+    // protect another address.
     for refused in [format!("{TLS}\n{OWN}"), format!("{TLS}\n{SHOWS}")] {
         assert_eq!(said(folder.path(), &refused), [open("tls/0.0.0.0:7447")]);
     }
@@ -192,7 +193,7 @@ fn nobody_is_connected_to_who_proves_nothing() {
         );
         assert!(linked(folder.path(), &format!("{connect}\ninsecure = true")).insecure);
     }
-    // An authority that comes in by one address says nothing of another.
+    // An authority that verifies clients of one address does not verify the peer of another.
     let mixed = format!("{TLS}\nconnect = [\"tcp/base:7447\"]\n{ASKS}");
     assert_eq!(said(folder.path(), &mixed).len(), 1);
     linked(

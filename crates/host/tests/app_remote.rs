@@ -1,11 +1,11 @@
-//! Imports of what other applications export, as applications name them.
+//! Imports of other applications' exports, as application files name them.
 
 mod apps;
 
 use apps::{application, check};
 use jde_host::app::{Binding, Source};
 
-/// An import of the good application, and its line.
+/// The line of the good application that binds one import.
 const HEADING: &str = r#"heading = "pioneer.heading""#;
 
 #[test]
@@ -46,7 +46,7 @@ fn r6_what_another_application_exports_keeps_nobody_awake_here() {
         let example = application.instance("example").expect("it is there");
         application.spec().schemas[example].needs.len()
     };
-    // The laser is still its own robot's.
+    // The laser is still imported from the application's own robot.
     assert_eq!((needs(&here), needs(&elsewhere)), (1, 1));
     assert_eq!(elsewhere.spec().validate(), Ok(()));
 }

@@ -1,4 +1,5 @@
-//! What is said of several levels of roots, of fathers whose children the file names, and of roots that exclude each other for nothing.
+//! The faults that are reported for several levels of roots, for fathers whose children the file names, and
+//! for roots that exclude each other for no reason.
 
 mod apps;
 
@@ -8,7 +9,7 @@ use jde_core::Policy;
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
 const MISSION: &str = r#"mission = "example.mission""#;
 
-/// The good application with more at the end of its head, and a second robot.
+/// Edits that add `more` and a second robot, and put `roots` at the end of the head.
 fn with<'a>(roots: &'a str, more: &'a str) -> [(&'a str, &'a str); 3] {
     [(ROOTS, ""), (MISSION, roots), ("[schemas.look]", more)]
 }

@@ -1,4 +1,4 @@
-//! What is said of times that no clock can keep.
+//! The faults that are reported for times that no clock can keep.
 
 mod apps;
 

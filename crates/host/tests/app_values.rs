@@ -1,4 +1,4 @@
-//! What is said of values that do not fit, in files and in options.
+//! The faults that are reported for values that do not fit, in files and in options.
 
 mod apps;
 

@@ -1,4 +1,4 @@
-//! What is said of variables that are unknown, missing or of another type.
+//! The faults that are reported for variables that are unknown, missing or of another type.
 
 mod apps;
 
@@ -267,7 +267,8 @@ apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` 
     help: bind it to another schema's export, or leave it out of `triggers`
 "#,
     );
-    // Who reads what it exported, without being triggered by it, remembers; and a modulation is written by others.
+    // A schema may import its own export without a trigger: it is its memory. A trigger by a modulation is no
+    // loop, since others write it.
     for good in [new.clone() + "triggers = []\n", look("look.tilt").1] {
         apps::application(&[(&old, &good)]);
     }

@@ -1,4 +1,5 @@
-//! Exceptions of a plugin in C++, made here by c++: what its functions catch is a fault in the exception's words.
+//! Exceptions of a C++ plugin that is built here by `c++`. An exception that its functions catch becomes a
+//! fault with the exception's text.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +11,7 @@ use jde_host::{Lockstep, Options};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// An application of a schema that throws that, guarded or not, and what a file adds to it.
+/// Builds a schema that throws `thrown`, with the given macros. `adds` extends the application file.
 fn thrower(thrown: &str, macros: &[&str], adds: &str) -> (Plugins, Application) {
     let folder = tempfile::tempdir().expect("a folder");
     let done = Command::new("c++")
@@ -33,7 +34,7 @@ fn thrower(thrown: &str, macros: &[&str], adds: &str) -> (Plugins, Application) 
     (plugins, application)
 }
 
-/// The health of a schema that catches what it throws.
+/// Returns the health of a schema after it caught what it threw.
 fn health(thrown: &str) -> Health {
     let (plugins, application) = thrower(thrown, &[], "");
     assert_eq!(application.warnings(), [""; 0], "it says that it catches");

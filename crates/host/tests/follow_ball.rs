@@ -1,4 +1,4 @@
-//! The application that sees, as it is delivered: it finds its ball by camera and laser alone, in lockstep.
+//! The delivered application that sees: by camera and laser alone it finds its ball, in lockstep.
 
 mod delivered;
 
@@ -11,7 +11,7 @@ use jde_types::{Mission, Truth};
 
 use delivered::{ROOT, SECOND};
 
-/// The ball of the hall: its middle, m.
+/// The centre of the ball in the hall, m.
 const BALL: [f64; 2] = [4.9, 3.7];
 
 #[test]

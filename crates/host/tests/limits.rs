@@ -1,5 +1,5 @@
-//! What modulations take (R8): the same for files, options, fathers and operators, for numbers, truths and choices; and those that
-//! are taken on awakening alone.
+//! The limits on modulations (R8) are the same for files, options, fathers and operators. They hold for
+//! numbers, booleans and choices, and for modulations that are read at awakening only.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use jde_host::{Lockstep, Options};
 use jde_schema::prelude::*;
 use jde_types::Value as _;
 
-/// How to go.
+/// How fast to drive.
 #[derive(Clone, Copy, Debug, PartialEq, Choice)]
 #[repr(u8)]
 enum Gait {
@@ -19,23 +19,23 @@ enum Gait {
     VeryFast,
 }
 
-/// Does as it is told.
+/// Exports the values of its modulations.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Doer {
-    /// The fastest.
+    /// The highest speed.
     #[modulation(default = 0.5, unit = "m/s", min = 0.0, max = 1.0)]
     fast: Modulation<f64>,
-    /// Whether to.
+    /// On or off.
     #[modulation(default = false)]
     on: Modulation<bool>,
-    /// How to.
+    /// The manner of driving.
     #[modulation(default = Gait::Slow)]
     gait: Modulation<Gait>,
-    /// Where.
+    /// A value that is read at awakening only.
     #[modulation(default = 1.0, min = 0.0, fixed)]
     place: Modulation<f64>,
-    /// All of it.
+    /// The values of all modulations, as text.
     #[export]
     done: Export<Text<64>>,
 }
@@ -49,7 +49,7 @@ impl Schema for Doer {
     }
 }
 
-/// Tells it what no doer takes, and what it does.
+/// Sets valid and invalid modulations of its child and exports the outcomes.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Father {
@@ -220,7 +220,7 @@ fn a_budget_that_is_stated_stays_where_the_period_is_another() {
     assert_eq!(application.instances[0].budget_ns, 10_000_000);
 }
 
-/// States a budget that is its period.
+/// A schema whose budget equals its period.
 #[derive(Describe)]
 #[schema(motor, period = "10ms", budget = "10ms")]
 struct It {}

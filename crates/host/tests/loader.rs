@@ -1,5 +1,5 @@
-//! Files that are plugins, and files that only look like it: what can be refused is refused in words that name the file and say
-//! what to do, before any of its code runs. Real libraries, made here by cargo and by cc.
+//! Plugin files, valid and invalid. Invalid files are refused before any of their code runs. The message
+//! names the file and the remedy. The libraries are real: cargo and `cc` build them here.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,19 +12,19 @@ use jde_host::plugin::{PluginError, Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
 use tempfile::TempDir;
 
-/// What every library made by cc here begins with.
+/// The beginning of the C source of most libraries here.
 const HEAD: &str = "#include \"jde.h\"\n\
     static void *make(const jde_schema *s, const jde_host *h, jde_context *c) { (void)s; (void)h; (void)c; static int it; return &it; }\n\
     static int32_t iterate(void *i, jde_context *c) { (void)i; (void)c; return JDE_OK; }\n\
     static const jde_schema schemas[] = {{.size = sizeof(jde_schema), .kind = JDE_MOTOR, .name = \"beat\", .doc = \"Beats.\",\n\
         .period_ns = 1000000, .create = make, .iterate = iterate}};\n";
 
-/// A plugin of one motor schema that is always ready.
+/// The source of a plugin with one motor schema that is always ready.
 fn beat(name: &str) -> String {
     format!("{HEAD}JDE_PLUGIN(\"{name}\", \"1\", \"Beats.\", schemas);\n")
 }
 
-/// Makes `lib<name>.so` from C.
+/// Builds `lib<name>.so` from C source.
 fn cc(folder: &Path, name: &str, source: &str) -> PathBuf {
     let (from, to) = (
         folder.join(format!("{name}.c")),
@@ -41,7 +41,7 @@ fn cc(folder: &Path, name: &str, source: &str) -> PathBuf {
     to
 }
 
-/// The plugin `stop`, built as cargo builds it.
+/// The plugin `stop` as cargo builds it.
 fn stop() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
@@ -74,7 +74,7 @@ fn nobody() -> Plugins {
     Plugins::new(SearchPath::default())
 }
 
-/// Holds if the file is refused in words that begin with its path and contain these.
+/// Checks that the file is refused with a message that begins with its path and contains these words.
 #[track_caller]
 fn refused(file: &Path, words: &[&str]) {
     let error = nobody().open(file).expect_err("it is refused");
@@ -161,13 +161,13 @@ fn what_is_no_library_is_refused() {
     );
     let executable = std::env::current_exe().expect("this test");
     let mut bytes = fs::read(stop()).expect("it is there");
-    // ET_REL: an object file that was never linked.
+    // ET_REL: an object file that has not been linked.
     bytes[16] = 1;
     refused(
         &place("libobject.so", &bytes),
         &["it is an ELF file, but no shared library", "cdylib"],
     );
-    // The number of another processor.
+    // The machine number of another processor.
     (bytes[16], bytes[18]) = (3, 0x08);
     refused(
         &place("libforeign.so", &bytes),
@@ -204,7 +204,7 @@ fn a_truncated_library_is_refused_at_every_length() {
 #[test]
 fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
     let folder = folder();
-    // Were it loaded, its constructor would leave a mark.
+    // The constructor would create this file if the library were loaded.
     let mark = folder.path().join("mark");
     let source = format!(
         "#include <stdio.h>\n__attribute__((constructor)) static void run(void) {{ fclose(fopen(\"{}\", \"w\")); }}\nint answer = 42;\n",
@@ -214,7 +214,7 @@ fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
         &cc(folder.path(), "plain", &source),
         &["exports no symbol `jde_plugin`", "no jde plugin"],
     );
-    // The symbol alone is no claim, and another version's none that can be met.
+    // The symbol alone is not enough, and ABI 99 is not supported.
     let claims = [
         (
             "unmarked",
@@ -275,7 +275,7 @@ fn an_older_and_a_newer_major_version_are_refused_with_both_numbers() {
         ),
     ];
     for (name, major, minor, words) in versions {
-        // Only the head is there: a table of another version may have any form behind it.
+        // Only the head is defined: the table of another version may have any layout after it.
         let head = format!(
             "#include \"jde.h\"\nconst struct {{ uint64_t magic; uint32_t major, minor; uint64_t rest[16]; }} jde_plugin = {{JDE_MAGIC, {major}, {minor}, {{0}}}};\n"
         )
@@ -410,11 +410,12 @@ fn a_library_that_is_overwritten_keeps_running() {
     lockstep.run_until(50_000_000);
     let before = handle.snapshot().schemas[0].iterations;
     assert_eq!(before, 51);
-    // In place, as a careless build would: a process that has it mapped is killed by that.
+    // Overwrites the file in place, as a careless build would. That kills a process that maps the file
+    // itself.
     fs::write(&file, b"").expect("it is written");
     lockstep.run_until(100_000_000);
     assert_eq!(handle.snapshot().schemas[0].iterations, 101);
-    // Nobody's file is read twice.
+    // One catalogue reads a file once; a new catalogue reads the empty file.
     assert!(plugins.open(&file).is_ok());
     refused(&file, &["the file is empty"]);
 }

@@ -1,6 +1,7 @@
-//! Applications that run for long, or start and stop often, leave nothing behind: no memory, no threads.
+//! Applications that run for long, or start and stop often, leave no memory and no threads behind.
 //!
-//! These look at the whole process, so they go one after another in a process of their own.
+//! These tests measure the whole process. Therefore they have a process of their own and run one after
+//! another.
 
 mod common;
 
@@ -34,7 +35,7 @@ fn threads() -> usize {
         .count()
 }
 
-/// Two that take turns below a father, an eye, a robot and a mission.
+/// A father with two children that take turns, a perceptive schema, a robot and a mission.
 const APP: &str = r#"
     roots = ["father"]
     mission = "father.mission"
@@ -108,7 +109,7 @@ fn two_hours_of_virtual_time_take_no_more_memory_than_ten_minutes() {
     let grown = resident().saturating_sub(warm);
     assert!(rig.group("father/base").switches > 10_000, "it was not idle");
     assert_eq!(rig.see("father").faults + rig.see("left").faults, 0);
-    // A hundred thousand selections of a hundred bytes would be ten times this.
+    // If each selection kept a hundred bytes, a hundred thousand selections would keep ten times this.
     assert!(grown < 1 << 20, "{} kB", grown >> 10);
     rig.stop();
     stage.close();
@@ -135,7 +136,7 @@ fn a_thousand_reloads_of_what_is_there_already_take_no_more_memory() {
     let grown = resident().saturating_sub(warm);
     assert_eq!(rig.see("father").faults, 0);
     assert_eq!(LIVE.get(), live, "each that was replaced has ended");
-    // What a reload leaves besides would be some hundred kilobytes in all.
+    // Whatever else a reload left would add up to some hundred kilobytes.
     assert!(grown < 1 << 20, "{} kB", grown >> 10);
     rig.stop();
     stage.close();
@@ -171,7 +172,7 @@ fn leaves_nothing(executor: Executor) {
         stage.close();
         Arc::downgrade(&stage)
     };
-    // What is made once a process, and what the allocator keeps, is there after the first.
+    // The first runs allocate what a process allocates once, and what the allocator keeps.
     for _ in 0..20 {
         run();
     }
@@ -182,14 +183,15 @@ fn leaves_nothing(executor: Executor) {
             "the application keeps what it was made of"
         );
     }
-    // The tests before this one may still be ending their own.
+    // The threads of the tests before this one may still be ending.
     assert!(
         threads() < before + 10,
         "{before} threads have become {}",
         threads()
     );
     let grown = resident().saturating_sub(warm);
-    // An application and its board take some hundred kilobytes: a tenth of one left each time would show.
+    // An application and its board take some hundred kilobytes: if a tenth of one were left each time, this
+    // would fail.
     assert!(grown < 4 << 20, "{} kB", grown >> 10);
 }
 
@@ -207,7 +209,7 @@ fn an_open_file_is_counted_while_it_is_open() {
 
 in_real_time!(who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that);
 
-/// Two of which one hangs.
+/// Two schemas, one of which hangs.
 const HANGS: &str = r#"
     roots = ["low", "high"]
     [schemas.robot]
@@ -223,7 +225,7 @@ const HANGS: &str = r#"
 "#;
 
 fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(executor: Executor) {
-    /// Opened by each: many more than whatever else is opened and closed meanwhile.
+    /// Files that each hung call opens: many more than anything else opens and closes meanwhile.
     const FILES: usize = 120;
     let _alone = alone();
     let stage = Stage::new();
@@ -236,7 +238,7 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
                 let held = Arc::clone(&held);
                 io.then(move |_| {
                     let files: Vec<_> = (0..FILES).map(|_| File::open("/dev/null").unwrap()).collect();
-                    // An error says that the other end was dropped.
+                    // An error means that the sender was dropped.
                     let _ = held.lock().unwrap().recv();
                     drop(files);
                 });
@@ -251,7 +253,7 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
     let low = rig.place("low");
     let down = "4 calls of it were given up and never returned; it gets no other instance until one does";
     rig.until(|rig| matches!(rig.see("low").health, Health::Faulted(reason) if reason == down));
-    // Four hangs, and two restarts for which no instance was made.
+    // Four hangs, and two restarts that made no instance.
     rig.until(|rig| rig.see("low").faults == 6);
     assert_eq!(rig.see("low").left, 4);
     assert_eq!(stage.count("low iterate"), 4);

@@ -1,5 +1,5 @@
-//! Plugins' files that change while an application runs: real libraries, made by cc, whose builds differ in the speed that they
-//! command.
+//! Files of plugins that change while an application runs. The libraries are real and built by `cc`; the
+//! builds differ in the speed that they command.
 
 mod common;
 
@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 use common::{Executor, Stage};
 
-/// The speed in the library as it was built.
+/// The speed in the library as `cc` built it; [`build`] replaces these bytes.
 const SPEED: f64 = 0.123_456_789_012_345_67;
 
 const APP: &str = r#"
@@ -32,7 +32,7 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// The library in its first build.
+/// The bytes of the library as `cc` built it.
 fn library(plugin: &str, schema: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     let to = folder.path().join("it.so");
@@ -53,13 +53,13 @@ fn build(speed: f64) -> Vec<u8> {
     bytes
 }
 
-/// These look at the whole process, so they go one after another.
+/// Serializes the tests, which measure the whole process.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An application whose walker comes from a file of this test.
+/// An application whose walker runs a library of this test.
 struct Site {
     _alone: MutexGuard<'static, ()>,
     folder: TempDir,
@@ -102,7 +102,7 @@ impl Site {
         Reloader::new(self.running.handle(), Arc::clone(&self.plugins))
     }
 
-    /// Writes the file as a linker does: a new one in its place.
+    /// Replaces the file by a new one, as a linker does.
     fn write(&self, bytes: &[u8]) {
         let beside = self.folder.path().join("new");
         fs::write(&beside, bytes).expect("it is written");
@@ -168,7 +168,7 @@ fn fifty_files_take_over_while_the_robot_drives_without_a_stop() {
     assert_eq!(faults, 0);
     let commanded = handle.value::<Twist>("robot.velocity").expect("a twist");
     assert_eq!(commanded.expect("it is commanded").linear.x, 1.0 + 50.0 / 64.0);
-    // What a build leaves behind is its library: some pages of it, and what the loader of the system notes.
+    // Each build leaves its library: some pages of it, and the bookkeeping of the system's loader.
     let grown = resident().saturating_sub(before);
     let library = build(1.0).len() as u64;
     assert!(

@@ -1,4 +1,5 @@
-//! The example of the paper, section 5, as it is delivered: its application, its plugins and its world, in lockstep.
+//! The example of section 5 of the paper as it is delivered: its application, its plugins and its world, in
+//! lockstep.
 
 mod delivered;
 
@@ -14,12 +15,12 @@ use jde_types::{Mission, Truth};
 
 use delivered::{ROOT, SECOND};
 
-/// How a drive went.
+/// The result of a drive.
 struct Drive {
     outcome: Outcome,
     mission: Mission,
     truth: Truth,
-    /// Since when the mission came no nearer, each time that was told.
+    /// For each report of a stalled mission: the time since which it made no progress, ns.
     stalled: Vec<u64>,
     decisions: Vec<u8>,
 }
@@ -37,7 +38,8 @@ fn application(plugins: &Plugins) -> Application {
     app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// The application without a single modulation of its schemas but the route: with the numbers of 2007.
+/// The application with only its types, wiring, groups, world and route: all other modulations have the
+/// values of 2007.
 fn unmodulated(plugins: &Plugins) -> Application {
     let text = std::fs::read_to_string(file()).expect("the application is there");
     let mut table: toml::Table = text.parse().expect("it is TOML");
@@ -146,7 +148,8 @@ fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
     assert_ne!(first.truth.pose, other.truth.pose);
 }
 
-/// Why the application modulates: the areas of 2007, 2 m wide and 3 m ahead, are wider than a door.
+/// Shows why the application sets modulations: the areas of 2007, 2 m wide and 3 m ahead, are wider than a
+/// door.
 #[test]
 fn with_the_numbers_of_2007_it_touches_nothing_does_not_pass_a_door_and_says_so() {
     let plugins = plugins();

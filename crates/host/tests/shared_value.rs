@@ -1,5 +1,6 @@
-//! A value of their own that two plugins share: `ball`, in Rust, publishes it and `near`, in C, reads it. Both take it from
-//! `crates/ball`; where one was built with another definition, the field is named.
+//! A custom value that two plugins share: `ball`, in Rust, publishes it, and `near`, in C, reads it. Both
+//! take its definition from `crates/ball`. If one was built with another definition, the error names the
+//! field.
 
 #[allow(dead_code, reason = "each test program uses a part")]
 mod delivered;
@@ -15,7 +16,7 @@ use jde_host::{Lockstep, Options};
 
 use delivered::{ROOT, SECOND};
 
-/// A ball before a robot that looks at it.
+/// A world with a ball in front of a robot that faces it.
 const WORLD: &str = r#"
 walls = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
 balls = [{ name = "ball", center = [3.2, 2.5], radius = 0.11, color = "orange" }]
@@ -45,7 +46,7 @@ reach   = 2.0
 imports = { ball = "finder.ball" }
 "#;
 
-/// The application, and the plugin `near` built with the header after a change of it.
+/// A folder with the application and the plugin `near`, built after `change` of its header and source.
 fn place(change: impl Fn(String) -> String) -> (tempfile::TempDir, Plugins) {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, text) in [("app.toml", APP), ("world.toml", WORLD)] {

@@ -1,4 +1,5 @@
-//! Two robots in one application, as it is delivered: each has a winner of its own, and one of them no father in code.
+//! The delivered application with two robots: each has a winner of its own, and one of the robots has no
+//! father in code.
 
 mod delivered;
 

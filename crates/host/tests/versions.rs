@@ -1,5 +1,5 @@
-//! Plugins and hosts of different minor versions of the ABI, made here by cc from sources that are kept: what one has and the other
-//! lacks does no harm, and what both have works.
+//! Plugins and hosts of different minor versions of the ABI, built here by `cc` from kept sources. What one
+//! has and the other lacks does no harm; what both have works.
 
 #[allow(dead_code, reason = "each test program uses a part")]
 mod delivered;
@@ -20,7 +20,7 @@ use tempfile::TempDir;
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/abi");
 const TODAY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../include");
 
-/// A father with two children who collide, and what they move.
+/// A father with two children that collide, and the base that they move.
 const APP: &str = r#"
 roots = ["father"]
 [schemas.base]
@@ -61,14 +61,14 @@ fn cc(arguments: &[&str], source: &str, include: &Path, to: &Path) {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }
 
-/// The plugin `troupe`, by the header in `include`.
+/// Builds the plugin `troupe` with the header in `include`.
 fn troupe(folder: &TempDir, include: &Path) -> PathBuf {
     let file = folder.path().join("libtroupe.so");
     cc(&["-shared", "-fPIC"], "troupe.c", include, &file);
     file
 }
 
-/// A folder with the header of a version to come: each table has grown, and so has the number of the version.
+/// A folder with the header of a future version: every table has more fields, and the minor version is 99.
 fn later(folder: &TempDir) -> PathBuf {
     let now = fs::read_to_string(Path::new(TODAY).join("jde.h")).expect("it is there");
     let mut grown = 0;
@@ -101,7 +101,7 @@ fn number(variable: Option<std::sync::Arc<Variable>>) -> f64 {
     f64::from_bytes(reader.latch().expect("it has a value").bytes).expect("a number")
 }
 
-/// Runs the troupe, which must do all that it was made for.
+/// Runs the plugin `troupe` and checks all its functions.
 #[track_caller]
 fn performs(folder: &TempDir, minor: u32) {
     let mut path = SearchPath::default();
@@ -172,7 +172,8 @@ fn plugins_of_a_version_to_come_run_in_this_host() {
     performs(&folder, 99);
 }
 
-/// What a host of ABI 1.0 says of a plugin, and whether all its marks are as they were.
+/// Runs a plugin in a host of ABI 1.0. Returns its output and its exit code. The code is 0 if the plugin worked and
+/// all guard marks are intact.
 fn in_an_old_host(folder: &TempDir, plugin: &Path) -> (String, Option<i32>) {
     let host = folder.path().join("host");
     cc(&[], "host.c", &Path::new(TESTS).join("v1.0"), &host);

@@ -1,4 +1,5 @@
-//! Real libraries in processes of their own, made by cc: one that follows a null pointer, and builds that take over from each other.
+//! Faults and reloads of C libraries that run in separate processes. Each test builds its libraries with
+//! `cc`: one follows a null pointer, others replace each other.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -41,7 +42,7 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// A build of the faller: see its macros.
+/// The macros of one build of `faller.c`.
 #[derive(Default)]
 struct Build {
     speed: f64,
@@ -50,14 +51,14 @@ struct Build {
     newer: bool,
 }
 
-/// An application whose `high` comes from a library of this test.
+/// An application whose schema `high` runs a library of this test.
 struct Site {
     play: Play,
     folder: TempDir,
 }
 
 impl Site {
-    /// Drives at 0.3, and falls in that turn, if not 0.
+    /// Starts with speed 0.3. The library crashes in turn `falls`, or never if `falls` is 0.
     fn start(executor: Executor, falls: u32) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let build = Build {
@@ -72,7 +73,7 @@ impl Site {
         Self { play, folder }
     }
 
-    /// Has another build take over, on trial for so long, ms.
+    /// Replaces the library of `high` by another build and waits for the outcome. `probation` is in ms.
     fn reload(&mut self, build: &Build, probation: u64) -> Result<Takeover, String> {
         let file = self.folder.path().join("next.so");
         build.make(&file);
@@ -101,7 +102,7 @@ impl Site {
             .until(|rig| steps(rig).is_some_and(|steps| steps >= before + more));
     }
 
-    /// How often the rules heard of a fault of `high`.
+    /// Returns how many faults of `high` were reported as events.
     fn faults(&self) -> usize {
         let high = self.play.rig.place("high");
         self.play.rig.stage.count_events(|event| {
@@ -122,7 +123,7 @@ impl Build {
     }
 }
 
-/// Another that drives at 0.4.
+/// A build that drives at 0.4.
 fn next() -> Build {
     Build {
         speed: 0.4,
@@ -170,7 +171,7 @@ fn a_build_takes_over_in_a_fresh_process_and_goes_on_where_the_other_was(executo
     site.until_steps(2);
     assert!(site.steps() > before, "it counts on");
     assert_ne!(site.play.process(), first);
-    // The one before ends with the trial.
+    // The previous process ends when the trial ends.
     site.until_steps(20);
     site.play.rig.until(|_| !proc(first).exists());
     assert_eq!(site.faults(), 0);
@@ -201,7 +202,7 @@ fn the_one_that_waits_for_the_end_of_a_trial_may_die(executor: Executor) {
     site.play.until_at(0.4);
     let killed = Command::new("kill").args(["-9", &first.to_string()]).status();
     assert!(killed.expect("kill runs").success());
-    // It is buried at once, while the trial goes on.
+    // The killed process is reaped at once, while the trial continues.
     site.play.rig.patiently(|_| !proc(first).exists());
     let on_trial = |rig: &crate::common::Rig| rig.see("high").reload.is_some_and(|reload| reload.on_trial);
     site.play.rig.until(|rig| !on_trial(rig));

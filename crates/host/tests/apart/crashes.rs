@@ -1,4 +1,5 @@
-//! Whatever becomes of the process of a schema: its level selects again, everybody else goes on, and a fresh one finds all it needs.
+//! A schema's process that ends, however it ends: its level selects again, all other schemas continue, and a
+//! new process finds all it needs.
 
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ on_every_executor!(
     an_import_cannot_be_spoilt,
 );
 
-/// `high` wins while it can, and `low` when it cannot.
+/// `high` wins while it is ready; otherwise `low` wins.
 pub(crate) const PAIR: &str = r#"
     roots = ["high", "low"]
     [schemas.robot]
@@ -31,14 +32,14 @@ pub(crate) const PAIR: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// What `low` does: it drives at 0.1.
+/// A stage on which `low` drives at 0.1.
 pub(crate) fn stage() -> Arc<Stage> {
     let stage = Stage::new();
     stage.drives("low", &Arc::new(true.into()), 0.1);
     stage
 }
 
-/// The same, restarted at once.
+/// The same application, with `high` restarted after 5 ms instead of never.
 pub(crate) fn again(text: &str) -> String {
     text.replace("\"never\"", "{ back-off = \"5ms\", limit = 100 }")
 }
@@ -123,7 +124,7 @@ fn an_import_cannot_be_spoilt(executor: Executor) {
     "#;
     let stage = stage();
     let mut play = Play::start(executor, &stage, body);
-    // High has to let the source win once, so that there is a scan.
+    // `high` sleeps until the source has iterated, so that a scan exists.
     let high = play.rig.place("high");
     let operator = play.rig.operator();
     operator.hold_asleep(high).expect("it is done");

@@ -1,4 +1,5 @@
-//! What is left when it is over: nothing. Not after deaths and restarts, not after the end, and not when the host is killed.
+//! Nothing is left behind: not after crashes and restarts, not after the end, and not when the host is
+//! killed.
 
 use jde_watchdog::Watchdog;
 use std::io::{BufRead, BufReader};
@@ -18,7 +19,7 @@ const BODY: &str = r#"
     restart = { back-off = "1ms", limit = 1000 }
 "#;
 
-/// Children of this process, zombies too, and its open files and threads.
+/// Counts the children of this process (including zombies), its open files and its threads.
 fn counted() -> (usize, usize, usize) {
     let list = |path: &str| std::fs::read_dir(path).expect("this is Linux").count();
     let tasks = std::fs::read_dir("/proc/self/task").expect("this is Linux");
@@ -49,7 +50,8 @@ fn deaths_and_restarts_leave_no_process_no_file_and_no_thread() {
     assert!(during.0 <= 1 && during.2 <= before.2 + 1, "{during:?} {before:?}");
 }
 
-/// A host in a process of its own: says which child it has, and runs until it is killed.
+/// Runs a host in this process until it is killed. It prints the number of its child process. Without
+/// `HOSTED` it does nothing.
 pub(crate) fn host() {
     if std::env::var_os(HOSTED).is_none() {
         return;
@@ -62,7 +64,7 @@ pub(crate) fn host() {
     }
 }
 
-/// Says that the test of the killed host called it.
+/// The environment variable that makes [`host`] run.
 const HOSTED: &str = "JDE_TEST_HOSTED";
 
 #[test]
@@ -84,7 +86,7 @@ fn a_host_that_is_killed_leaves_no_process_behind() {
     assert!(Path::new(&process).exists());
     host.kill().expect("it is killed");
     host.wait().expect("it is gone");
-    // Dead is enough: who buries it then is not for us.
+    // A zombie counts as dead: reaping it is not the host's task.
     let is_alive = || {
         let stat = std::fs::read_to_string(format!("{process}/stat")).unwrap_or_default();
         let state = stat.rsplit_once(") ").map(|(_, rest)| rest.chars().next());

@@ -1,4 +1,5 @@
-//! Deaths and hangs that only time shows: of a process that nobody calls, and of one whose call does not return.
+//! Failures that appear only in real time: a process that dies between calls, and a call that does not
+//! return.
 
 use jde_host::event::{Event, Outcome};
 
@@ -17,7 +18,7 @@ fn a_process_that_is_killed_between_calls_is_missed_at_once(executor: Executor) 
     let body = PAIR.replace("restart = \"never\"", "restart = \"never\"\nperiod = \"1000s\"");
     let mut play = Play::start(executor, &stage, &body);
     play.until_at(0.3);
-    // Nobody calls it for a quarter of an hour.
+    // The period of 1000 s leaves the process without calls after the first iteration.
     play.rig.until(|rig| rig.see("high").iterations == 1);
     let killed = std::process::Command::new("kill")
         .args(["-9", &play.process().to_string()])
@@ -52,7 +53,7 @@ fn a_process_that_hangs_is_ended_and_no_thread_is_lost(executor: Executor) {
     assert_ne!(play.process(), first);
     let failed = play.rig.see("high").faults as usize;
     assert_eq!(play.rig.stop(), Outcome::Stopped);
-    // Who stays behind at the end is told of as one that hangs, once more.
+    // An instance that is left behind at the end would cause one more `Hung` event.
     let hung = |event: &Event| matches!(event, Event::Hung { .. });
     assert_eq!(stage.count_events(hung), failed, "nobody stayed behind");
 }

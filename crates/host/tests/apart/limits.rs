@@ -1,4 +1,4 @@
-//! What a process of its own may use: each limit alone, and what it says when it is reached.
+//! The limits on a schema's process: each limit alone, and the reason that is reported when it is exceeded.
 
 use jde_host::event::Outcome;
 use landlock::{ABI, AccessFs, CompatLevel, Compatible, Ruleset, RulesetAttr};
@@ -36,7 +36,8 @@ fn who_takes_more_memory_than_allowed_is_ended(executor: Executor) {
 
 fn who_takes_more_processor_time_than_allowed_is_ended(executor: Executor) {
     let stage = Stage::new();
-    // By so long a budget it would not count as hung for a quarter of an hour.
+    // With this budget the schema counts as hung only after a quarter of an hour, so the processor limit
+    // applies first.
     let limits = "{ cpu = \"1s\" }\nbudget = \"100s\"";
     let mut play = Play::start(executor, &stage, &body(limits));
     play.rig.until(|rig| rig.see("high").iterations > 0);
@@ -49,7 +50,7 @@ fn who_takes_more_processor_time_than_allowed_is_ended(executor: Executor) {
     play.rig.stop();
 }
 
-/// What came of an attempt.
+/// Returns the exported result of an attempt under these limits: 1 if it succeeded, -1 if it was refused.
 fn tried(limits: &str, trouble: u32) -> f64 {
     let stage = Stage::new();
     let mut play = Play::start(Executor::Lockstep, &stage, &body(limits));
@@ -74,7 +75,7 @@ fn without_network_there_are_no_sockets() {
 #[test]
 fn files_that_are_read_only_cannot_be_written() {
     assert_eq!(tried("\"process\"", odd::WRITE), 1.0);
-    // Where the kernel cannot, the log says so, and nothing is refused.
+    // Where the kernel does not support the restriction, the log says so and nothing is refused.
     let rules = Ruleset::default()
         .set_compatibility(CompatLevel::HardRequirement)
         .handle_access(AccessFs::from_write(ABI::V3))

@@ -1,6 +1,7 @@
-//! Schemas in a process of their own: they do what they do anywhere, and whatever becomes of their process, nobody else is hurt.
+//! Schemas in processes of their own: they behave as in the host's process, and the failure of one process
+//! affects no other schema.
 //!
-//! The program that the children run is this one: see [`served`].
+//! The child processes run this test program: see [`served`].
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -17,8 +18,8 @@ mod stage;
 use jde_host::apart::serve;
 use jde_host::plugin::{Plugins, SearchPath};
 
-/// What the children of the other tests run. It is called by its name then, and has nothing to do among the others; without a
-/// host it says so.
+/// The entry point of the child processes, which select it by its exact name. It does nothing among the other
+/// tests. Selected without a host, it checks that [`serve`] reports that.
 #[test]
 fn served() {
     if !std::env::args().any(|argument| argument == stage::BY_NAME) {
@@ -28,13 +29,13 @@ fn served() {
     plugins.link(&odd::ODD).expect("the plugin is right");
     let served = serve(&plugins);
     if served.is_ok() {
-        // The test harness has nothing to add, and standard output is the host's.
+        // Exit here: standard output belongs to the host, and the test harness must not write to it.
         std::process::exit(0);
     }
     assert!(served.is_err_and(|error| error.to_string().contains("no host")));
 }
 
-/// The host that a test kills: see [`ends`].
+/// The entry point of the host that a test kills: see [`ends`].
 #[test]
 fn hosted() {
     ends::host();

@@ -1,4 +1,4 @@
-//! The schema of these tests: it counts, moves a robot, passes scans on, and does whatever trouble it is told to make.
+//! The schema of these tests. It counts, drives a robot, copies scans, and misbehaves on request.
 
 #![allow(unsafe_code, reason = "trouble is made on purpose")]
 
@@ -10,39 +10,39 @@ use jde_schema::prelude::*;
 
 pub(crate) static ODD: raw::Plugin = jde_schema::plugin!("odd", "Makes trouble.", [Odd]);
 
-/// Touches memory that is not its own.
+/// Writes to an unmapped address.
 pub(crate) const SEGFAULT: u32 = 1;
-/// Gives up.
+/// Aborts.
 pub(crate) const ABORT: u32 = 2;
 /// Exits with status 3.
 pub(crate) const EXIT: u32 = 3;
-/// Never returns.
+/// Blocks forever without using the processor.
 pub(crate) const HANG: u32 = 4;
-/// Takes all the memory that it gets.
+/// Allocates until no memory is left.
 pub(crate) const EAT: u32 = 5;
-/// Panics, which is caught.
+/// Panics; the panic is caught.
 pub(crate) const PANIC: u32 = 6;
-/// Writes into what it may only read.
+/// Writes to an import, which is read-only memory.
 pub(crate) const SPOIL: u32 = 7;
-/// Makes a socket; `tried` tells whether it could.
+/// Opens a socket; `tried` says whether that succeeded.
 pub(crate) const SOCKET: u32 = 8;
-/// Writes a file; `tried` tells whether it could.
+/// Writes a file; `tried` says whether that succeeded.
 pub(crate) const WRITE: u32 = 9;
 
-/// Never returns, and is busy with that.
+/// Loops forever and uses the processor.
 pub(crate) const SPIN: u32 = 10;
 
-/// Counts, drives and makes trouble.
+/// Counts, drives and misbehaves on request.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub(crate) struct Odd {
-    /// What to do wrong in the next iteration.
+    /// The misbehaviour of the next iteration; 0 for none.
     #[modulation(default = 0)]
     trouble: Modulation<u32>,
     /// The speed to drive at.
     #[modulation(default = 0.3)]
     speed: Modulation<f64>,
-    /// Something large to look at.
+    /// A large value to read.
     #[import(optional)]
     scan: Import<LaserScan>,
     /// Speeds of the base.
@@ -51,22 +51,22 @@ pub(crate) struct Odd {
     /// Iterations of this instance.
     #[export]
     count: Export<f64>,
-    /// The application's time as it sees it, s.
+    /// The application's time as this process reads it, s.
     #[export]
     clock: Export<f64>,
-    /// 1 if what was tried could be done, -1 if it could not.
+    /// 1 if the last attempt succeeded, -1 if it was refused.
     #[export]
     tried: Export<f64>,
-    /// Something large: the scan that came, with the count for the first distance.
+    /// A large value: the imported scan, with `count` as its first distance.
     #[export]
     seen: Export<LaserScan>,
     /// A child.
     #[child(group = "base", optional)]
     a: Child,
-    /// Another.
+    /// Another child.
     #[child(group = "base", optional)]
     b: Child,
-    /// How fast the first is to drive.
+    /// The speed of the first child.
     #[modulates(child = "a", name = "speed", optional)]
     speed_of_a: Modulates<f64>,
     iterations: u32,
@@ -116,11 +116,11 @@ impl Arbitrate for Odd {
     }
 }
 
-/// Makes trouble; answers whether it could, for what may be refused.
+/// Misbehaves. Returns whether an attempt that may be refused succeeded; `None` for other trouble.
 fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
     match trouble {
         SEGFAULT => {
-            // SAFETY: there is none, which is the point: the page at address 8 is nobody's.
+            // SAFETY: deliberately unsound. The page at address 8 is not mapped.
             unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             None
         }
@@ -141,7 +141,8 @@ fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
         PANIC => panic!("as it was told"),
         SPOIL => {
             let scan = std::ptr::from_ref(scan.expect("there is a scan"));
-            // SAFETY: there is none: what is imported is only for reading, and the system holds the child to it.
+            // SAFETY: deliberately unsound. Imports are read-only, and the child's memory protection enforces
+            // that.
             unsafe { black_box(scan.cast_mut().cast::<u8>()).write_volatile(99) };
             None
         }

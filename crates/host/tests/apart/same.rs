@@ -1,4 +1,5 @@
-//! What runs in a process of its own decides and exports what it does in the host's, to the bit.
+//! A schema in a process of its own decides and exports exactly what it does in the host's process, bit for
+//! bit.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -19,7 +20,8 @@ on_every_executor!(
     one_that_cannot_be_loaded_does_not_start,
 );
 
-/// A father that arbitrates, its children and their father's modulation; all of it apart or nothing.
+/// A father that arbitrates, its children, and the modulation that it sets. Either all run in processes of
+/// their own or none does.
 const FAMILY: &str = r#"
     roots = ["high"]
     seed = 7
@@ -37,7 +39,7 @@ const FAMILY: &str = r#"
     imports = { scan = "left.seen" }
 "#;
 
-/// What was decided and exported in two seconds: lines of decisions, and every value with its stamp.
+/// Runs for two seconds. Returns the decisions as lines, and every value with its stamp.
 fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
     let application =

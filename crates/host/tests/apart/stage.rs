@@ -1,4 +1,4 @@
-//! One way to run an application with the schema of these tests in a process of its own.
+//! Runs an application whose schema `high`, of the type of these tests, has a process of its own.
 
 use std::path::Path;
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -15,21 +15,22 @@ use jde_host::{Options, StartError};
 use crate::common::{Executor, Rig, Stage, plugins, text};
 use crate::odd::ODD;
 
-/// Held while an application runs; alone by who counts what the whole process has.
+/// Held for reading while an application runs, and for writing by tests that count resources of the whole
+/// process.
 pub(crate) static RUNNING: RwLock<()> = RwLock::new(());
 
-/// Has the harness of tests run one by its whole name.
+/// Makes the test harness run the one test of this exact name.
 pub(crate) const BY_NAME: &str = "--exact";
 
-/// An application that runs, with its place among the others.
+/// A running application and its read lock of [`RUNNING`].
 pub(crate) struct Play {
     pub(crate) rig: Rig,
-    /// Whoever waits looks again when anybody writes anything.
+    /// Each write of any variable makes waiting tests look again.
     _watches: Vec<Watch>,
     _among: Option<RwLockReadGuard<'static, ()>>,
 }
 
-/// This program as the process of one schema.
+/// This program as the executable of one schema's process.
 pub(crate) fn program() -> Program {
     Program {
         path: std::env::current_exe().expect("this program has a file"),
@@ -46,7 +47,7 @@ pub(crate) fn all_plugins() -> Plugins {
 }
 
 impl Play {
-    /// Starts it.
+    /// Starts an application and takes a read lock of [`RUNNING`].
     #[track_caller]
     pub(crate) fn start(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
         let among = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -55,13 +56,13 @@ impl Play {
         play
     }
 
-    /// The same, for who holds the place alone.
+    /// Starts without a lock, for a test that holds [`RUNNING`] for writing.
     #[track_caller]
     pub(crate) fn alone(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
         Self::watched(stage, Self::try_start(executor, stage, body, Some(program())))
     }
 
-    /// As [`Self::start`], with these plugins.
+    /// As [`Self::start`], with the given plugins.
     #[track_caller]
     pub(crate) fn with(executor: Executor, stage: &Arc<Stage>, body: &str, plugins: &Plugins) -> Self {
         let among = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -85,7 +86,7 @@ impl Play {
         }
     }
 
-    /// The same, where it may not start.
+    /// Starts without a lock, and returns the error if the start fails.
     pub(crate) fn try_start(
         executor: Executor,
         stage: &Arc<Stage>,
@@ -112,7 +113,7 @@ impl Play {
         Rig::run(executor, stage, application, plugins, options)
     }
 
-    /// Tells `high` what trouble to make.
+    /// Selects the misbehaviour of `high`.
     #[track_caller]
     pub(crate) fn trouble(&self, trouble: u32) {
         let high = self.rig.place("high");
@@ -123,19 +124,19 @@ impl Play {
             .expect("it is written");
     }
 
-    /// The number of the process of `high`.
+    /// Returns the process id of `high`.
     #[track_caller]
     pub(crate) fn process(&self) -> u32 {
         self.rig.see("high").process.expect("it has one")
     }
 
-    /// The newest of the numbers that `high` exports.
+    /// Returns the newest value of a numeric export of `high`.
     pub(crate) fn number(&self, variable: &str) -> Option<f64> {
         let name = format!("high.{variable}");
         self.rig.handle.value::<f64>(&name).expect("it is a number")
     }
 
-    /// Goes on until the robot drives at that speed.
+    /// Runs until the robot receives this speed.
     #[track_caller]
     pub(crate) fn until_at(&mut self, speed: f64) {
         let wanted = format!("robot velocity {speed}");
@@ -149,7 +150,7 @@ impl Play {
         });
     }
 
-    /// Goes on until `high` has failed so often, and answers why it did then.
+    /// Runs until `high` has failed this many times. Returns the reason of the last of these failures.
     #[track_caller]
     pub(crate) fn until_failed(&mut self, times: usize) -> String {
         let high = self.rig.place("high");

@@ -1,5 +1,5 @@
-//! What the tests of applications share: a catalogue made of descriptions, an application without faults, and a way to
-//! change a piece of it and read what is said. Loads no plugin.
+//! The shared parts of the tests of applications: a catalogue of plugin descriptions, an application without
+//! faults, and functions that edit its text and check the faults. Loads no plugin.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -13,10 +13,10 @@ use jde_host::app::{Application, Catalogue, Faults, Override, parse};
 
 /// An application without faults.
 pub(crate) const GOOD: &str = include_str!("good.toml");
-/// Where it is said to stand.
+/// The path under which the text is read.
 pub(crate) const FILE: &str = "apps/good.toml";
 
-/// What is said of the good application after replacing pieces of it.
+/// Returns the faults of the good application after these replacements.
 pub(crate) fn faults(edits: &[(&str, &str)]) -> String {
     match read(&edited(edits), &[]) {
         Ok(_) => "no fault".to_owned(),
@@ -24,19 +24,19 @@ pub(crate) fn faults(edits: &[(&str, &str)]) -> String {
     }
 }
 
-/// Holds if the good application, after replacing pieces of it, has exactly these faults.
+/// Checks that the good application has exactly these faults after the replacements.
 #[track_caller]
 pub(crate) fn check(edits: &[(&str, &str)], expected: &str) {
     check_with(edits, &[], expected);
 }
 
-/// The same with options.
+/// Like [`check`], with options.
 #[track_caller]
 pub(crate) fn check_with(edits: &[(&str, &str)], options: &[&str], expected: &str) {
     check_text(&edited(edits), options, expected);
 }
 
-/// Holds if a text has exactly these faults.
+/// Checks that a text has exactly these faults.
 #[track_caller]
 pub(crate) fn check_text(text: &str, options: &[&str], expected: &str) {
     let said = match read(text, options) {
@@ -46,17 +46,17 @@ pub(crate) fn check_text(text: &str, options: &[&str], expected: &str) {
     assert_eq!(said, expected.trim(), "\n--- said:\n{said}\n");
 }
 
-/// The good application after replacing pieces of it.
+/// Reads the good application after these replacements, which must not cause a fault.
 pub(crate) fn application(edits: &[(&str, &str)]) -> Application {
     application_with(edits, &[])
 }
 
-/// The same with options.
+/// Like [`application`], with options.
 pub(crate) fn application_with(edits: &[(&str, &str)], options: &[&str]) -> Application {
     read(&edited(edits), options).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Reads a text that stands in no file.
+/// Reads a text as the content of [`FILE`], which need not exist.
 pub(crate) fn read(text: &str, options: &[&str]) -> Result<Application, Faults> {
     let options: Vec<Override> = options
         .iter()
@@ -65,7 +65,7 @@ pub(crate) fn read(text: &str, options: &[&str]) -> Result<Application, Faults> 
     parse(text, Path::new(FILE), &options, &Shelf)
 }
 
-/// The good text with each first of a pair replaced by its second.
+/// Returns the good text after replacing the first text of each pair by the second.
 #[track_caller]
 pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
     let mut text = GOOD.to_owned();
@@ -80,7 +80,7 @@ pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
     text
 }
 
-/// Plugins as they describe themselves.
+/// A catalogue that describes its plugins and loads none.
 pub(crate) struct Shelf;
 
 impl Catalogue for Shelf {
@@ -223,7 +223,7 @@ fn pioneer() -> Schema {
     schema("pioneer", Kind::Driver, ports)
 }
 
-/// Its laser scan has the usual name and another layout.
+/// A driver whose laser scan has the usual name and another layout.
 fn odd() -> Schema {
     let usual = value_type("sensor_msgs/msg/LaserScan");
     let laser = Port {
@@ -233,7 +233,7 @@ fn odd() -> Schema {
     schema("odd", Kind::Driver, vec![laser])
 }
 
-/// It writes to its child what no child takes.
+/// A father whose modulations do not fit its child.
 fn boss() -> Schema {
     let write = |name: &str, of: &str| port(name, of, Role::ChildModulation { child: 0 });
     let ports = vec![
@@ -399,7 +399,7 @@ fn value_type(name: &str) -> Type {
                 4,
             )],
         ),
-        // The rest is only bound by name and layout.
+        // Every other type is only bound by name and layout.
         "geometry_msgs/msg/Twist" => (
             16,
             vec![one("linear", "m/s", F64, 0), one("angular", "rad/s", F64, 8)],

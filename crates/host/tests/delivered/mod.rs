@@ -1,4 +1,4 @@
-//! Applications as they are delivered, with their plugins built if need be: nothing that another test left behind is relied on.
+//! Delivered applications, with their plugins built on demand. Uses nothing that another test left behind.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,7 +9,7 @@ use jde_host::plugin::{Plugins, SearchPath};
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
 
-/// The folder of the plugins `names`, of which a test program always asks for the same.
+/// Builds the plugins `names` once. All calls within one test program must pass the same names.
 pub(crate) fn plugins(names: &[&str]) -> Plugins {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
