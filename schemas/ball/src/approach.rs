@@ -1,35 +1,36 @@
-//! The base on its way to the ball. It avoids nothing: what is too near on the way is for a brake.
+//! Drives the base to the ball. It avoids no obstacles: another schema must brake.
 
 use jde_schema::prelude::*;
 
 use crate::ball::{self, Ball};
 
-/// Drives the base toward the ball, slower as it comes nearer, up to a distance. Ready while the ball is here and farther.
+/// Drives the base toward the ball, more slowly as it gets nearer, and stops at a distance. Ready while the
+/// position of the ball is known and farther away than that.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Approach {
     /// Where the ball is, in the frame of the base.
     #[import(trigger)]
     ball: Import<Ball>,
-    /// How far from the ball it stops, along the floor, from the camera to the middle of the ball.
+    /// Distance at which it stops, along the floor from the camera to the middle of the ball.
     #[modulation(default = 0.8, unit = "m", min = 0.0)]
     distance: Modulation<f64>,
-    /// How much farther the ball is when it sets out again.
+    /// Additional distance at which it starts again.
     #[modulation(default = 0.1, unit = "m", min = 0.0)]
     margin: Modulation<f64>,
-    /// The fastest it drives.
+    /// Highest speed.
     #[modulation(default = 0.35, unit = "m/s", min = 0.0)]
     speed: Modulation<f64>,
-    /// Speed for each metre that is left to drive.
+    /// Speed per metre of remaining distance.
     #[modulation(default = 0.5, unit = "1/s", min = 0.0)]
     gain: Modulation<f64>,
-    /// The slowest it drives.
+    /// Lowest speed.
     #[modulation(default = 0.06, unit = "m/s", min = 0.0)]
     slowest: Modulation<f64>,
-    /// Turn rate for each rad that the ball is to the side.
+    /// Turn rate per rad of bearing.
     #[modulation(default = 1.0, unit = "1/s", min = 0.0)]
     turn: Modulation<f64>,
-    /// The fastest it turns.
+    /// Highest turn rate.
     #[modulation(default = 0.6, unit = "rad/s", min = 0.0)]
     turn_rate: Modulation<f64>,
     /// Speeds of the base.

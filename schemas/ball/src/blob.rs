@@ -1,40 +1,41 @@
-//! Connected masses of pixels, by runs: the pixels of a row that touch one another are one run, and runs of neighbouring rows
-//! that touch, also by a corner, are one mass. It knows no colours and no distances.
+//! Connected masses of pixels, built from runs. Adjacent pixels of a row form one run. Runs of neighbouring
+//! rows that touch, also at a corner, form one mass. It knows no colours and no distances.
 //!
-//! One pass over the pixels, then one over the runs: a picture that is all noise costs little more than one of few masses.
+//! It takes one pass over the pixels and one over the runs, so that a picture of pure noise costs little more
+//! than one of few masses.
 
 use core::ops::Range;
 
-/// Finds masses, and keeps its memory from picture to picture.
+/// Finds masses, and reuses its buffers from picture to picture.
 #[derive(Debug, Default)]
 pub(crate) struct Blobs {
     runs: Vec<Run>,
     masses: Vec<Mass>,
 }
 
-/// Pixels of one row that touch.
+/// Adjacent pixels of one row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub(crate) row: usize,
     /// The first column, and the one after the last.
     pub(crate) columns: [usize; 2],
-    /// An earlier run of the same mass, or this one.
+    /// Index of an earlier run of the same mass, or of this run if it is the first.
     parent: usize,
 }
 
-/// How large a mass is.
+/// The size of a mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Mass {
-    /// Pixels.
+    /// Number of pixels.
     pub(crate) count: usize,
-    /// First column and the one after the last, first row and the one after the last.
+    /// The first column and the one after the last; the first row and the one after the last.
     columns: [usize; 2],
     rows: [usize; 2],
 }
 
 impl Mass {
-    /// How much it fills of the disc that is as wide or high as it is: 1 for a ball, 0.5 for half of one, less for what is long,
-    /// hollow or ragged.
+    /// The share that it fills of the disc of its larger side: 1 for a ball, 0.5 for half of one, less for
+    /// long, hollow or ragged masses.
     pub(crate) fn roundness(&self) -> f64 {
         let side = (self.columns[1] - self.columns[0]).max(self.rows[1] - self.rows[0]) as f64;
         self.count as f64 / (core::f64::consts::FRAC_PI_4 * side * side)
@@ -57,8 +58,8 @@ impl Mass {
 }
 
 impl Blobs {
-    /// The runs of the largest mass among those that are `good`, in a picture of rows of `width` pixels, of which `wanted` says
-    /// by row and column which count.
+    /// Returns the largest mass among those that are `good`, with its runs. `wanted` selects the pixels by
+    /// row and column.
     pub(crate) fn largest(
         &mut self,
         [width, height]: [usize; 2],
@@ -66,7 +67,7 @@ impl Blobs {
         good: impl Fn(&Mass) -> bool,
     ) -> Option<(Mass, impl Iterator<Item = &Run>)> {
         self.runs.clear();
-        // Where the runs of the row above begin.
+        // Index of the first run of the row above.
         let mut begin = 0;
         for row in 0..height {
             let mut above = begin..self.runs.len();
@@ -87,7 +88,7 @@ impl Blobs {
         self.masses.clear();
         self.masses.resize(self.runs.len(), Mass::default());
         for index in 0..self.runs.len() {
-            // The parent is an earlier run, so that it is, or has by now, the root itself.
+            // The parent is an earlier run, so its own parent is already the root.
             let root = self.runs[self.runs[index].parent].parent;
             self.runs[index].parent = root;
             self.masses[root].add(&self.runs[index]);
@@ -99,8 +100,8 @@ impl Blobs {
         Some((*mass, self.runs.iter().filter(move |run| run.parent == best)))
     }
 
-    /// Adds a run to the right of those before it, and joins it with those of the row above that touch it; drops those of
-    /// `above` that no later one can touch.
+    /// Adds a run to the right of the others in its row, and joins it with the runs of the row above that
+    /// touch it. Removes from `above` the runs that no later run of this row can touch.
     fn add(&mut self, row: usize, columns: [usize; 2], above: &mut Range<usize>) {
         let new = self.runs.len();
         self.runs.push(Run {
@@ -117,12 +118,12 @@ impl Blobs {
                 break;
             }
             let (one, two) = (self.root(other), self.root(new));
-            // The earlier is the root, so that every chain ends.
+            // The earlier run becomes the root, so that every chain ends.
             self.runs[one.max(two)].parent = one.min(two);
         }
     }
 
-    /// The first run of the mass that a run belongs to; makes the way there shorter.
+    /// Returns the first run of a run's mass. Shortens the chain on its way.
     fn root(&mut self, mut run: usize) -> usize {
         while self.runs[run].parent != run {
             let parent = self.runs[run].parent;

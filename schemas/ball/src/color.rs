@@ -1,28 +1,28 @@
-//! Which pixels have the colour that is looked for. It knows no neighbours: what they make together is the matter of blobs.
+//! Selects the pixels of the ball's colour. It ignores neighbouring pixels; `blob` connects them.
 
 use core::f32::consts::{FRAC_PI_3, TAU};
 use core::ops::RangeInclusive;
 
-/// Limits of hue (rad, 0 is red, 2π/3 green), saturation and value (0 to 1).
+/// Limits of hue (rad; 0 is red, 2π/3 green), saturation and value (0 to 1).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Limits {
-    /// From the first to the second going up, through 2π if the second is the less.
+    /// From the first hue upward to the second, through 2π if the second is smaller.
     pub(crate) hue: [f32; 2],
     pub(crate) saturation: RangeInclusive<f32>,
     pub(crate) value: RangeInclusive<f32>,
 }
 
 impl Limits {
-    /// Whether a pixel of red, green and blue is within all limits.
+    /// Whether a red-green-blue pixel is within all limits.
     pub(crate) fn contain(&self, [r, g, b]: [u8; 3]) -> bool {
         let (most, least) = (r.max(g).max(b), r.min(g).min(b));
         let (value, spread) = (f32::from(most), f32::from(most - least));
-        // Most pixels of a picture end here, before the costly hue.
+        // Most pixels are rejected here, before the costly computation of the hue.
         if !self.value.contains(&(value / 255.0)) || !self.saturation.contains(&(spread / value.max(1.0))) {
             return false;
         }
         if most == least {
-            // Grey has no hue, and is wanted if the saturation admits it.
+            // Grey has no hue. It counts if the limits of saturation admit it.
             return true;
         }
         let part = |a: u8, b: u8| (f32::from(a) - f32::from(b)) / spread;

@@ -1,4 +1,5 @@
-//! The perceptive schema: pictures become a ball. It commands nothing and remembers no more than where the ball was last.
+//! The perceptive schema that finds the ball in pictures. It commands nothing and remembers only the last
+//! ball.
 
 use jde_schema::prelude::*;
 
@@ -7,63 +8,66 @@ use crate::blob::Blobs;
 use crate::color::Limits;
 use crate::lens::Lens;
 
-/// Finds a ball of one colour in the pictures of a camera: the largest connected mass of that colour that is round.
+/// Finds a ball of one colour in the pictures of a camera: the largest connected mass of that colour that is
+/// round.
 ///
-/// The distance comes from how large the ball looks, so one that is half hidden looks farther than it is, by at most half. The
-/// light may change as far as the limits of colour allow. A picture of 320 x 240 takes 0.7 ms, of 640 x 480
-/// 3 ms.
+/// The distance follows from the apparent size, so a ball that is half hidden appears farther than it is, by
+/// at most half. The light may change as far as the limits of colour allow. A picture of 320 x 240 pixels
+/// takes 0.7 ms, one of 640 x 480 takes 3 ms.
 #[derive(Describe)]
 #[schema(perceptive, period = "33ms", budget = "33ms")]
 pub struct Finder {
-    /// The pictures, "rgb8" or "bgr8".
+    /// The pictures, encoded as "rgb8" or "bgr8".
     #[import]
     image: Import<Image>,
-    /// Where the head looks that carries the camera; without it the camera looks straight ahead, and angles are the camera's.
+    /// The measured position of the head that carries the camera. If it is not bound, the camera looks
+    /// straight ahead and angles are in the camera's frame.
     #[import(optional)]
     pan_tilt: Import<PanTilt>,
-    /// Where the range of hues begins; red is 0, yellow 60 and green 120 degrees.
+    /// First hue of the range; red is 0, yellow 60 and green 120 degrees.
     #[modulation(default = 14_f64.to_radians(), unit = "rad", min = 0.0, max = core::f64::consts::TAU)]
     hue_from: Modulation<f64>,
-    /// Where the range of hues ends; less than where it begins if red lies between.
+    /// Last hue of the range; smaller than the first if the range contains red.
     #[modulation(default = 36_f64.to_radians(), unit = "rad", min = 0.0, max = core::f64::consts::TAU)]
     hue_to: Modulation<f64>,
-    /// The least saturation: 0 is grey, 1 is pure colour.
+    /// Lowest saturation: 0 is grey, 1 is pure colour.
     #[modulation(default = 0.75, min = 0.0, max = 1.0)]
     saturation_from: Modulation<f64>,
-    /// The greatest saturation.
+    /// Highest saturation.
     #[modulation(default = 1.0, min = 0.0, max = 1.0)]
     saturation_to: Modulation<f64>,
-    /// The least value: 0 is black, 1 as bright as the camera sees.
+    /// Lowest value: 0 is black, 1 is the camera's brightest.
     #[modulation(default = 0.25, min = 0.0, max = 1.0)]
     value_from: Modulation<f64>,
-    /// The greatest value.
+    /// Highest value.
     #[modulation(default = 1.0, min = 0.0, max = 1.0)]
     value_to: Modulation<f64>,
-    /// The fewest pixels of a ball.
+    /// Fewest pixels of a ball.
     #[modulation(default = 20, unit = "px", min = 1)]
     pixels: Modulation<u32>,
-    /// How much of the disc around it a ball fills at least: 1 is a whole ball, 0.5 half of one.
+    /// Least share that a ball fills of the disc around it: 1 is a whole ball, 0.5 is half of one.
     #[modulation(default = 0.45, min = 0.0, max = 1.0)]
     roundness: Modulation<f64>,
-    /// The camera's angle from the left edge of the picture to the right one.
+    /// Horizontal field of view of the camera.
     #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
     field_of_view: Modulation<f64>,
     /// Radius of the ball.
     #[modulation(default = 0.11, unit = "m", min = 0.001)]
     radius: Modulation<f64>,
-    /// Where the ball is. Taken back while there are no pictures, or while the head does not say where it looks.
+    /// The position of the ball. Retracted while there are no pictures, or while the position of the head is
+    /// unknown.
     #[export]
     ball: Export<Ball>,
-    /// What was said last, and of which picture.
+    /// Sequence number of the last picture, and the ball that was published for it.
     last: Option<(u64, Ball)>,
-    /// When the ball was in a picture last, or when the pictures began.
+    /// Time of the last picture with the ball, or of the first picture.
     since: Duration,
     blobs: Blobs,
 }
 
 impl Schema for Finder {
     fn awake(&mut self, _: &Context) -> Result {
-        // Where it was before it slept says nothing of where it is now.
+        // The last position is out of date after a sleep.
         self.last = None;
         Ok(())
     }
@@ -128,7 +132,7 @@ impl Schema for Finder {
 }
 
 impl Finder {
-    /// Pan and tilt of the camera, rad; none while a head that carries it does not say.
+    /// Returns pan and tilt of the camera, rad; `None` while a bound head has no value.
     fn look(&self, cx: &Context) -> Option<[f64; 2]> {
         if !self.pan_tilt.is_bound(cx) {
             return Some([0.0; 2]);
@@ -150,7 +154,7 @@ impl Finder {
 struct Pixels<'image> {
     data: &'image [u8],
     step: usize,
-    /// Whether blue comes first.
+    /// Whether the order is blue, green, red.
     reversed: bool,
 }
 
@@ -182,7 +186,7 @@ impl<'image> Pixels<'image> {
         })
     }
 
-    /// Red, green and blue.
+    /// Returns red, green and blue.
     fn at(&self, row: usize, column: usize) -> [u8; 3] {
         let from = row * self.step + 3 * column;
         let [a, b, c] = [self.data[from], self.data[from + 1], self.data[from + 2]];

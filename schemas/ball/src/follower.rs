@@ -1,5 +1,5 @@
-//! The father: it wakes the children of its two groups, arbitrates between them, and says how far it is. It commands no actuator
-//! itself.
+//! The father: it wakes the children of its two groups, arbitrates between them, and exports the progress of
+//! its mission. It commands no actuator itself.
 
 use jde_schema::prelude::*;
 
@@ -7,40 +7,42 @@ use crate::ball::{self, Ball};
 
 /// Leads base and head to a ball.
 ///
-/// Of the base, who turns on the spot goes before `brake`, because it touches nothing and may turn away from what is near; then
-/// come `brake`, `avoid`, `approach` and `roam`. The mission is done when the robot has been at the ball for a while.
+/// In the group of the base, a child that turns on the spot precedes `brake`, because it cannot collide and
+/// may turn away from an obstacle. `brake`, `avoid`, `approach` and `roam` follow in this order. The mission
+/// is done when the robot has been at the ball for a while.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Follower {
     /// Where the ball is, in the frame of the base.
     #[import]
     ball: Import<Ball>,
-    /// Where the robot believes it is.
+    /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// How near along the floor the ball is when the robot is at it; more than that at which `approach` leaves off and sets out.
+    /// Distance along the floor up to which the robot is at the ball. Greater than the distances at which
+    /// `approach` ends and starts again.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     near: Modulation<f64>,
-    /// How near along the floor the ball is when nothing is avoided any more, because it would be the ball.
+    /// Distance along the floor up to which `avoid` has no target, because the obstacle would be the ball.
     #[modulation(default = 1.3, unit = "m", min = 0.0)]
     direct: Modulation<f64>,
-    /// Heading error from which `avoid` turns on the spot, and so may win against `brake`.
+    /// Heading error from which `avoid` turns on the spot and may win against `brake`.
     #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
     turning: Modulation<f64>,
     /// How long it stays at the ball before the mission is done.
     #[modulation(default = 3.0, unit = "s", min = 0.0)]
     stay: Modulation<f64>,
-    /// For how long it looks for a lost ball, is without pictures, or brakes before what is in the way, before the mission has
-    /// failed; 0 for ever.
+    /// Time without the ball, without pictures, or braking before an obstacle, after which the mission fails;
+    /// 0 for no limit.
     #[modulation(default = 120.0, unit = "s", min = 0.0)]
     give_up: Modulation<f64>,
-    /// Whether the robot is at the ball.
+    /// Progress of the mission: whether the robot has stayed at the ball.
     #[export]
     mission: Export<Mission>,
-    /// Brakes before what is very close.
+    /// Brakes before an obstacle that is very close.
     #[child(group = "base")]
     brake: Child,
-    /// Drives around what is close.
+    /// Drives around a close obstacle.
     #[child(group = "base")]
     avoid: Child,
     /// Turns the base on the spot.
@@ -49,47 +51,47 @@ pub struct Follower {
     /// Drives to the ball.
     #[child(group = "base")]
     approach: Child,
-    /// Drives on to where the ball may be seen.
+    /// Drives on to find a place from which the ball is visible.
     #[child(group = "base")]
     roam: Child,
-    /// Looks at the ball.
+    /// Keeps the camera on the ball.
     #[child(group = "head")]
     track: Child,
-    /// Looks about for the ball.
+    /// Searches for the ball.
     #[child(group = "head")]
     search: Child,
-    /// Where `avoid` is to go: to the ball, as long as it is far.
+    /// Target of `avoid`: the ball, while it is far.
     #[modulates(child = "avoid", name = "target")]
     avoid_target: Modulates<Target>,
     progress: Progress,
-    /// Since when `brake` has the base.
+    /// Time at which `brake` became WINNER, while it is.
     braking: Option<Duration>,
-    /// Since when nothing says whether there is a ball.
+    /// Time of the first iteration without a usable ball, while there is none.
     blind: Option<Duration>,
-    /// Where the ball was seen last.
+    /// Last known position of the ball, in the frame of the odometry.
     target: Pose2D,
 }
 
-/// How far it is.
+/// Progress of the mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Progress {
     #[default]
     Looking,
     Going,
-    /// At the ball since then.
+    /// At the ball, since this time.
     There(Duration),
     Done,
-    /// The ball was not to be found.
+    /// The ball was lost for too long.
     Lost,
-    /// There were no pictures.
+    /// There were no pictures for too long.
     Blind,
-    /// Something stayed in the way.
+    /// An obstacle blocked the path for too long.
     Blocked,
 }
 
 impl Schema for Follower {
     fn awake(&mut self, _: &Context) -> Result {
-        // While it slept it looked for nothing.
+        // Time asleep does not count as time without pictures.
         self.blind = None;
         Ok(())
     }
@@ -149,7 +151,7 @@ impl Schema for Follower {
 impl Follower {
     fn next(&self, cx: &Context, ball: Option<Ball>) -> Progress {
         let since = match self.progress {
-            // What is over stays over.
+            // Final states do not change.
             Progress::Done | Progress::Lost | Progress::Blind | Progress::Blocked => return self.progress,
             Progress::There(since) => since,
             Progress::Looking | Progress::Going => cx.now(),
@@ -183,7 +185,7 @@ impl Follower {
         }
     }
 
-    /// Says what is new.
+    /// Logs the change of progress.
     fn tell(&self, cx: &Context, next: Progress, here: Option<Ball>) {
         let (ahead, aside) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
         let side = if aside < 0.0 { "right" } else { "left" };
@@ -208,7 +210,7 @@ impl Arbitrate for Follower {
         let spot = "it turns on the spot, which is safe under the brake's nose";
         let avoid = level.candidate(&self.avoid).filter(|avoid| avoid.ready);
         let turns = avoid.is_some_and(|avoid| avoid.urgency >= self.turning.get(cx));
-        // Where something is close, `turn` would turn back to it.
+        // Close to an obstacle, `turn` would turn back to it.
         let order = [
             (turns, &self.avoid, spot),
             (avoid.is_none(), &self.turn, spot),

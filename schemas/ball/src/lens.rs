@@ -1,8 +1,8 @@
-//! What a place in the picture is in the world: directions, and the distance of a ball from how large it looks. It knows neither
-//! colours nor where the camera sits.
+//! Converts between pixels and directions, and computes the distance of a ball from its apparent size. It
+//! knows neither colours nor the position of the camera.
 //!
-//! A pinhole without distortion, as `sim/camera` is: x to the right, y down, z into the picture, with the focal length
-//! `width/2 / tan(field_of_view/2)` in pixels.
+//! The model is a pinhole without distortion, like `sim/camera`: x to the right, y down, z into the picture.
+//! The focal length in pixels is `width/2 / tan(field_of_view/2)`.
 
 use core::f64::consts::TAU;
 
@@ -15,12 +15,12 @@ pub(crate) struct Lens {
     middle: [f64; 2],
 }
 
-/// What a mass of pixels is for the eye.
+/// The direction and apparent size of a mass of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sight {
-    /// Toward its middle in the frame of the camera, of any length.
+    /// Direction to its middle in the frame of the camera, of any length.
     pub(crate) toward: [f64; 3],
-    /// The part of the sphere of view that it covers, sr.
+    /// The solid angle that it covers, sr.
     pub(crate) solid_angle: f64,
 }
 
@@ -33,8 +33,9 @@ impl Lens {
         }
     }
 
-    /// What these pixels are together. Each counts by the solid angle it covers, so that a ball is as large at the edge of the
-    /// picture, where it looks like an egg, as in the middle.
+    /// Returns the direction and size of these pixels together. Each pixel counts by the solid angle that it
+    /// covers, so that a ball has the same size at the edge of the picture, where it appears elongated, as in
+    /// the middle.
     pub(crate) fn sight<'run>(&self, runs: impl Iterator<Item = &'run Run>) -> Sight {
         let mut sight = Sight::default();
         for run in runs {
@@ -53,7 +54,7 @@ impl Lens {
         sight
     }
 
-    /// Column and row at which the camera sees what is in a direction ahead of it.
+    /// Column and row of a direction, which must point into the picture.
     pub(crate) fn pixel(&self, [x, y, z]: [f64; 3]) -> [f64; 2] {
         [
             self.middle[0] + self.focal * x / z,
@@ -63,7 +64,8 @@ impl Lens {
 }
 
 impl Sight {
-    /// Bearing to the left and elevation, rad, for a camera on a head that looks `pan` to the left and `tilt` down, rad.
+    /// Returns bearing (positive to the left) and elevation, rad, for a camera on a head that is turned by
+    /// `pan` to the left and `tilt` down, rad.
     pub(crate) fn angles(&self, pan: f64, tilt: f64) -> [f64; 2] {
         let [right, down, into] = self.toward;
         let (sin, cos) = tilt.sin_cos();
@@ -73,7 +75,7 @@ impl Sight {
         [jde_schema::types::normalize_angle(bearing), elevation]
     }
 
-    /// How far the middle of a ball of that radius is that covers so much of the view, m.
+    /// Returns the distance to the middle of a ball of this radius that covers this solid angle, m.
     pub(crate) fn distance(&self, radius: f64) -> f64 {
         let cos = 1.0 - self.solid_angle / TAU;
         radius / (1.0 - cos * cos).sqrt()

@@ -1,5 +1,6 @@
-//! A robot that sees: a perceptive schema finds a ball in the pictures of a camera, motor schemas of two groups look at it and
-//! go up to it, and a father leads both groups. It knows no robot, no world and no map.
+//! A robot that sees: a perceptive schema finds a ball in the pictures of a camera, motor schemas of two
+//! groups turn the head to it and drive to it, and a father leads both groups. The schemas depend on no
+//! particular robot, world or map.
 
 mod approach;
 mod ball;

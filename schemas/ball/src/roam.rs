@@ -1,44 +1,46 @@
-//! The base while the ball is nowhere to be seen from here: it drives on to where there is room. It keeps no map, and where it
-//! has been it may go again.
+//! Drives the base while the ball is not visible from the present place: it drives where there is room. It
+//! has no map, and may return to places where it has been.
 
 use jde_schema::prelude::*;
 
 use crate::ball::{self, Ball};
 
-/// Drives the base ahead while there is room, and turns on the spot to the side with more room where there is none. Ready while
-/// the ball is lost and the head has looked for it in vain.
+/// Drives the base ahead while there is room; otherwise turns it on the spot to the side with more room.
+/// Ready while the ball is lost and the head alone has not found it.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Roam {
     /// Where the ball is, in the frame of the base.
     #[import(trigger)]
     ball: Import<Ball>,
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import]
     laser: Import<LaserScan>,
-    /// For how long the head looks for a lost ball alone.
+    /// How long the head alone searches for a lost ball.
     #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
-    /// Half the width of the way it wants free.
+    /// Half the width of the path that must be free.
     #[modulation(default = 0.4, unit = "m", min = 0.0)]
     half_width: Modulation<f64>,
-    /// How much room ahead of the laser makes it turn; more than that before which a brake would stand.
+    /// Room ahead of the laser at which it starts to turn. Greater than the room at which a brake stops the
+    /// base.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     room: Modulation<f64>,
-    /// How much more room it wants to drive on.
+    /// Additional room that it needs to drive on.
     #[modulation(default = 0.5, unit = "m", min = 0.0)]
     margin: Modulation<f64>,
-    /// How fast it drives.
+    /// Forward speed.
     #[modulation(default = 0.25, unit = "m/s", min = 0.0)]
     speed: Modulation<f64>,
-    /// How fast it turns.
+    /// Turn rate.
     #[modulation(default = 0.5, unit = "rad/s", min = 0.0)]
     turn_rate: Modulation<f64>,
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
     near: Hysteresis,
-    /// 1 to turn to the left, -1 to the right; it stays while there is no room, so that a corner does not hold it.
+    /// 1 to turn to the left, -1 to the right. It is kept while there is no room, so that a corner cannot
+    /// trap the robot.
     side: f64,
 }
 
@@ -69,10 +71,10 @@ impl Schema for Roam {
     }
 }
 
-/// The side with more room: 1 for the left, -1 for the right.
+/// Returns the side with more room: 1 for the left, -1 for the right.
 fn wider_side(laser: &LaserScan) -> f64 {
     let sum = |left: bool| -> f64 {
-        // What is near narrows a side more than what is far.
+        // Near points narrow a side more than far ones.
         let points = laser.points().filter(|point| (point.y > 0.0) == left);
         points.map(|point| 1.0 / point.range.max(0.05)).sum()
     };

@@ -1,26 +1,27 @@
-//! The head while the ball is lost: it looks about. It moves no base.
+//! Turns the head while the ball is lost. It does not move the base.
 
 use jde_schema::prelude::*;
 
 use crate::ball::{self, Ball};
 
-/// Sweeps the head from side to side, first to the side on which the ball was seen last. Ready while the ball is lost.
+/// Sweeps the head from side to side, starting with the side on which the ball was last seen. Ready while the
+/// ball is lost.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Search {
     /// Where the ball is, in the frame of the base.
     #[import(trigger)]
     ball: Import<Ball>,
-    /// Where the head looks.
+    /// The measured position of the head.
     #[import]
     pan_tilt: Import<PanTilt>,
-    /// How far it looks to either side.
+    /// Pan angle of the sweep to either side.
     #[modulation(default = 70_f64.to_radians(), unit = "rad", min = 0.0)]
     sweep: Modulation<f64>,
-    /// How far down it looks meanwhile.
+    /// Tilt during the sweep, positive downward.
     #[modulation(default = 7_f64.to_radians(), unit = "rad")]
     tilt: Modulation<f64>,
-    /// How fast it turns.
+    /// Turn rate.
     #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
     speed: Modulation<f64>,
     /// The pan-tilt head.
@@ -29,7 +30,7 @@ pub struct Search {
     leg: Option<Leg>,
 }
 
-/// One way of the head to one side.
+/// One turn of the head to one side.
 #[derive(Clone, Copy)]
 struct Leg {
     /// 1 to the left, -1 to the right.
@@ -56,7 +57,8 @@ impl Schema for Search {
             side: 1_f64.copysign(ball.bearing),
             since: cx.now(),
         });
-        // A head that cannot look so far, or is slower than it is told, turns back all the same.
+        // The head also turns back after this time, in case it cannot reach the angle or turns more slowly
+        // than commanded.
         let longest = 2.0 * sweep / speed + 1.0;
         let over = (cx.now().saturating_sub(leg.since)).as_secs_f64() > longest;
         if over || leg.side * now.pan >= sweep - 1_f64.to_radians() {

@@ -1,4 +1,4 @@
-//! What the tests share: pictures of balls by geometry alone, and balls as the finder would publish them.
+//! Shared helpers: pictures of balls computed by geometry alone, and balls as the finder publishes them.
 
 mod base;
 mod finder;
@@ -15,15 +15,16 @@ use jde_schema::prelude::*;
 
 use crate::ball::Ball;
 
-/// Half of the field of view has the tangent 1: the focal length is half of the width.
+/// A field of view whose half has the tangent 1: the focal length is half of the width.
 pub(crate) const WIDE: f64 = core::f64::consts::FRAC_PI_2;
 pub(crate) const ORANGE: [u8; 3] = [240, 124, 24];
 pub(crate) const GREY: [u8; 3] = [128, 126, 120];
 
-/// A ball for the painter: its middle in the frame of the camera (right, down, into the picture), its radius, m, its colour.
+/// A ball to paint: its middle in the frame of the camera (right, down, into the picture), its radius, m, its
+/// colour.
 pub(crate) type Painted = ([f64; 3], f64, [u8; 3]);
 
-/// A picture with the field of view `WIDE` of balls before grey; the first covers the others.
+/// Paints balls before a grey background with the field of view `WIDE`. Earlier balls cover later ones.
 pub(crate) fn paint([width, height]: [usize; 2], balls: &[Painted]) -> Box<Image> {
     let mut image = Box::new(Image::default());
     (image.width, image.height, image.step) = (width as u32, height as u32, 3 * width as u32);
@@ -47,14 +48,14 @@ pub(crate) fn paint([width, height]: [usize; 2], balls: &[Painted]) -> Box<Image
     image
 }
 
-/// Whether a ray from the eye comes as near to a point as `radius`.
+/// Whether a ray from the camera passes a point within `radius`.
 fn meets(ray: [f64; 3], middle: [f64; 3], radius: f64) -> bool {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let along = dot(ray, middle);
     along > 0.0 && dot(middle, middle) - along * along / dot(ray, ray) <= radius * radius
 }
 
-/// A ball that is seen, on the horizon.
+/// A ball on the horizon that is seen.
 pub(crate) fn seen(bearing: f64, distance: f64) -> Ball {
     Ball {
         seen: Flag::TRUE,
@@ -64,7 +65,7 @@ pub(crate) fn seen(bearing: f64, distance: f64) -> Ball {
     }
 }
 
-/// The same ball, out of sight for some time, s.
+/// The same ball, not seen for this time, s.
 pub(crate) fn unseen(bearing: f64, distance: f64, unseen_for: f64) -> Ball {
     Ball {
         seen: Flag::FALSE,
@@ -85,7 +86,7 @@ pub(crate) fn near(value: f64, wanted: f64, tolerance: f64) {
     );
 }
 
-/// Runs a test where there is room for pictures, which have nearly a megabyte each.
+/// Runs a test on a thread with a stack large enough for pictures of nearly a megabyte each.
 pub(crate) fn roomy(test: impl FnOnce() + Send + 'static) {
     let thread = thread::Builder::new().stack_size(64 << 20).spawn(test);
     if let Err(panic) = thread.expect("a thread starts").join() {

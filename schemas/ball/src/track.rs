@@ -1,26 +1,28 @@
-//! The head while the ball is here: it is kept in the middle of the picture. It moves no base.
+//! Turns the head while the ball is seen, so that the ball stays in the middle of the picture. It does not
+//! move the base.
 
 use jde_schema::prelude::*;
 
 use crate::ball::{self, Ball};
 
-/// Turns the head so that the camera looks at the ball. Ready while the ball is here.
+/// Turns the head so that the camera points at the ball. Ready while the position of the ball is known.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Track {
     /// Where the ball is, in the frame of the base.
     #[import(trigger)]
     ball: Import<Ball>,
-    /// Where the head looks.
+    /// The measured position of the head.
     #[import]
     pan_tilt: Import<PanTilt>,
-    /// Speed of the head for each rad that it looks beside the ball. Times the age of the pictures, s, it stays below 1.
+    /// Turn rate of the head per rad of error. Its product with the age of the pictures, s, must stay below
+    /// 1.
     #[modulation(default = 4.0, unit = "1/s", min = 0.0)]
     gain: Modulation<f64>,
-    /// The fastest it turns.
+    /// Highest turn rate.
     #[modulation(default = 1.5, unit = "rad/s", min = 0.0)]
     fastest: Modulation<f64>,
-    /// How far beside the ball it may look without turning, so that noise does not wear out the gears.
+    /// Error within which the head does not turn, so that noise does not wear out its gears.
     #[modulation(default = 0.5_f64.to_radians(), unit = "rad", min = 0.0)]
     tolerance: Modulation<f64>,
     /// The pan-tilt head.
@@ -54,7 +56,7 @@ impl Schema for Track {
 }
 
 impl Track {
-    /// How fast to turn an axis that looks so far beside the ball, rad/s; 0 holds it.
+    /// Returns the turn rate of an axis with this error, rad/s; 0 holds the axis.
     fn speed(&self, cx: &Context, error: f64) -> f64 {
         if error.abs() <= self.tolerance.get(cx) {
             return 0.0;

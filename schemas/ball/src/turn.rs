@@ -1,5 +1,5 @@
-//! The base on the spot: toward a ball that is far to the side, or once around when the head alone does not find it. It never leaves
-//! its place, so that a round robot touches nothing by it.
+//! Turns the base on the spot: toward a ball that is far to the side, or once around if the head alone does
+//! not find it. The base does not leave its position, so that a round robot cannot collide.
 
 use core::f64::consts::TAU;
 
@@ -7,21 +7,21 @@ use jde_schema::prelude::*;
 
 use crate::ball::{self, Ball};
 
-/// Turns the base on the spot toward a ball that is far to the side, and once around when the ball is lost and the head has
-/// looked for it in vain.
+/// Turns the base on the spot toward a ball that is far to the side, and once around when the head has not
+/// found a lost ball.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Turn {
     /// Where the ball is, in the frame of the base.
     #[import(trigger)]
     ball: Import<Ball>,
-    /// How far to the side the ball is for it to begin.
+    /// Bearing of the ball, to either side, at which it starts.
     #[modulation(default = 35_f64.to_radians(), unit = "rad", min = 0.0)]
     enter: Modulation<f64>,
-    /// How far to the side the ball is when it leaves off.
+    /// Bearing of the ball, to either side, at which it ends.
     #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
     leave: Modulation<f64>,
-    /// For how long the head looks for a lost ball alone.
+    /// How long the head alone searches for a lost ball.
     #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
     /// Turn rate toward the ball.

@@ -1,5 +1,6 @@
-//! The father of safe navigation (the paper, section 5): it has no precondition, gives its children one target after another,
-//! and arbitrates between them. It commands no actuator itself. A target clicked on its panel comes before the others.
+//! The father of safe navigation (the paper, section 5). It has no precondition, modulates its children with
+//! one target after another, and arbitrates between them. It commands no actuator itself. A target clicked on
+//! its panel takes precedence over the route.
 
 mod memory;
 mod panel;
@@ -13,18 +14,18 @@ use progress::Progress;
 
 /// Leads the robot through its targets by waking and modulating three children.
 ///
-/// Its own arbitration is that of 2007, in which `brake` wins every collision, but for one case that can be allowed: an
-/// `avoid` that would turn on the spot may do so under the brake's nose.
+/// Its own arbitration is that of 2007, in which `brake` wins every collision, with one exception that
+/// `turning` can permit: an `avoid` that would turn on the spot wins against `brake`.
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "20ms")]
 pub struct Example {
-    /// Where the robot believes it is.
+    /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// What the laser sees, for its panel alone.
+    /// The scan of the laser, used only by the panel.
     #[import(optional)]
     laser: Import<LaserScan>,
-    /// How far ahead the area of `avoid` reaches, for its panel alone; so for the three below.
+    /// How far ahead the area of `avoid` reaches. Only the panel uses this import and the next three.
     #[import(optional, unit = "m")]
     avoid_ahead: Import<f64>,
     /// Half the width of that area.
@@ -39,48 +40,52 @@ pub struct Example {
     /// The targets, one after another, in the frame of the odometry.
     #[modulation(default = Route::EMPTY)]
     route: Modulation<Route>,
-    /// How often to go through the targets; 0 for ever.
+    /// How many times to go through the targets; 0 for no limit.
     #[modulation(default = 1)]
     rounds: Modulation<u32>,
-    /// How near a target must be to be reached.
+    /// Distance to a target below which it counts as reached.
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
-    /// How long it may lead without coming nearer to a target, which then counts as out of reach; 0 for ever.
+    /// Time for which it may lead without getting nearer to a target, which then counts as out of reach; 0
+    /// for no limit.
     #[modulation(default = 60.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
-    /// How many targets may be out of reach: it goes on to the next; at one more the mission fails.
+    /// How many targets may be out of reach before the mission fails. Up to that number it continues with the
+    /// next target.
     #[modulation(default = 0)]
     skips: Modulation<u32>,
-    /// Heading error from which `avoid` turns on the spot and may win against `brake`; the default never lets it.
+    /// Heading error from which `avoid` turns on the spot and may win against `brake`. The default never
+    /// permits it.
     #[modulation(default = 7.0, unit = "rad", min = 0.0)]
     turning: Modulation<f64>,
-    /// How far the mission is: targets reached in all rounds, of how many; of 0 if it goes on for ever.
+    /// Progress of the mission: targets reached in all rounds, and their total, which is 0 if the rounds have
+    /// no limit.
     #[export]
     mission: Export<Mission>,
-    /// Brakes before what is very close.
+    /// Brakes before an obstacle that is very close.
     #[child(group = "base")]
     brake: Child,
-    /// Drives around what is close.
+    /// Drives around a close obstacle.
     #[child(group = "base")]
     avoid: Child,
     /// Drives straight to the target.
     #[child(group = "base")]
     cruise: Child,
-    /// Where `avoid` is to go.
+    /// Target of `avoid`.
     #[modulates(child = "avoid", name = "target")]
     avoid_target: Modulates<Target>,
-    /// Where `cruise` is to go.
+    /// Target of `cruise`.
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Target>,
     reached: u32,
-    /// Targets of the route that were out of reach.
+    /// Targets of the route that counted as out of reach.
     skipped: u32,
     progress: Progress,
-    /// A place that somebody wants it to go to first, and who.
+    /// A target set on the panel, which takes precedence over the route.
     wish: Option<Wish>,
 }
 
-/// A target that somebody set on the panel.
+/// A target set on the panel, and the operator that set it.
 struct Wish {
     at: Pose2D,
     by: String,
@@ -135,12 +140,12 @@ impl Schema for Example {
 }
 
 impl Example {
-    /// Where to go: what somebody wishes, or else the next target of the route.
+    /// The current target: the one set on the panel, or else the next of the route.
     fn target(&self, cx: &Context) -> Option<Pose2D> {
         self.wish.as_ref().map(|wish| wish.at).or_else(|| self.next(cx))
     }
 
-    /// The next target of the route.
+    /// The next target of the route; `None` after the last one, or after the mission failed.
     fn next(&self, cx: &Context) -> Option<Pose2D> {
         let route = self.route.sample(cx);
         let passed = self.reached.saturating_add(self.skipped);
@@ -150,12 +155,12 @@ impl Example {
         next.filter(|_| goes_on && !self.has_failed(cx))
     }
 
-    /// Whether more targets are out of reach than may be.
+    /// Whether more targets were out of reach than `skips` permits.
     fn has_failed(&self, cx: &Context) -> bool {
         self.skipped > self.skips.get(cx)
     }
 
-    /// What there is to say of the mission.
+    /// The note of the mission: how many targets were out of reach.
     fn note(&self) -> Text<64> {
         match self.skipped {
             0 => Text::EMPTY,
@@ -164,7 +169,7 @@ impl Example {
         }
     }
 
-    /// Targets of all rounds; 0 if they go on for ever.
+    /// Number of targets in all rounds; 0 if the rounds have no limit.
     fn total(&self, cx: &Context) -> u32 {
         let targets = self.route.sample(cx).poses.len() as u32;
         targets.saturating_mul(self.rounds.get(cx))
@@ -182,7 +187,7 @@ impl Example {
 }
 
 impl Example {
-    /// Goes on without a target that it came no nearer to for so long.
+    /// Gives up a target that counts as out of reach, and continues without it.
     fn pass_by(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
         let Pose2D { x, y, .. } = target;
         let progress::Stuck { waited, nearest } = stuck;

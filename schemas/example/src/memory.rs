@@ -1,4 +1,4 @@
-//! What it hands on when it is reloaded: how far it is, and the place that somebody wants it to go to first.
+//! The state kept across a reload: the progress of the mission, and the target set on the panel.
 
 use jde_schema::prelude::*;
 
@@ -18,7 +18,7 @@ impl Memory for Example {
         let at = saved.take_all()?.into_iter().next();
         let by = saved.take_text()?.to_owned();
         self.wish = at.map(|at| Wish { at, by });
-        // A build before did not know of any.
+        // Earlier builds did not save this number.
         self.skipped = saved.take().unwrap_or_default();
         Ok(())
     }

@@ -1,5 +1,6 @@
-//! What the father shows (the paper, figure 7): the field with the robot, what the laser sees, the areas of its children and the
-//! targets. A click on the field sets the target. It decides nothing.
+//! The panel of the father (the paper, figure 7): the field with the robot, the laser's points, the areas of
+//! its children and the targets. A click on the field sets the target. The panel does not affect the
+//! arbitration.
 
 use jde_schema::prelude::*;
 
@@ -18,7 +19,7 @@ impl Panel for Example {
                 self.draw_around(cx, field, &pose);
             }
             if let Some(target) = self.target(cx) {
-                // The circle in which it counts as reached, and a cross.
+                // The circle within which the target counts as reached, and a cross.
                 field.circle(target, self.tolerance.get(cx)).ink(Ink::Goal);
                 let Pose2D { x, y, .. } = target;
                 for (dx, dy) in [(0.2, 0.2), (0.2, -0.2)] {
@@ -57,7 +58,7 @@ impl Panel for Example {
 }
 
 impl Example {
-    /// How far it is, in words.
+    /// Describes the progress of the mission.
     fn says(&self, cx: &Context) -> String {
         let away = |target: Pose2D| match self.pose.get(cx) {
             Some(pose) => format!("{:.2} m away", pose.pose2d().distance_to(&target)),
@@ -75,8 +76,8 @@ impl Example {
         }
     }
 
-    /// The robot, what its laser sees, and the two areas as long as they are known. The scanner is taken to sit in the middle of
-    /// the robot: the schemas that use it do the same.
+    /// Draws the robot, the laser's points and those of the two areas that are known. The scanner is assumed
+    /// to be in the middle of the robot, as in the schemas that use it.
     fn draw_around(&self, cx: &Context, field: &mut jde_schema::panel::Plane, pose: &Pose2D) {
         let there = |x, y| pose.transform(&Pose2D::new(x, y, 0.0));
         let area = |ahead: &Import<f64>, half_width: &Import<f64>| {

@@ -1,16 +1,18 @@
-//! Whether the robot comes nearer to its target. It counts only time in which it is looked at again and again, so that nobody is
-//! stuck while somebody else drives.
+//! Detects that the robot gets no nearer to its target. Only time between frequent calls counts, so that no
+//! time accumulates while another schema drives.
 
 use core::time::Duration;
 
 use jde_schema::prelude::*;
 
-/// What counts as nearer, m: more than the odometry of a robot that turns on the spot moves by itself.
+/// Least decrease of the distance that counts as nearer, m: more than the odometry drifts while a robot turns
+/// on the spot.
 const NEARER: f64 = 0.05;
-/// A longer pause between two looks is none of its time: a hundred of its periods would be long, and one a slow machine.
+/// Longest time between two calls that counts. A longer gap means that the schema did not run; a shorter one
+/// can occur on a slow machine.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// How near it came to which target, and how long ago.
+/// The smallest distance to the target so far, and the time without getting nearer.
 #[derive(Default)]
 pub(crate) struct Progress {
     target: Option<Pose2D>,
@@ -19,16 +21,17 @@ pub(crate) struct Progress {
     looked: Duration,
 }
 
-/// What a target that is out of reach was like.
+/// A target that counts as out of reach.
 pub(crate) struct Stuck {
-    /// How long it came no nearer.
+    /// Time without getting nearer.
     pub(crate) waited: Duration,
-    /// How near it came, m.
+    /// The smallest distance, m.
     pub(crate) nearest: f64,
 }
 
 impl Progress {
-    /// Looks again; answers if it has come no nearer for `patience`, and then begins anew. With none, never.
+    /// Records the distance, m. Returns the target's data once the robot got no nearer for `patience`, and
+    /// then starts again. Never does so if `patience` is zero.
     pub(crate) fn stuck(
         &mut self,
         now: Duration,

@@ -1,4 +1,5 @@
-//! The father on the bench: whom it wakes, where it sends them, when the mission is done, and whom it prefers and why.
+//! The father on the bench: which children it wakes, their targets, when the mission is done, and which child
+//! it prefers and why.
 
 use jde_schema::bench::{Bench, Decision};
 use jde_schema::panel::{Button, Item, Shape, Touch};
@@ -11,7 +12,7 @@ const CORNERS: [Pose2D; 3] = [
     Pose2D::new(0.0, 1.0, 0.0),
 ];
 
-/// A father with three targets and a robot that can be put anywhere.
+/// A father with three targets.
 fn father() -> Bench<Example> {
     let mut bench = Bench::new();
     let poses = Seq::from_slice(&CORNERS).expect("three fit");
@@ -28,7 +29,7 @@ fn stand(bench: &mut Bench<Example>, x: f64, y: f64) -> Mission {
     bench.exported("mission").expect("it says how far it is")
 }
 
-/// Where both children are to go.
+/// The target of both children.
 #[track_caller]
 fn target(bench: &Bench<Example>) -> Option<Pose2D> {
     let wanted: Target = bench.modulated("cruise", "target").expect("it was told");
@@ -79,7 +80,7 @@ fn targets_are_given_one_after_another_to_both_who_approach_them() {
     );
 }
 
-/// Stands there from one second to another, and answers with the last mission.
+/// Holds the robot at a position for these seconds, and returns the last mission.
 fn stand_for(bench: &mut Bench<Example>, seconds: core::ops::RangeInclusive<u64>, x: f64) -> Mission {
     let missions = seconds.map(|second| {
         bench.set_now(Duration::from_secs(second));
@@ -227,7 +228,8 @@ fn r8_a_route_written_anew_counts_at_once() {
     assert_eq!(target(&bench), Some(elsewhere));
 }
 
-/// What it decides when these are ready, with the heading error that `avoid` offers, rad.
+/// The decision when these children are READY. `error` is the heading error that `avoid` reports as urgency,
+/// rad.
 fn decided(turning: Option<f64>, ready: &[&str], error: f64) -> Decision {
     let mut bench = father();
     if let Some(turning) = turning {
@@ -416,7 +418,7 @@ fn its_panel_shows_the_field_as_the_robot_sees_it() {
         panic!("a table")
     };
     let rows: Vec<_> = rows.iter().map(|row| row.join(" ")).collect();
-    // It woke those that slept.
+    // The iteration woke the children that slept.
     assert_eq!(rows, ["brake checking", "avoid checking", "cruise winner"]);
 }
 

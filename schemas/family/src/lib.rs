@@ -1,33 +1,34 @@
-//! The second toy of the paper: a father and two children whose preconditions overlap, each a second apart.
+//! The second toy of the paper: a father and two children with overlapping preconditions, each with a period
+//! of 1 s.
 
 use jde_schema::prelude::*;
 
-/// Keeps two children awake and lets the order in which it names them decide.
+/// Keeps two children awake. The arbitration prefers the child that it declares first.
 #[derive(Describe)]
 #[schema(motor, period = "1s", budget = "20ms")]
 pub struct Padre {
-    /// Drives when there is much room ahead.
+    /// Drives fast while there is much room ahead.
     #[child(group = "base")]
     first: Child,
-    /// Drives slowly when there is less.
+    /// Drives slowly while there is less room ahead.
     #[child(group = "base")]
     second: Child,
 }
 
-/// Drives ahead at 0.2 m/s while there are 4.5 to 8 m of room.
+/// Drives ahead at 0.2 m/s while the room ahead is 4.5 to 8 m.
 #[derive(Describe)]
 #[schema(motor, period = "1s", budget = "20ms")]
 pub struct Hijo1 {
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import]
     laser: Import<LaserScan>,
-    /// Least room straight ahead.
+    /// Least room straight ahead for it to be ready.
     #[modulation(default = 4.5, unit = "m", min = 0.0)]
     from: Modulation<f64>,
-    /// Most room straight ahead.
+    /// Most room straight ahead for it to be ready.
     #[modulation(default = 8.0, unit = "m", min = 0.0)]
     to: Modulation<f64>,
-    /// Speed.
+    /// Forward speed.
     #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
     speed: Modulation<f64>,
     /// Speeds of the base.
@@ -35,20 +36,20 @@ pub struct Hijo1 {
     base: Actuator<Twist>,
 }
 
-/// Drives ahead at 0.1 m/s while there are 1 to 5 m of room: from 4.5 to 5 m both children are ready.
+/// Drives ahead at 0.1 m/s while the room ahead is 1 to 5 m. From 4.5 to 5 m both children are ready.
 #[derive(Describe)]
 #[schema(motor, period = "1s", budget = "20ms")]
 pub struct Hijo2 {
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import]
     laser: Import<LaserScan>,
-    /// Least room straight ahead.
+    /// Least room straight ahead for it to be ready.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     from: Modulation<f64>,
-    /// Most room straight ahead.
+    /// Most room straight ahead for it to be ready.
     #[modulation(default = 5.0, unit = "m", min = 0.0)]
     to: Modulation<f64>,
-    /// Speed.
+    /// Forward speed.
     #[modulation(default = 0.1, unit = "m/s", min = 0.0)]
     speed: Modulation<f64>,
     /// Speeds of the base.
@@ -86,8 +87,8 @@ impl Schema for Hijo2 {
     }
 }
 
-/// Whether the beam that looks straight ahead measures `from` to `to`; a beam that meets nothing has all the room it can see,
-/// and one that measured nothing (NaN) has none.
+/// Whether the beam straight ahead measures between `from` and `to`. A beam without a return counts as the
+/// scanner's maximum range; a beam without a measurement (NaN) counts as no room.
 fn has_room(laser: Option<Sample<'_, LaserScan>>, from: f64, to: f64) -> Precondition {
     let Some(laser) = laser else { return false.into() };
     let ahead =

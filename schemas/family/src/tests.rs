@@ -1,10 +1,10 @@
-//! The children's rooms, their overlap, and who is named first.
+//! The rooms of the children, their overlap, and the order in which the father declares them.
 
 use jde_schema::bench::Bench;
 
 use super::*;
 
-/// A scan of 180 beams whose beam straight ahead reads `room`; the others see a wall at the side.
+/// A scan of 180 beams. The beam straight ahead reads `room`; the others read a wall at the side.
 fn scan(room: f32) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -core::f32::consts::FRAC_PI_2,
@@ -17,7 +17,7 @@ fn scan(room: f32) -> LaserScan {
     scan
 }
 
-/// Who of the two is ready with that much room.
+/// Which of the two children are READY with this much room.
 fn ready(room: f32) -> (bool, bool) {
     let (mut first, mut second) = (Bench::<Hijo1>::new(), Bench::<Hijo2>::new());
     first.import("laser", &scan(room));

@@ -1,16 +1,16 @@
-//! A father that needs no code: it wakes whom the application names. Groups, policies and fallbacks are the application's; it decides
-//! nothing and commands nothing.
+//! A father that needs no code: it wakes the children that the application names. The application defines the
+//! groups, policies and fallbacks. The schema arbitrates nothing and commands nothing.
 
 use jde_schema::prelude::*;
 
 /// Keeps all its children awake, whatever their number and names.
 ///
-/// They compete in one group, unless the application says otherwise: `groups.NAME = { members = [...] }`, each with a policy and a
-/// fallback of its own.
+/// The children compete in one group, unless the application defines others with `groups.NAME = { members =
+/// [...] }`. Each group has its own policy and fallback.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "5ms")]
 pub struct All {
-    /// Whom the application names.
+    /// The children that the application names.
     #[child(group = "all")]
     children: Children,
 }

@@ -1,4 +1,4 @@
-//! It wakes whoever is named, one that an operator holds or nobody at all included.
+//! It wakes every child that the application names, also none, and one that an operator holds.
 
 use jde_schema::State;
 use jde_schema::bench::Bench;

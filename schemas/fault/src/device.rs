@@ -1,30 +1,30 @@
-//! A driver of a device that is not there: it moves as it is commanded, and misbehaves as it is told.
+//! A driver without a device: it simulates an axis, and misbehaves on request.
 
 use jde_schema::prelude::*;
 
 use crate::orders::{Place, Trouble, Word, due};
 use crate::trouble::make;
 
-/// An axis that moves at once at the speed that is commanded, and misbehaves as it is told.
+/// An axis that reaches the commanded speed at once, and misbehaves on request.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "10ms")]
 pub struct Device {
-    /// What to do wrong for as long as it says so: "panic", "hang", "silence"; nothing if it is empty.
+    /// The fault to cause for as long as it is set, such as "panic", "hang" or "silence"; empty for none.
     #[modulation(default = "")]
     trouble: Modulation<Text<16>>,
-    /// The call in which to do it: "awake", "iterate" or "sleep".
+    /// The call that causes it: "awake", "iterate" or "sleep".
     #[modulation(default = "iterate")]
     place: Modulation<Text<16>>,
     /// Speed of the axis.
     #[command(neutral = Twist::ZERO, validity = "200ms")]
     velocity: Command<Twist>,
-    /// The speed at which it moves.
+    /// The present speed of the axis.
     #[export(unit = "m/s")]
     moves: Export<f64>,
-    /// Iterations so far, of this instance.
+    /// Iterations of this instance so far.
     #[export]
     beats: Export<u64>,
-    /// Misdeeds so far, of this instance.
+    /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
     looks: u64,

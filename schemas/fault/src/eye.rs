@@ -1,33 +1,33 @@
-//! A perceptive schema that passes a scan on, and does so wrong when it is told to.
+//! A perceptive schema that forwards a scan, and misbehaves on request.
 
 use jde_schema::prelude::*;
 
 use crate::orders::{Place, Trouble, Word, due};
 use crate::trouble::make;
 
-/// Scans that one iteration publishes when it floods.
+/// Scans that one iteration publishes under "flood".
 const FLOOD: u32 = 200;
 
-/// Passes a laser's scans on, and misbehaves as it is told.
+/// Forwards the scans of a laser, and misbehaves on request.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "10ms")]
 pub struct Eye {
-    /// What to do wrong for as long as it says so: "panic", "hang", "nan"; nothing if it is empty.
+    /// The fault to cause for as long as it is set, such as "panic", "hang" or "nan"; empty for none.
     #[modulation(default = "")]
     trouble: Modulation<Text<16>>,
-    /// The call in which to do it: "awake", "iterate" or "sleep".
+    /// The call that causes it: "awake", "iterate" or "sleep".
     #[modulation(default = "iterate")]
     place: Modulation<Text<16>>,
-    /// What a laser sees.
+    /// The scans of a laser.
     #[import]
     input: Import<LaserScan>,
-    /// The same.
+    /// The same scans.
     #[export]
     laser: Export<LaserScan>,
-    /// Iterations so far, of this instance.
+    /// Iterations of this instance so far.
     #[export]
     beats: Export<u64>,
-    /// Misdeeds so far, of this instance.
+    /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
     looks: u64,

@@ -1,5 +1,5 @@
-//! Ordinary schemas that misbehave when they are told to: one of each kind, for trying what becomes of everybody else.
-//! Never told, they do nothing wrong.
+//! Ordinary schemas that misbehave on request, one of each kind, for testing the effects on all other
+//! schemas. Without a request they do nothing wrong.
 
 mod device;
 mod eye;

@@ -1,58 +1,60 @@
-//! A motor schema that is ready by turns, wakes its children and commands a speed; and does so wrong when it is told to.
+//! A motor schema that is READY periodically, wakes its children and commands a speed. It misbehaves on
+//! request.
 
 use jde_schema::prelude::*;
 
 use crate::orders::{Place, Trouble, Word, due};
 use crate::trouble::make;
 
-/// Messages that one iteration says when it floods.
+/// Times that one iteration repeats its command, export and message under "flood".
 const FLOOD: u32 = 300;
 /// A speed that no base can drive, m/s.
 const BEYOND: f64 = 1e9;
-/// A speed that nobody allowed, m/s.
+/// The speed that is commanded without authority, m/s.
 const TRESPASS: f64 = 0.9;
 
-/// Drives and leads by turns, and misbehaves as it is told.
+/// Drives, and wakes its children, for a part of each cycle; misbehaves on request.
 #[derive(Describe)]
 #[schema(motor, period = "20ms", budget = "10ms")]
 pub struct Motor {
-    /// What to do wrong for as long as it says so: "panic", "hang", "nan"; nothing if it is empty.
+    /// The fault to cause for as long as it is set, such as "panic", "hang" or "nan"; empty for none.
     #[modulation(default = "")]
     trouble: Modulation<Text<16>>,
-    /// The call in which to do it: "awake", "check", "iterate", "sleep", "arbitrate", "save", "restore" or "end".
+    /// The call that causes it: "awake", "check", "iterate", "sleep", "arbitrate", "save", "restore" or
+    /// "end".
     #[modulation(default = "iterate")]
     place: Modulation<Text<16>>,
-    /// How long it is ready each time.
+    /// Time in each cycle during which it is ready.
     #[modulation(default = 1.0, unit = "s", min = 0.0)]
     on: Modulation<f64>,
-    /// How long it is not, between; 0 to be ready always.
+    /// Time in each cycle during which it is not ready; 0 to be ready always.
     #[modulation(default = 0.0, unit = "s", min = 0.0)]
     off: Modulation<f64>,
-    /// When in its turns it begins.
+    /// Offset into the cycle at time 0.
     #[modulation(default = 0.0, unit = "s", min = 0.0)]
     phase: Modulation<f64>,
-    /// How urgent it is.
+    /// Its urgency.
     #[modulation(default = 0.0)]
     urge: Modulation<f64>,
-    /// Speed ahead.
+    /// Forward speed.
     #[modulation(default = 0.0, unit = "m/s")]
     speed: Modulation<f64>,
-    /// Speed of turning.
+    /// Turn rate.
     #[modulation(default = 0.0, unit = "rad/s")]
     turn: Modulation<f64>,
-    /// Where its first child is to go.
+    /// Target of the first child.
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
-    /// Anything; without it, if it is bound, it is not ready.
+    /// Any scan. If it is bound, the schema is not ready without a value.
     #[import(optional)]
     needs: Import<LaserScan>,
-    /// Looks so far, of this instance.
+    /// Checks of this instance so far.
     #[export]
     beats: Export<u64>,
-    /// Misdeeds so far, of this instance.
+    /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
-    /// Speeds of a base.
+    /// Speeds of the base.
     #[actuator(optional)]
     base: Actuator<Twist>,
     /// The first child.
@@ -70,15 +72,15 @@ pub struct Motor {
     /// A child of another group.
     #[child(group = "arm", optional)]
     e: Child,
-    /// Another of that.
+    /// Another child of that group.
     #[child(group = "arm", optional)]
     f: Child,
-    /// Where the first child is to go.
+    /// Target of the first child.
     #[modulates(child = "a", name = "target", optional)]
     target_of_a: Modulates<Target>,
     looks: u64,
     bad: u64,
-    /// What its end is to be like.
+    /// The fault to cause when the instance is dropped, as requested at the last check.
     end: Option<Trouble>,
 }
 
@@ -181,7 +183,7 @@ impl Drop for Motor {
 }
 
 impl Motor {
-    /// Makes the trouble that is due here; answers with what it is.
+    /// Causes the fault that is due here, and returns which one it is.
     fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
         let due = self.due(cx, here);
         if let Some(trouble) = due {
@@ -203,7 +205,7 @@ impl Motor {
         off <= 0.0 || now.rem_euclid(on + off) < on
     }
 
-    /// What is refused is refused: it tries again in its next iteration.
+    /// Wakes all children. A refusal needs no handling, because the next iteration tries again.
     fn wake_all(&self, cx: &Context) {
         for child in self.children() {
             child.wake(cx);

@@ -1,13 +1,13 @@
-//! What a schema of this plugin is told to do wrong: a word for the trouble, and a word for the call in which to make it.
+//! Requests to misbehave: one word for the fault, and one for the call that causes it.
 //!
-//! A word that nobody knows is no trouble.
+//! Unknown words cause no fault.
 
 use jde_schema::prelude::*;
 
-/// A word out of the application's file or of an operator.
+/// A word from the application file or from an operator.
 pub(crate) type Word = Text<16>;
 
-/// The call in which trouble is made.
+/// The call that causes the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Awake,
@@ -17,38 +17,39 @@ pub(crate) enum Place {
     Arbitrate,
     Save,
     Restore,
-    /// The instance ends.
+    /// The drop of the instance.
     End,
 }
 
-/// What is done wrong.
+/// The fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Trouble {
     Panic,
     Error,
-    /// It never returns.
+    /// The call never returns.
     Hang,
-    /// It returns when everybody has given it up.
+    /// The call returns after it counts as hung.
     Dawdle,
-    /// It takes some of its budgets, and returns.
+    /// The call takes several times its budget, and returns.
     Slow,
     Segfault,
     Abort,
     Exit,
     Overflow,
     Eat,
-    /// It wins and commands nothing.
+    /// A motor schema commands nothing, an eye publishes nothing, and a device retracts its export.
     Silence,
     Nan,
     Infinity,
-    /// It commands what no actuator can do.
+    /// Commands a speed that no actuator reaches.
     Beyond,
     Flood,
-    /// It commands and wakes although it has no authority.
+    /// Commands and wakes children without authority.
     Trespass,
-    /// Its precondition flips with every look.
+    /// The precondition changes with every check.
     Chatter,
-    /// It wakes its children, lays them down and changes their policy as it comes.
+    /// Wakes children, puts them to sleep and sets their policy, in an order that changes with each
+    /// iteration.
     Meddle,
 }
 
@@ -84,7 +85,7 @@ const TROUBLES: [(&str, Trouble); 18] = [
     ("meddle", Trouble::Meddle),
 ];
 
-/// The trouble that is to be made in this place, if any is.
+/// The fault that `here` must cause, or `None`.
 pub(crate) fn due(trouble: &Word, place: &Word, here: Place) -> Option<Trouble> {
     known(&PLACES, place).filter(|place| *place == here)?;
     known(&TROUBLES, trouble)

@@ -1,4 +1,4 @@
-//! That nobody misbehaves untold, and that who is told does, where it is told to.
+//! Schemas do nothing wrong without a request, and cause the requested fault in the requested call.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;

@@ -1,4 +1,5 @@
-//! Trouble, made on purpose: all that can go wrong in any call. What goes wrong with what a schema commands is its own affair.
+//! Faults that any call can cause on purpose. Faults in commanded or exported values are made where the
+//! values are written.
 
 #![allow(unsafe_code, reason = "a wild pointer is one of the troubles")]
 
@@ -11,13 +12,14 @@ use crate::orders::Trouble;
 
 /// Longer than any schema of a campaign may take before it counts as hung.
 const DAWDLE: Duration = Duration::from_millis(900);
-/// Some budgets of the schemas of this plugin, and less than what counts as hung.
+/// Several times the budget of this plugin's schemas, and shorter than the time after which a call counts as
+/// hung.
 const SLOW: Duration = Duration::from_millis(35);
 
-/// Makes the trouble, if it is one that can be made in any call.
+/// Causes the fault, if it is one that any call can cause. Does nothing for the others.
 ///
 /// # Errors
-/// When that is the trouble.
+/// If `trouble` is [`Trouble::Error`].
 pub(crate) fn make(trouble: Trouble) -> Result {
     match trouble {
         Trouble::Panic => panic!("as it was told"),
@@ -34,7 +36,7 @@ pub(crate) fn make(trouble: Trouble) -> Result {
             Ok(())
         }
         Trouble::Segfault => {
-            // SAFETY: there is none, which is the point: the page at address 8 is nobody's, and this process ends here.
+            // SAFETY: deliberately unsound. No page is mapped at address 8, so the write ends this process.
             unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             Ok(())
         }
@@ -61,7 +63,7 @@ pub(crate) fn make(trouble: Trouble) -> Result {
     }
 }
 
-/// Goes on until there is no stack left.
+/// Recurses until the stack overflows.
 fn deeper(depth: u64) -> u64 {
     let page = black_box([depth; 512]);
     if black_box(depth) == 0 {

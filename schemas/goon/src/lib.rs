@@ -1,4 +1,4 @@
-//! Drives straight to the target while the way is free (the paper, section 5). It avoids nothing.
+//! Drives straight to the target while the path is free (the paper, section 5). It avoids no obstacles.
 
 mod panel;
 
@@ -6,17 +6,18 @@ use jde_schema::prelude::*;
 
 /// Drives the base toward the target at high speed while the area ahead is free.
 ///
-/// By its heading error it goes straight and fast, or slowly while turning, or turns on the spot: the bands and speeds of 2007.
+/// The heading error selects one of three bands: straight and fast, slowly while turning, or a turn on the
+/// spot. The bands and speeds are those of 2007.
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "20ms")]
 pub struct Goon {
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import(trigger)]
     laser: Import<LaserScan>,
-    /// Where the robot believes it is.
+    /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// Where to go.
+    /// The target.
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
     /// Half the width of the area that must be free.
@@ -28,16 +29,16 @@ pub struct Goon {
     /// Speed when the target is straight ahead.
     #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
     fast: Modulation<f64>,
-    /// Speed while turning toward it.
+    /// Speed while turning toward the target.
     #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
     slow: Modulation<f64>,
     /// Turn rate, on the move and on the spot.
     #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
-    /// Heading error up to which it goes straight.
+    /// Heading error below which it goes straight.
     #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
     straight: Modulation<f64>,
-    /// Heading error up to which it turns on the move.
+    /// Heading error below which it turns on the move.
     #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
     veer: Modulation<f64>,
     /// Speeds of the base.
@@ -45,10 +46,10 @@ pub struct Goon {
     base: Actuator<Twist>,
 }
 
-/// What it does about a heading error.
+/// The reaction to a heading error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Band {
-    /// Straight and fast.
+    /// Drives straight and fast.
     Straight,
     /// Turns on the move.
     Veer,
@@ -80,14 +81,14 @@ impl Schema for Goon {
 }
 
 impl Goon {
-    /// Whether nothing stands in the area ahead, as far as the laser sees.
+    /// Whether the laser sees no obstacle in the area ahead.
     fn is_free(&self, cx: &Context) -> bool {
         let laser = self.laser.get(cx);
         let nearest = laser.and_then(|laser| laser.nearest_ahead(self.half_width.get(cx)));
         nearest.is_none_or(|nearest| nearest > self.ahead.get(cx))
     }
 
-    /// The target as the robot sees it.
+    /// The target in the robot's frame.
     fn local_target(&self, cx: &Context) -> Option<Pose2D> {
         let target = self.target.get(cx).get()?;
         Some(self.pose.get(cx)?.pose2d().localize(&target))

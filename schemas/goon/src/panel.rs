@@ -1,4 +1,4 @@
-//! What it shows: the area that must be free, the target, the heading error and what it does about it.
+//! The panel: the area that must be free, the target, the heading error and the reaction to it.
 
 use jde_schema::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The bands and speeds of 2007, and when the way counts as free.
+//! The bands and speeds of 2007, and when the path counts as free.
 
 use jde_schema::bench::Bench;
 use jde_schema::panel::{Color, Shape};
@@ -7,7 +7,7 @@ use super::*;
 
 const TURN: f64 = 50.0 / 180.0 * core::f64::consts::PI;
 
-/// A scan with one return, straight ahead or nowhere, or at a place (ahead, to the left) in metres.
+/// A scan with one return at a point (ahead, to the left) in metres, or with none.
 fn scan(point: Option<(f64, f64)>) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -core::f32::consts::FRAC_PI_2,
@@ -27,7 +27,7 @@ fn stand(bench: &mut Bench<Goon>, pose: Pose2D) {
     bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
 }
 
-/// A robot at 1, 1 that looks along x, with a free way and a target at 5, 1.
+/// A robot at (1, 1) that faces along x, with a free path and a target at (5, 1).
 fn free() -> Bench<Goon> {
     let mut bench = Bench::new();
     bench.import("laser", &scan(None));
@@ -40,7 +40,7 @@ fn ready(bench: &mut Bench<Goon>) -> bool {
     bench.check().expect("it checks").ready
 }
 
-/// What it commands when the target is so many degrees to the left.
+/// Asserts the command when the target is this many degrees to the left.
 #[track_caller]
 fn drives(degrees: f64, linear: f64, angular: f64) {
     let mut bench = free();
@@ -87,7 +87,7 @@ fn the_heading_counts_the_short_way_round() {
     stand(&mut bench, Pose2D::new(5.0, 5.0, 3.0));
     bench.set("target", Target::at(Pose2D::new(1.0, 4.9, 0.0)));
     bench.iterate().expect("it drives");
-    // The target is at -178.6 degrees, and it looks at 171.9.
+    // The target is at -178.6 degrees, and the robot faces 171.9 degrees.
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.4, 0.0)));
 }
 

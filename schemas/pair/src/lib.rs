@@ -1,4 +1,4 @@
-//! An export and an import in the smallest form: one schema counts, another listens.
+//! The smallest export and import: one schema counts, another logs the numbers.
 
 use jde_schema::prelude::*;
 
@@ -6,17 +6,17 @@ use jde_schema::prelude::*;
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
 pub struct Talker {
-    /// How many iterations it has done.
+    /// Iterations so far.
     #[export]
     count: Export<u64>,
     so_far: u64,
 }
 
-/// Says what it hears, and drives nothing.
+/// Logs each number that it imports. It commands no actuator.
 #[derive(Describe)]
 #[schema(motor, period = "100ms")]
 pub struct Listener {
-    /// The number to say.
+    /// The number to log.
     #[import(trigger)]
     count: Import<u64>,
     said: u64,

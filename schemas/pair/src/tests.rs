@@ -1,4 +1,4 @@
-//! One counts, the other says each number once.
+//! The talker counts, and the listener logs each number once.
 
 use jde_schema::Severity;
 use jde_schema::bench::Bench;

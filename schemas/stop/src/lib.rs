@@ -1,13 +1,13 @@
-//! Brakes while something stands in a very close area ahead (the paper, section 5). It decides nothing else: who wins when
-//! others are ready too is the father's business.
+//! Brakes while an obstacle is in a very close area ahead (the paper, section 5). It does not arbitrate: the
+//! father chooses among several schemas that are READY.
 
 use jde_schema::prelude::*;
 
-/// Brakes the base while an obstacle stands in a very close area ahead.
+/// Brakes the base while an obstacle is in a very close area ahead.
 #[derive(Describe)]
 #[schema(motor, period = "200ms", budget = "20ms")]
 pub struct Stop {
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import(trigger)]
     laser: Import<LaserScan>,
     /// Half the width of the watched area.
@@ -34,7 +34,7 @@ impl Schema for Stop {
 }
 
 impl Stop {
-    /// How far ahead the nearest obstacle is that stands in the way, m.
+    /// Distance ahead to the nearest obstacle in the robot's path, m.
     fn nearest(&self, cx: &Context) -> Option<f64> {
         self.laser.get(cx)?.nearest_ahead(self.half_width.get(cx))
     }

@@ -1,11 +1,11 @@
-//! The watched area to its edges, and what it makes of readings that are no distances.
+//! The edges of the watched area, and readings that are not distances.
 
 use jde_schema::bench::Bench;
 use jde_schema::panel::{Color, Shape};
 
 use super::*;
 
-/// A scan of points (ahead, to the left) in metres, with beams that meet nothing between them.
+/// A scan of points (ahead, to the left) in metres. The beams between them have no return.
 fn scan(points: &[(f64, f64)]) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -core::f32::consts::FRAC_PI_2,
@@ -28,7 +28,7 @@ fn ready(points: &[(f64, f64)]) -> bool {
     bench.check().expect("it checks").ready
 }
 
-/// What a beam straight ahead makes of a reading.
+/// Whether the schema is READY for a reading straight ahead.
 fn ready_at(reading: f32) -> bool {
     let mut bench = Bench::<Stop>::new();
     let mut scan = scan(&[]);

@@ -1,41 +1,43 @@
-//! Drives the base as a person wants, within limits. It looks at no sensor: whoever drives sees where to.
+//! Drives the base as a person wishes, within limits. It reads no sensor and avoids no obstacle: the person
+//! watches the path.
 
 use jde_schema::prelude::*;
 
 use crate::wish::{Drive, counts};
 
-/// A pause after which it speeds up from standing again.
+/// Gap between two commands after which acceleration starts from zero speed again.
 const PAUSE: Duration = Duration::from_millis(300);
 
-/// Drives the base as a person wants, for as long as the wish is renewed.
+/// Drives the base as a person wishes, for as long as the wish is renewed.
 ///
-/// It is ready while there is a wish that is not older than its patience, so that a robot whose driver has gone, or cannot be
-/// heard, goes back to whoever comes next. Put it first among the roots. Without a wish it stands still.
+/// It is ready while the wish is not older than `patience`. When the driver stops or the connection fails,
+/// the wish expires and another schema can win. Place it first among the roots. An iteration without a valid
+/// wish commands zero speed.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Base {
-    /// What the person wants; to be written again and again, at least twice in each `patience`.
+    /// The wish of the person. The operator writes it at least twice in each `patience`.
     #[modulation(default = Drive::NONE)]
     want: Modulation<Drive>,
-    /// How old a wish may be and still count: the dead-man's switch.
+    /// Oldest wish that counts: the dead-man's switch.
     #[modulation(default = 0.5, unit = "s", min = 0.05, max = 10.0)]
     patience: Modulation<f64>,
-    /// The fastest it drives, ahead, back or sideways.
+    /// Highest speed ahead, back or sideways.
     #[modulation(default = 0.5, unit = "m/s", min = 0.0)]
     fast: Modulation<f64>,
-    /// The fastest it turns.
+    /// Highest turn rate.
     #[modulation(default = 1.0, unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
-    /// How much it speeds up in a second. To slow down it takes as little time as the base needs.
+    /// Highest increase of the speed per second. Decreases are not limited here, only by the base.
     #[modulation(default = 0.6, unit = "m/s2", min = 0.01)]
     acceleration: Modulation<f64>,
-    /// How much faster it turns in a second.
+    /// Highest increase of the turn rate per second.
     #[modulation(default = 3.0, unit = "rad/s2", min = 0.01)]
     turn_acceleration: Modulation<f64>,
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
-    /// What it commanded last, and when.
+    /// The last command, and its time.
     last: Option<(Twist, Duration)>,
 }
 
@@ -85,16 +87,17 @@ impl Base {
     }
 }
 
-/// How fast something may become.
+/// The limits of one speed.
 struct Limit {
-    /// The greatest speed.
+    /// Highest absolute value.
     most: f64,
-    /// How much faster it may be than before.
+    /// Highest increase in this step.
     step: f64,
 }
 
 impl Limit {
-    /// What may be commanded of a wish, after `last`: slower at once, faster step by step, and the other way round through 0.
+    /// Returns the speed to command for a wish after the speed `last`. It decreases at once, increases step
+    /// by step, and passes through 0 when the sign changes.
     fn of(&self, wanted: f64, last: f64) -> f64 {
         let wanted = wanted.clamp(-self.most, self.most);
         let before = if wanted * last > 0.0 { last.abs() } else { 0.0 };

@@ -1,29 +1,30 @@
-//! Turns the head as a person wants, within limits.
+//! Turns the head as a person wishes, within limits.
 
 use jde_schema::prelude::*;
 
 use crate::wish::{Look, counts};
 
-/// How far ahead of where it looks the head is sent, as the time it takes to turn there: more than the time from one word of
-/// the head to the next, so that it turns without halts, and little, for it is how far it goes on when the wish ends.
+/// Lead of the commanded over the measured position, as turning time, s. It exceeds the time between two
+/// measurements, so that the head turns without halts. It is short, because the head turns on by this much
+/// after the wish ends.
 const LEAD: f64 = 0.15;
 
-/// Turns the head as a person wants, for as long as the wish is renewed.
+/// Turns the head as a person wishes, for as long as the wish is renewed.
 ///
-/// It is ready while there is a wish that is not older than its patience, and the head tells where it looks.
+/// It is ready while the wish is not older than `patience` and the position of the head is known.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Head {
-    /// Where the head looks.
+    /// The measured position of the head.
     #[import]
     pan_tilt: Import<PanTilt>,
-    /// What the person wants; to be written again and again, at least twice in each `patience`.
+    /// The wish of the person. The operator writes it at least twice in each `patience`.
     #[modulation(default = Look::NONE)]
     want: Modulation<Look>,
-    /// How old a wish may be and still count: the dead-man's switch.
+    /// Oldest wish that counts: the dead-man's switch.
     #[modulation(default = 0.5, unit = "s", min = 0.05, max = 10.0)]
     patience: Modulation<f64>,
-    /// The fastest it turns.
+    /// Highest turn rate.
     #[modulation(default = 0.8, unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
     /// The pan-tilt head.

@@ -1,5 +1,6 @@
-//! Teleoperation: a person drives the base and turns the head, as ordinary motor schemas that compete like any other (R13). What
-//! the person wants is a modulation that an operator writes again and again (R14); nothing here knows who that is, or by what means.
+//! Teleoperation: a person drives the base and turns the head through ordinary motor schemas, which compete
+//! like any other (R13). The person's wish is a modulation that an operator writes periodically (R14). The
+//! schemas do not know the person or the input device.
 
 mod base;
 mod head;

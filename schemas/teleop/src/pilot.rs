@@ -1,23 +1,24 @@
-//! A person who has both base and head: the father of the two. It commands nothing itself.
+//! The father of a person's base and head. It commands no actuator itself.
 
 use jde_schema::prelude::*;
 
 use crate::wish::{Drive, Look, counts};
 
-/// Gives a person the base and the head of a robot at once.
+/// Lets a person drive the base and turn the head at the same time.
 ///
-/// It is ready while anything is wanted of either. Roots are one group, of which one schema acts; this one has two groups below
-/// it, so that whoever drives can look around, and whoever looks around lets the base stand.
+/// It is ready while there is a wish for either. The roots are one group, in which one schema wins; this
+/// father has two groups, so that a person who drives can look around, and the base stands still for a person
+/// who only looks around.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Pilot {
-    /// What is wanted of the base: the modulation `want` of the child.
+    /// The wish for the base: the modulation `want` of the child.
     #[import]
     drive: Import<Drive>,
-    /// What is wanted of the head: the modulation `want` of the child.
+    /// The wish for the head: the modulation `want` of the child.
     #[import]
     look: Import<Look>,
-    /// How old a wish may be and still count; as long as that of the children.
+    /// Oldest wish that counts; equal to that of the children.
     #[modulation(default = 0.5, unit = "s", min = 0.05, max = 10.0)]
     patience: Modulation<f64>,
     /// Drives the base.
@@ -47,7 +48,8 @@ impl Schema for Pilot {
 
 impl Arbitrate for Pilot {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
-        // Asked where nobody is ready, for each group has one child: the base may be driving still as its last schema had it.
+        // Each group has one child, so this call occurs only when no child is READY. The base may still
+        // execute the command of its previous schema; choosing `base` stops it.
         Ok(if level.candidate(&self.base).is_some() {
             Verdict::choose(&self.base, "nothing is wanted of the base, so it stands")
         } else {

@@ -1,4 +1,4 @@
-//! When a wish counts, and what becomes of it.
+//! When a wish counts, and how it is executed.
 
 mod base;
 mod head;

@@ -1,46 +1,46 @@
-//! What a person wants of a robot, and until when that counts. It tells "nothing" from "stand still".
+//! The wish of a person, and how long it counts. "No wish" differs from "stand still".
 
 use jde_schema::prelude::*;
 
-/// What a person wants of a base.
+/// The wish of a person for a base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/DriveWish")]
 pub struct Drive {
-    /// How it shall move, in its own frame.
+    /// The wished motion, in the frame of the base.
     pub twist: Twist,
-    /// Whether anything is wanted of it: else nobody drives, which is not the same as standing still.
+    /// Whether there is a wish. False means that no person drives, which differs from standing still.
     pub wanted: Flag,
-    /// Nothing.
+    /// Unused.
     pub padding: Padding<7>,
 }
 
-/// What a person wants of a pan-tilt head.
+/// The wish of a person for a pan-tilt head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/LookWish")]
 pub struct Look {
-    /// How fast it shall turn to the left.
+    /// Wished turn rate, positive to the left.
     #[value(unit = "rad/s")]
     pub pan: f64,
-    /// How fast it shall turn down.
+    /// Wished turn rate, positive downward.
     #[value(unit = "rad/s")]
     pub tilt: f64,
-    /// Whether anything is wanted of it.
+    /// Whether there is a wish.
     pub wanted: Flag,
-    /// Nothing.
+    /// Unused.
     pub padding: Padding<7>,
 }
 
 impl Drive {
-    /// Nothing is wanted.
+    /// No wish.
     pub const NONE: Self = Self {
         twist: Twist::ZERO,
         wanted: Flag::FALSE,
         padding: Padding::ZERO,
     };
 
-    /// To move like that.
+    /// A wish to move with this twist.
     #[must_use]
     pub const fn at(twist: Twist) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl Drive {
 }
 
 impl Look {
-    /// Nothing is wanted.
+    /// No wish.
     pub const NONE: Self = Self {
         pan: 0.0,
         tilt: 0.0,
@@ -60,7 +60,7 @@ impl Look {
         padding: Padding::ZERO,
     };
 
-    /// To turn like that, rad/s to the left and down.
+    /// A wish to turn at these rates, rad/s to the left and down.
     #[must_use]
     pub const fn at(pan: f64, tilt: f64) -> Self {
         Self {
@@ -72,7 +72,8 @@ impl Look {
     }
 }
 
-/// Whether a wish counts that was written at `time`: whoever still wants it writes it again before `patience` s are over.
+/// Whether a wish that was written at `time` counts, which it does for `patience` s. An operator renews it
+/// before then.
 pub(crate) fn counts(cx: &Context, wanted: Flag, time: Duration, patience: f64) -> bool {
     wanted.get() && cx.now().saturating_sub(time).as_secs_f64() <= patience
 }

@@ -1,8 +1,8 @@
-//! The virtual force field of 2007, in metres: a formula, without memory and without a robot.
+//! The virtual force field of 2007, in metres. It is a pure formula: it keeps no state and commands no robot.
 
 use jde_schema::types::{LaserScan, Pose2D};
 
-/// How hard a return pushes, by its distance: up to the first number (m) as hard as the second.
+/// The push of a return by its distance: the second number applies below the first (m).
 const PUSH: [(f64, f64); 6] = [
     (0.25, 2.0),
     (0.5, 1.5),
@@ -11,23 +11,23 @@ const PUSH: [(f64, f64); 6] = [
     (2.0, 0.5),
     (3.0, 0.2),
 ];
-/// The sum of the pushes of a scan with a beam each degree is divided by this.
+/// Divisor of the summed pushes of a scan with one beam per degree.
 const DIVISOR: f64 = 20.0;
 
 /// The weights of the field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field {
-    /// Weight of the pull.
+    /// Weight of the target's pull.
     pub(crate) attraction: f64,
-    /// Weight of the push.
+    /// Weight of the obstacles' push.
     pub(crate) repulsion: f64,
-    /// Distance beyond which the target pulls no harder, m.
+    /// Distance beyond which the target's pull no longer grows, m.
     pub(crate) cap: f64,
-    /// Stretches the distances of the table.
+    /// Factor on the distances of the table.
     pub(crate) reach: f64,
 }
 
-/// What pulls and what pushes, in the robot's frame.
+/// The two forces, in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Forces {
     /// The target's pull.
@@ -37,14 +37,14 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Both together.
+    /// The sum of both forces.
     pub(crate) fn sum(&self) -> (f64, f64) {
         (self.pull.0 + self.push.0, self.pull.1 + self.push.1)
     }
 }
 
 impl Field {
-    /// Pull and push in the robot's frame, for a target in that frame.
+    /// Returns pull and push in the robot's frame, for a target in that frame.
     pub(crate) fn forces(&self, target: &Pose2D, laser: &LaserScan) -> Forces {
         let distance = target.x.hypot(target.y);
         let pull = if distance > 0.0 {
@@ -52,7 +52,7 @@ impl Field {
         } else {
             0.0
         };
-        // Twice as many beams must not push twice as hard.
+        // The push must not depend on the number of beams.
         let beam = f64::from(laser.angle_increment).abs().to_degrees();
         let weight = self.repulsion * beam / DIVISOR;
         let (x, y) = laser.points().fold((0.0, 0.0), |(x, y), point| {

@@ -1,5 +1,6 @@
-//! Drives around a close obstacle toward the target by a virtual force field (the paper, section 5; Borenstein and Koren,
-//! "Real-time obstacle avoidance for fast mobile robots", 1989). It knows no map and can be caught in a corner.
+//! Drives around a close obstacle toward the target by a virtual force field (the paper, section 5;
+//! Borenstein and Koren, "Real-time obstacle avoidance for fast mobile robots", 1989). It has no map and can
+//! get stuck in a corner.
 
 mod force;
 mod panel;
@@ -10,18 +11,19 @@ use force::{Field, Forces};
 
 /// Drives the base around an obstacle in the area ahead while approaching the target.
 ///
-/// The target attracts, every laser return repels, and the base follows the sum with the bands and speeds of 2007. It is as
-/// urgent as its heading error, rad: a father can see whether it would turn on the spot.
+/// The target attracts, every laser return repels, and the base follows the sum with the bands and speeds of
+/// 2007. The urgency is the absolute heading error, rad, so that a father can tell whether the schema would
+/// turn on the spot.
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "20ms")]
 pub struct Vff {
-    /// What the laser sees ahead.
+    /// The scan of the laser.
     #[import(trigger)]
     laser: Import<LaserScan>,
-    /// Where the robot believes it is.
+    /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// Where to go.
+    /// The target.
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
     /// Half the width of the area in which an obstacle makes it ready.
@@ -30,14 +32,14 @@ pub struct Vff {
     /// How far ahead of the laser that area reaches.
     #[modulation(default = 3.0, unit = "m", min = 0.0)]
     ahead: Modulation<f64>,
-    /// How much larger the area is once an obstacle stands in it: above 0 it cures chattering at the area's edge, where the
-    /// father must prefer this schema to one that wants the way free.
+    /// How much larger the area is while an obstacle is in it. A value above 0 prevents chattering at the
+    /// area's edge; the father must then prefer this schema to one that requires a free path.
     #[modulation(default = 0.0, unit = "m", min = 0.0)]
     margin: Modulation<f64>,
     /// Speed when the force points straight ahead.
     #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
     fast: Modulation<f64>,
-    /// Speed while turning toward it.
+    /// Speed while turning toward the force.
     #[modulation(default = 0.1, unit = "m/s", min = 0.0)]
     slow: Modulation<f64>,
     /// Turn rate on the move.
@@ -46,10 +48,10 @@ pub struct Vff {
     /// Turn rate on the spot.
     #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
-    /// Heading error up to which it goes straight.
+    /// Heading error below which it goes straight.
     #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
     straight: Modulation<f64>,
-    /// Heading error up to which it turns on the move.
+    /// Heading error below which it turns on the move.
     #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
     veer: Modulation<f64>,
     /// Weight of the target's pull.
@@ -58,17 +60,17 @@ pub struct Vff {
     /// Weight of the obstacles' push.
     #[modulation(default = 0.3, min = 0.0)]
     repulsion: Modulation<f64>,
-    /// Distance beyond which the target pulls no harder.
+    /// Distance beyond which the target's pull no longer grows.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     cap: Modulation<f64>,
-    /// Stretches the distances at which obstacles push: 1 is 2007's table, which reaches 3 m.
+    /// Factor on the distances at which obstacles push. 1 gives the table of 2007, which reaches 3 m.
     #[modulation(default = 1.0, min = 0.01)]
     reach: Modulation<f64>,
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
     obstacle: bool,
-    /// By how much the area was larger when it was looked at last.
+    /// How much larger the area was at the last check, m.
     tested: f64,
 }
 
@@ -98,7 +100,7 @@ impl Schema for Vff {
     }
 }
 
-/// Whether an obstacle stands there decides how large the area is.
+/// Saves whether an obstacle was in the area, because the size of the area depends on it.
 impl Memory for Vff {
     fn save(&self, _: &Context, saving: &mut Saving) {
         saving.put(&u8::from(self.obstacle));
@@ -111,7 +113,8 @@ impl Memory for Vff {
 }
 
 impl Vff {
-    /// By how much to turn left to face where the forces point, rad; `None` without a target, a pose or a scan.
+    /// Angle to the left by which to turn toward the sum of forces, rad; `None` without a target, a pose or a
+    /// scan.
     fn heading(&self, cx: &Context) -> Option<f64> {
         let (x, y) = self.forces(cx)?.sum();
         Some(y.atan2(x))
@@ -127,13 +130,13 @@ impl Vff {
         Some(field.forces(&self.local_target(cx)?, self.laser.get(cx)?.value()))
     }
 
-    /// The target as the robot sees it.
+    /// The target in the robot's frame.
     fn local_target(&self, cx: &Context) -> Option<Pose2D> {
         let target = self.target.get(cx).get()?;
         Some(self.pose.get(cx)?.pose2d().localize(&target))
     }
 
-    /// By how much the area is larger at present.
+    /// How much larger the area is at present, m.
     fn grown(&self, cx: &Context) -> f64 {
         if self.obstacle { self.margin.get(cx) } else { 0.0 }
     }

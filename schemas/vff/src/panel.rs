@@ -1,4 +1,4 @@
-//! What it shows: its area, the target, and the forces that it follows.
+//! The panel: the area, the target, and the forces that the base follows.
 
 use jde_schema::prelude::*;
 

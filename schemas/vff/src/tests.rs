@@ -1,4 +1,5 @@
-//! The field against numbers worked out by hand, the bands and speeds of 2007, and when an obstacle counts.
+//! The field compared with numbers computed by hand, the bands and speeds of 2007, and when an obstacle
+//! counts.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -18,7 +19,7 @@ const FIELD: Field = Field {
     reach: 1.0,
 };
 
-/// A scan over half a turn with so many beams a degree, and returns at some whole degrees.
+/// A scan over half a turn with `density` beams per degree, and returns at some whole degrees.
 fn scan(density: usize, returns: &[(i32, f32)]) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -(FRAC_PI_2 as f32),
@@ -40,7 +41,7 @@ fn near(is: (f64, f64), wanted: (f64, f64), tolerance: f64) {
     assert!(apart <= tolerance, "{is:?} is not {wanted:?} ± {tolerance}");
 }
 
-/// The force of a target at (x, y) in the robot's frame and returns a degree wide.
+/// The sum of forces for a target at (x, y) in the robot's frame and returns one degree wide.
 fn force(target: (f64, f64), returns: &[(i32, f32)]) -> (f64, f64) {
     FIELD
         .forces(&Pose2D::new(target.0, target.1, 0.0), &scan(1, returns))
@@ -58,7 +59,7 @@ fn the_target_pulls_by_0_7_of_its_distance_up_to_1_m() {
 
 #[test]
 fn a_return_pushes_by_the_table_of_2007() {
-    // 0.3 of the table's push, divided by 20.
+    // 0.3 times the push of the table, divided by 20.
     let table = [
         (0.1, 2.0),
         (0.249, 2.0),
@@ -82,7 +83,7 @@ fn a_return_pushes_by_the_table_of_2007() {
 
 #[test]
 fn pushes_add_up_as_vectors() {
-    // At 90 degrees to the left 1.0 and at 30 to the right 0.5, by the table.
+    // By the table, the push is 1.0 at 90 degrees to the left and 0.5 at 30 degrees to the right.
     let push = 0.3 / 20.0;
     let (x, y) = (0.5 * 30_f64.to_radians().cos(), -0.5 * 30_f64.to_radians().sin());
     near(
@@ -99,7 +100,7 @@ fn a_wall_pushes_as_hard_through_more_beams() {
     let target = Pose2D::new(3.0, 1.0, 0.0);
     let coarse = FIELD.forces(&target, &scan(1, &wall)).sum();
     let fine = FIELD.forces(&target, &scan(4, &wall)).sum();
-    // The finer beams lie up to 0.75 degrees farther to the left.
+    // The additional beams are up to 0.75 degrees farther to the left.
     near(fine, coarse, 0.01);
     assert!(coarse.1 < -0.1, "it does push: {coarse:?}");
 }
@@ -128,7 +129,7 @@ fn reach_stretches_the_distances_of_the_table() {
     assert_eq!(push(1.21), 0.0);
 }
 
-/// A robot at the origin that looks along x, with an obstacle 1.5 m ahead and a target so many degrees to the left.
+/// A robot at the origin that faces along x, with a target this many degrees to the left and these returns.
 fn bench(degrees: f64, returns: &[(i32, f32)]) -> Bench<Vff> {
     let mut bench = Bench::new();
     bench.import("laser", &scan(1, returns));
@@ -141,7 +142,7 @@ fn bench(degrees: f64, returns: &[(i32, f32)]) -> Bench<Vff> {
     bench
 }
 
-/// What it commands when the force points so many degrees to the left.
+/// Asserts the command when the force points this many degrees to the left.
 #[track_caller]
 fn drives(degrees: f64, linear: f64, angular: f64) {
     let mut bench = bench(degrees, &[]);
@@ -210,7 +211,7 @@ fn it_turns_away_from_a_wall_on_one_side() {
 
 #[test]
 fn it_is_ready_while_an_obstacle_stands_in_its_area() {
-    // At 45 degrees: 1.41 m are 1 m to the side.
+    // At 45 degrees, 1.41 m away is 1 m to the side.
     for (point, ready) in [
         ((0, 2.99), true),
         ((0, 3.01), false),

@@ -1,4 +1,4 @@
-//! Those who have the base: when they want it, and what they command.
+//! The schemas that drive the base: when they are READY, and what they command.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -7,7 +7,7 @@ use crate::ball::Ball;
 use crate::tests::{near, seconds, seen, unseen};
 use crate::{Approach, Roam, Turn};
 
-/// Whether it is ready for each of these balls, one after another.
+/// Whether the schema is READY for each of these balls, one after another.
 fn ready<S: Schema>(balls: &[Ball]) -> Vec<bool> {
     let mut bench = Bench::<S>::new();
     let check = |ball: &Ball| {
@@ -54,7 +54,7 @@ fn it_turns_from_35_degrees_aside_until_10_are_left() {
 
 #[test]
 fn it_turns_once_around_for_a_lost_ball_when_the_head_has_looked_in_vain() {
-    // Around at 0.5 rad/s takes 12.6 s.
+    // A full turn at 0.5 rad/s takes 12.6 s.
     let balls = [4.9, 5.1, 17.5, 17.6].map(|time| unseen(0.1, 2.0, time));
     assert_eq!(ready::<Turn>(&balls), [false, true, true, false]);
     let moment = [unseen(1.0, 2.0, 0.2), unseen(1.0, 2.0, 0.4)];
@@ -111,7 +111,7 @@ fn it_drives_slower_as_it_comes_nearer_and_steers_to_the_ball() {
     near(commanded::<Approach>(seen(2.0, 3.0)).0, 0.0, 1e-9);
 }
 
-/// A laser that meets these points (ahead, to the left), m.
+/// A scan with returns at these points (ahead, to the left), m.
 fn scan(points: &[(f64, f64)]) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -core::f32::consts::FRAC_PI_2,

@@ -1,4 +1,5 @@
-//! The finder on painted pictures: where it says the ball is, what it does not take for one, and when it says nothing.
+//! The finder on painted pictures: the position of the ball, the objects that it rejects, and when it
+//! retracts its export.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -9,7 +10,7 @@ use crate::tests::{GREY, ORANGE, Painted, WIDE, near, paint, roomy, seconds};
 
 const SIZE: [usize; 2] = [320, 240];
 
-/// A finder whose camera sits on no head.
+/// A finder without a pan-tilt head.
 fn finder() -> Bench<Finder> {
     let mut bench = Bench::new();
     bench.set("field_of_view", WIDE);
@@ -71,7 +72,7 @@ fn the_head_turns_what_the_camera_sees_into_the_frame_of_the_base() {
         near(ball.bearing, -0.8, 0.003);
         near(ball.elevation, -0.3, 0.003);
         assert_eq!(ball.header.frame_id.as_str(), "base_link");
-        // Without a word from the head nobody knows where that is.
+        // Without the position of the head, that of the ball is unknown.
         bench.retract("pan_tilt");
         bench.iterate().expect("it waits");
         assert_eq!(bench.exported::<Ball>("ball"), None);
@@ -97,7 +98,7 @@ fn what_is_too_small_or_not_round_is_no_ball() {
         let mut bench = finder();
         bench.set("pixels", 3_u32);
         assert!(show(&mut bench, &[tiny]).seen.get(), "the size is modulated");
-        // A ball but for a stripe of its edge, which is long and thin.
+        // Only a stripe at the edge of the ball is visible, which is long and thin.
         let cover = ([0.03, 0.0, 0.9], 0.1, GREY);
         let ball = ([0.0, 0.0, 1.0], 0.1, ORANGE);
         assert!(!show(&mut finder(), &[cover, ball]).seen.get());
@@ -165,7 +166,8 @@ fn blue_may_come_first_and_rows_may_be_longer_than_their_pixels() {
         for pixel in image.data.as_mut_slice().as_chunks_mut::<3>().0 {
             pixel.reverse();
         }
-        // Fewer columns than the rows have: the picture without its right edge, with the ball nearer to its middle.
+        // Fewer columns than each row holds: the right edge of the picture is missing, so the ball is nearer
+        // to the middle.
         image.encoding = Text::new("bgr8");
         image.width = 300;
         let mut bench = finder();

@@ -1,4 +1,4 @@
-//! The father on the bench: whom it wakes, whom it prefers and why, and when its mission is over.
+//! The father on the bench: which children it wakes, which it prefers and why, and when its mission ends.
 
 use jde_schema::bench::{Bench, Decision};
 use jde_schema::prelude::*;
@@ -7,7 +7,7 @@ use crate::Follower;
 use crate::ball::Ball;
 use crate::tests::{near, seconds, seen, unseen};
 
-/// Looks once, at a time in seconds.
+/// Runs one iteration at a time in seconds.
 fn look(bench: &mut Bench<Follower>, now: f64, ball: Ball) -> Mission {
     bench.set_now(seconds(now));
     bench.import("ball", &ball);
@@ -101,7 +101,7 @@ fn it_gives_up_when_nothing_says_whether_there_is_a_ball_and_counts_anew_after_a
     bench.awake().expect("it wakes again");
     assert_eq!(blind(&mut bench, 300.0).state, Mission::RUNNING);
     assert_eq!(look(&mut bench, 310.0, seen(0.0, 2.0)).state, Mission::RUNNING);
-    // The picture is too old to steer by a second later.
+    // A second later the picture is too old to steer by.
     blind(&mut bench, 320.0);
     assert_eq!(blind(&mut bench, 439.9).state, Mission::RUNNING);
     let mission = blind(&mut bench, 440.1);
@@ -148,7 +148,7 @@ fn the_target_is_the_ball_in_the_frame_of_the_odometry() {
     near(mission.target.x, 1.0, 1e-9);
 }
 
-/// Where `avoid` is to go after a look at this ball from the origin.
+/// Target of `avoid` after these balls, with the robot at the origin.
 fn avoided(balls: &[Ball]) -> Option<Pose2D> {
     let mut bench = Bench::<Follower>::new();
     bench.import(
@@ -174,7 +174,8 @@ fn who_avoids_is_sent_to_a_ball_that_is_here_and_far() {
     assert_eq!(avoided(&[seen(0.0, 2.0), unseen(0.0, 2.0, 1.0)]), None);
 }
 
-/// What it decides when these are ready, with the heading error that `avoid` offers, rad.
+/// The decision when these children are READY. `error` is the heading error that `avoid` reports as urgency,
+/// rad.
 fn decided(group: &str, ready: &[&str], error: f64) -> Decision {
     let mut bench = Bench::<Follower>::new();
     for child in ["brake", "avoid", "turn", "approach", "roam", "track", "search"] {

@@ -1,4 +1,4 @@
-//! The finder on pictures of the simulated hall: it finds its ball there, at its place, and takes nothing else for one.
+//! The finder on pictures of the simulated hall: it finds the ball at its position, and nothing else.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -9,7 +9,8 @@ use crate::ball::Ball;
 use crate::tests::{near, roomy};
 
 const HALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/hall.toml");
-/// The orange ball of the hall, and where the camera sits on a Pioneer: ahead of its middle, and above the floor.
+/// The position of the hall's orange ball, and that of the camera on a Pioneer: ahead of the robot's middle,
+/// and above the floor.
 const BALL: [f64; 2] = [4.9, 3.7];
 const AHEAD: f64 = 0.05;
 const HEIGHT: f64 = 0.35;
@@ -33,7 +34,7 @@ impl Hall {
         }
     }
 
-    /// What is found by a robot that stands there and has turned its head so.
+    /// Returns the ball that the finder publishes for a robot at this pose with this head position.
     fn look(&mut self, pose: Pose2, pan: f64, tilt: f64) -> Ball {
         self.world.place(self.robot, pose).expect("there is room");
         let head = HeadCommand {
@@ -99,7 +100,7 @@ fn the_ball_of_the_hall_is_found_where_it_lies() {
 fn nothing_else_in_the_hall_is_taken_for_the_ball() {
     roomy(|| {
         let mut hall = Hall::new();
-        // From before the ball, all around but where it lies; people walk meanwhile.
+        // From around the ball, in all directions but toward it, while people walk.
         for place in [[5.8, 5.0], [7.3, 3.2], [3.2, 2.0]] {
             let toward = f64::atan2(BALL[1] - place[1], BALL[0] - place[0]);
             for step in 1..12 {

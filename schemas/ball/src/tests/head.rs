@@ -1,4 +1,4 @@
-//! The two who have the head: whom of them the ball makes ready, and where they turn it.
+//! The two schemas that turn the head: which one the ball makes READY, and which position they command.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -73,7 +73,7 @@ fn noise_does_not_turn_the_head() {
     assert_eq!((command.pan_velocity, command.tilt_velocity), (0.0, 0.0));
 }
 
-/// A search with a head that follows: where it is sent each tenth of a second.
+/// Runs a search with a head that follows. Returns the position commanded at each tenth of a second.
 fn sweep(bearing: f64, steps: usize, stuck: bool) -> Vec<f64> {
     let mut bench = Bench::<Search>::new();
     bench.set("sweep", 1.0);
@@ -95,7 +95,7 @@ fn sweep(bearing: f64, steps: usize, stuck: bool) -> Vec<f64> {
         .collect()
 }
 
-/// The same without repetitions.
+/// Removes repetitions.
 fn legs(mut sides: Vec<f64>) -> Vec<f64> {
     sides.dedup();
     sides

@@ -1,4 +1,4 @@
-//! Colours, masses and directions, each by itself.
+//! Unit tests of colours, masses and directions.
 
 use core::f32::consts::TAU;
 
@@ -70,7 +70,7 @@ fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
     assert!(!white.contain([250, 150, 150]));
 }
 
-/// Pixels of the largest mass of a drawing, of those that are round enough.
+/// Number of pixels of the largest mass in a drawing that is round enough.
 fn largest(drawing: &[&str], roundness: f64) -> Option<usize> {
     let size = [drawing[0].len(), drawing.len()];
     let wanted = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
@@ -98,7 +98,7 @@ fn branches_that_meet_further_down_are_one_mass() {
     assert_eq!(largest(&spiral, 0.0), Some(17));
 }
 
-/// The pixels of the largest mass, found by walking from neighbour to neighbour.
+/// Number of pixels of the largest mass, found by visiting neighbours one by one.
 fn walked(wanted: &[bool], width: usize) -> usize {
     let height = wanted.len() / width;
     let mut left = wanted.to_vec();
@@ -191,7 +191,7 @@ fn left_and_up_are_positive_and_the_head_adds_its_own() {
     check(angles([0.0, 1.0, 1.0], 0.0, 0.0), [0.0, -45_f64.to_radians()]);
     check(angles([0.0, 0.0, 1.0], 0.7, 0.3), [0.7, -0.3]);
     check(angles([0.0, 1.0, 1.0], -0.7, -45_f64.to_radians()), [-0.7, 0.0]);
-    // Looking down, what is at the side is farther aside than it looks.
+    // When the camera looks down, an object to the side has a greater bearing than its column suggests.
     let [bearing, _] = angles([-1.0, 0.0, 1.0], 0.0, 60_f64.to_radians());
     near(bearing, 2_f64.atan(), 1e-9);
 }

@@ -1,4 +1,4 @@
-//! The head: it turns as fast as is wanted, and no farther than it must when that ends.
+//! The head: it turns at the wished rate, and turns on as little as possible after the wish ends.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;

@@ -1,4 +1,4 @@
-//! The father: when a person has the robot, and what becomes of the part of which nothing is wanted.
+//! The father: when it is READY, and its arbitration of a group for which there is no wish.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
