@@ -126,8 +126,12 @@ impl Later {
         self.any.store(true, Release);
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        !self.any.load(Relaxed)
+    }
+
     pub(super) fn take(&self) -> Vec<Event> {
-        if self.any.load(Relaxed) && self.any.swap(false, Acquire) {
+        if self.any.swap(false, Acquire) {
             std::mem::take(&mut *self.lock())
         } else {
             Vec::new()

@@ -127,8 +127,10 @@ impl Engine {
         let order = journal.map_or(0, Journal::next);
         let time = if order > 0 { now } else { 0 };
         let moment = Moment { order, time };
-        for event in self.later.take() {
-            self.tell(rules, &event);
+        if !self.later.is_empty() {
+            for event in self.later.take() {
+                self.tell(rules, &event);
+            }
         }
         if rules.groups.is_restless() {
             for calmed in rules.groups.calmed(now) {
