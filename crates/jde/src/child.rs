@@ -1,5 +1,5 @@
-//! This program as the process of one schema, which a running application starts for each that wants one of its own, and as the process that
-//! looks at plugins' files before anybody maps them. They are no verbs: nobody types them.
+//! This program as a child process without a verb: it runs one isolated schema for a running application, or
+//! inspects plugin files before another process maps them.
 
 use std::process::ExitCode;
 
@@ -8,22 +8,22 @@ use jde_host::plugin::{Plugins, serve_inspections};
 
 use crate::terminal;
 
-/// What it is called with to run a schema.
+/// The argument that runs a schema.
 const SCHEMA: &str = "--serve-schema";
-/// What it is called with to look at plugins.
+/// The argument that inspects plugins.
 const INSPECTOR: &str = "--serve-inspections";
 
-/// What runs a schema in a process of its own.
+/// The command that runs a schema in a process of its own.
 pub(crate) fn program() -> Program {
     itself(SCHEMA)
 }
 
-/// What looks at plugins.
+/// The command that inspects plugins.
 pub(crate) fn inspector() -> Program {
     itself(INSPECTOR)
 }
 
-/// This very program, whatever has become of its file since it was started.
+/// This executable, even if its file has been replaced or deleted since the start.
 fn itself(argument: &str) -> Program {
     Program {
         path: "/proc/self/exe".into(),
@@ -31,7 +31,7 @@ fn itself(argument: &str) -> Program {
     }
 }
 
-/// Does what this process is for, if that is no verb.
+/// Runs the child process if the first argument requests one. Returns `None` for a verb.
 pub(crate) fn main() -> Option<ExitCode> {
     let argument = std::env::args_os().nth(1)?;
     let served = if argument == SCHEMA {
@@ -44,7 +44,7 @@ pub(crate) fn main() -> Option<ExitCode> {
     Some(match served {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // There is nobody to tell that this could not be told.
+            // If standard error cannot be written, there is no place left to report to.
             drop(writeln!(terminal::err(), "jde: {error}"));
             terminal::let_go();
             let _ = terminal::settle();

@@ -1,5 +1,5 @@
-//! Names for the shell to complete: of applications that run, of what is in them, and of what is in recordings. Whoever does not answer at once is left
-//! out: a key pressed in a shell must not wait.
+//! Completes names in the shell: of running applications, of their contents, and of recordings. A source that
+//! does not answer within [`PATIENCE`] is omitted, because a key press must not wait.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -16,10 +16,10 @@ use crate::attached::name::split_application;
 use crate::attached::panel;
 use crate::recorded;
 
-/// How long a key pressed in a shell may wait.
+/// The longest time that a key press may wait.
 const PATIENCE: Duration = Duration::from_millis(700);
 
-/// Applications that run here.
+/// Completes the names of applications that run on this machine.
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
     in_time(|| {
@@ -33,7 +33,7 @@ pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
     .collect()
 }
 
-/// Schemas of the application that is meant.
+/// Completes the schemas of the chosen application.
 pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let schemas = remote.schemas().ok()?.schemas;
@@ -46,7 +46,7 @@ pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
-/// Schemas of the application that is meant, and the plugins that they come from.
+/// Completes the schemas of the chosen application, and their plugins.
 pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let schemas = remote.schemas().ok()?.schemas.into_iter();
@@ -59,7 +59,7 @@ pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
-/// Variables of the application that is meant.
+/// Completes the variables of the chosen application.
 pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let variables = remote.variables(false).ok()?;
@@ -72,7 +72,7 @@ pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
-/// Modulations of the application that is meant.
+/// Completes the modulations of the chosen application.
 pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let mut variables = remote.variables(false).ok()?;
@@ -86,7 +86,7 @@ pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
-/// Schemas that have panels.
+/// Completes the schemas that have panels.
 pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let mut schemas = remote.schemas().ok()?.schemas;
@@ -100,7 +100,7 @@ pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
-/// Widgets of the panel that the command line names.
+/// Completes the widgets of the panel that the command line names.
 pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
     let line = Words::of(std::env::args_os());
@@ -128,7 +128,7 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// Numbers of the recording that stands on the same command line.
+/// Completes the numbers of the recording on the same command line.
 pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
     let named = |word: &OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
@@ -148,7 +148,7 @@ pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// Names of an application with what they mean.
+/// Names with their documentation.
 type Names = Vec<(String, String)>;
 
 fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionCandidate> {
@@ -164,7 +164,7 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let list = |name: Option<&str>| list(&client.application(name).ok()?);
         let of_usual = list(usual.as_deref()).unwrap_or_default();
-        // What is imported has its application in its name already.
+        // The name of an imported variable already contains its application.
         let of_named = named
             .as_deref()
             .and_then(|named| list(Some(named)))
@@ -186,22 +186,22 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         .collect()
 }
 
-/// The application that is meant where nothing else is said.
+/// The application to use if the command line names none.
 fn usual() -> Option<String> {
     std::env::var("JDE_APP").ok()
 }
 
-/// What a command line says, as far as names depend on it.
+/// The parts of a command line that determine which names exist.
 #[derive(Debug, Default, PartialEq)]
 struct Words {
     /// The value of --app.
     application: Option<String>,
-    /// What is neither an option nor the value of one.
+    /// Words that are neither an option nor its value.
     others: Vec<String>,
 }
 
 impl Words {
-    /// Of a line that may still be written: letters that are none stand for themselves, and an option may have no value yet.
+    /// Parses an unfinished line: invalid UTF-8 is replaced, and an option may still lack its value.
     fn of(line: impl Iterator<Item = OsString>) -> Self {
         let mut words = Self::default();
         let mut line = line.map(|word| word.to_string_lossy().into_owned());
@@ -220,11 +220,11 @@ impl Words {
     }
 }
 
-/// What is there in time; the rest is left behind.
+/// Returns the result of `ask` if it arrives within [`PATIENCE`]. The thread is not joined.
 fn in_time<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
     let (tell, told) = channel();
     thread::spawn(move || {
-        // Nobody waits any more for what comes too late.
+        // The receiver is gone if the result is late.
         let _ = tell.send(ask());
     });
     told.recv_timeout(PATIENCE).ok().flatten()

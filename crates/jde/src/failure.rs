@@ -1,4 +1,4 @@
-//! Everything that can go wrong, what is said about it, and the exit status it has.
+//! The errors of all verbs, their messages, and their exit status.
 
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind};
@@ -13,34 +13,34 @@ use jde_log::ReadError;
 
 use crate::terminal::{self, BAD, TITLE, WARN};
 
-/// Most faults that are shown; whoever has more mends these first.
+/// The most faults that are shown at once.
 const MOST_SHOWN: usize = 40;
 
-/// What to do when plugins are missing; the faults themselves say which, and where they were looked for.
+/// The advice when plugins are missing. The faults themselves name the plugins and the searched folders.
 const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build` in its\n\
     checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
 
-/// Why a verb did not do what was asked.
+/// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// It was used wrongly.
+    /// Wrong use of the command line.
     #[error("{message}")]
     Use {
-        /// What is wrong.
+        /// The error.
         message: String,
-        /// What to do.
+        /// The advice.
         help: String,
     },
-    /// The application file is wrong.
+    /// The application's file has faults.
     #[error("{faults}")]
     Application {
-        /// All that is wrong.
+        /// All faults.
         faults: Faults,
-        /// A plugin's file is there and cannot be used.
+        /// Whether the file of a plugin exists and cannot be used.
         unusable: bool,
-        /// A plugin is not there.
+        /// Whether a plugin does not exist.
         missing: bool,
-        /// Folders in which none was looked for, because a recording names them.
+        /// Folders that were not searched because only a recording names them.
         withheld: Vec<PathBuf>,
     },
     /// A plugin cannot be used.
@@ -49,42 +49,42 @@ pub(crate) enum Failure {
     /// The application did not start.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// It ran, and its mission was not fulfilled; the summary has said so.
+    /// The application ran and did not fulfil its mission. The summary has reported this.
     #[error("the mission was not fulfilled")]
     Mission,
-    /// A drive was decided otherwise this time; the report has said how.
+    /// A replay made other decisions than the recording. The report has listed them.
     #[error("not every selection is as it was")]
     Different,
-    /// It could not go on.
+    /// The verb could not continue.
     #[error("{0}")]
     Broken(String),
-    /// Schemas run on with the builds they had.
+    /// A reload failed: the schemas keep running their previous builds.
     #[error("{0}")]
     NotReloaded(String),
-    /// What was asked for never happened.
+    /// The requested event did not occur.
     #[error("{0}")]
     Unanswered(String),
     /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] ReadError),
-    /// A running application could not be reached, or refused.
+    /// A running application could not be reached, or refused the request.
     #[error(transparent)]
     Link(#[from] jde_link::Error),
     /// A file could not be read or written.
     #[error("{}: {error}", path.display())]
     File {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
-    /// What is said could not be said.
+    /// The output could not be written.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),
 }
 
 impl Failure {
-    /// It was used wrongly, and what to do instead.
+    /// Returns wrong use with an error and an advice.
     pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Use {
             message: message.into(),
@@ -92,7 +92,7 @@ impl Failure {
         }
     }
 
-    /// A name that is none of those there are: the nearest is named, or all of them.
+    /// Returns wrong use because of an unknown name. The advice is the nearest known name, or all of them.
     pub(crate) fn unknown<'n>(what: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
         let help = match jde_board::nearest(name, known.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
@@ -101,7 +101,7 @@ impl Failure {
         Self::usage(format!("there is no {what} `{name}`"), help)
     }
 
-    /// What an application names is not there at present.
+    /// Returns the faults of an application that is correct but names something that is absent at present.
     pub(crate) fn missing(faults: Faults) -> Self {
         Self::Application {
             faults,
@@ -111,24 +111,25 @@ impl Failure {
         }
     }
 
-    /// For errors of a file.
+    /// Converts I/O errors of a file.
     pub(crate) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |error| Self::File { path, error }
     }
 
-    /// Whether the reader of a pipe went away, which is no failure.
+    /// Whether the reader closed the pipe of the output. This is no failure.
     pub(crate) fn is_closed_pipe(&self) -> bool {
         matches!(self, Self::Output(error) if error.kind() == ErrorKind::BrokenPipe)
     }
 
-    /// Says it on standard error, and gives the exit status: 1 it ran and failed, 2 wrong use or application file, 3 a plugin.
+    /// Prints the failure on standard error. Returns the exit status: 1 for a run that failed, 2 for wrong
+    /// use or a wrong application file, 3 for a plugin, 0 if the reader closed the pipe.
     pub(crate) fn report(&self) -> ExitCode {
         if self.is_closed_pipe() {
             return ExitCode::SUCCESS;
         }
         let words = self.words();
-        // Whoever closed standard error does not want to hear of it.
+        // If standard error is closed, there is no place left to report to.
         let _ = terminal::err().write_all(words.as_bytes());
         ExitCode::from(self.status())
     }
@@ -188,7 +189,7 @@ impl Failure {
     }
 }
 
-/// Wrong use is what can be mended by writing something else; the rest is how things are.
+/// Returns 2 for errors that another command line or setting can fix, and 1 for all others.
 fn link_status(error: &jde_link::Error) -> u8 {
     use jde_link::Error;
     match error {
@@ -217,16 +218,16 @@ fn link_status(error: &jde_link::Error) -> u8 {
     }
 }
 
-/// Whether it goes on.
+/// Whether the fault ends the verb.
 #[derive(Clone, Copy)]
 enum Tone {
     Error,
     Warning,
 }
 
-/// Says what is missing at present, on standard error.
+/// Prints what is absent at present as warnings on standard error.
 pub(crate) fn warn(concerns: &Faults) {
-    // Whoever closed standard error does not want to hear of it.
+    // If standard error is closed, there is no place left to report to.
     let _ = terminal::err().write_all(faults_in_words(concerns, Tone::Warning).as_bytes());
 }
 
@@ -246,7 +247,7 @@ fn in_tone(tone: Tone, message: &str, help: Option<&str>) -> String {
     words
 }
 
-/// Where no plugin was looked for, and how to have it done.
+/// Describes the folders that were not searched for plugins, and the option that searches them.
 pub(crate) fn not_searched(withheld: &[PathBuf]) -> String {
     let folders: Vec<_> = withheld.iter().map(|folder| shown(folder)).collect();
     format!(
@@ -268,7 +269,7 @@ fn faults_in_words(faults: &Faults, tone: Tone) -> String {
     words
 }
 
-/// A fault with the line it is in, as compilers show them.
+/// A fault with its source line, in the form that compilers use.
 fn fault_in_words(fault: &Fault, tone: Tone) -> String {
     let help = fault.help.as_deref();
     match &fault.place {
@@ -306,7 +307,8 @@ fn fault_in_words(fault: &Fault, tone: Tone) -> String {
     }
 }
 
-/// The line of `source` that holds byte `at`, and where it begins; none if the file has changed since.
+/// Returns the line of `source` that contains byte `at`, with its start. `None` if the file has changed
+/// since.
 fn line_around(source: &str, at: usize) -> Option<(usize, &str)> {
     let before = source.get(..at)?;
     let start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -314,7 +316,7 @@ fn line_around(source: &str, at: usize) -> Option<(usize, &str)> {
     Some((start, rest.lines().next().unwrap_or_default()))
 }
 
-/// A path as the user would write it: relative if it is below the working directory, and without ways up and down again.
+/// A path as the user would write it: relative if it is below the working directory, and without `..` inside.
 pub(crate) fn shown(path: &Path) -> String {
     let winding = path.components().skip(1).any(|part| part == Component::ParentDir);
     let straight = winding.then(|| path.canonicalize().ok()).flatten();

@@ -1,5 +1,5 @@
-//! Ctrl-C, and other ways in which a process is asked to end: the first stops what runs, the second ends at once.
-//! What whoever started the process wants ignored (`nohup`) stays ignored.
+//! Ctrl-C and the other signals that request the end of the process: the first stops what runs, the second
+//! ends the process at once. A signal that was ignored at the start (`nohup`) stays ignored.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,29 +12,30 @@ use signal_hook::low_level;
 
 use crate::terminal;
 
-/// What a shell adds to the number of the signal that ended a process.
+/// The shell's exit status of a process that a signal ended is this plus the signal's number.
 const BY_SIGNAL: i32 = 128;
 
-/// How long a process that has nothing more to stop may take to end by itself after a signal.
+/// The time that a process without listeners has to end by itself after a signal.
 const ENDS: Duration = Duration::from_secs(1);
 
-/// What is called at each signal, and whether nobody else listens.
+/// A listener. Its arguments are the signal, and whether it is the only listener.
 type Heard = Box<dyn Fn(i32, bool) + Send>;
 
-/// All that listen now, by their numbers.
+/// All current listeners, by number.
 static LISTENERS: Mutex<Vec<(u64, Heard)>> = Mutex::new(Vec::new());
 
-/// Listens to signals while it lives. When nobody listens any more, what is left to be written has a second after a signal, and the
-/// process ends.
+/// Listens to signals until it is dropped. Without any listener, a signal leaves one second for writing
+/// pending output and then ends the process.
 pub(crate) struct Interrupts {
     number: u64,
 }
 
 impl Interrupts {
-    /// Calls `stop` at the first signal, from a thread of its own; it must return soon. The second ends the process.
+    /// Calls `stop` at the first signal, on the signal thread; it must return soon. The second signal ends
+    /// the process.
     ///
     /// # Errors
-    /// The system refuses to tell of signals.
+    /// The operating system refuses to deliver signals.
     pub(crate) fn call(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
         let before = AtomicBool::new(false);
         Self::each(move |signal, _| {
@@ -45,11 +46,11 @@ impl Interrupts {
         })
     }
 
-    /// Calls `heard` at each signal with it and whether nobody else listens, from a thread of its own; it must return soon, and neither
-    /// begin to listen nor end it.
+    /// Calls `heard` at each signal with its number and whether this is the only listener. The call is on the
+    /// signal thread. It must return soon, and must neither create nor drop a listener.
     ///
     /// # Errors
-    /// The system refuses to tell of signals.
+    /// The operating system refuses to deliver signals.
     pub(crate) fn each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         listen()?;
@@ -59,14 +60,15 @@ impl Interrupts {
     }
 }
 
-/// What it called is not called any more when this returns.
+/// The listener is not called any more after this returns.
 impl Drop for Interrupts {
     fn drop(&mut self) {
         listeners().retain(|(number, _)| *number != self.number);
     }
 }
 
-/// Begins to listen, once for as long as the process lives: a signal that was listened to once and is not any more would be ignored.
+/// Installs the signal handlers, once for the life of the process: a signal whose handler had been removed
+/// again would be ignored.
 fn listen() -> io::Result<()> {
     static BEGUN: Mutex<bool> = Mutex::new(false);
     let mut begun = BEGUN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -85,7 +87,7 @@ fn listen() -> io::Result<()> {
 }
 
 fn take(signal: i32) {
-    // Whoever prints for a reader that does not read hears of it too.
+    // A thread that waits for a slow reader of the output must also return.
     terminal::let_go();
     let is_heard = {
         let listeners = listeners();
@@ -105,7 +107,7 @@ fn listeners() -> MutexGuard<'static, Vec<(u64, Heard)>> {
     LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a person does to end this process, in words. A shell has what a script starts in the background ignore Ctrl-C.
+/// Describes how the user ends this process. Shells make background processes of a script ignore Ctrl-C.
 pub(crate) fn how_to_end() -> String {
     if is_ignored(SIGINT) {
         let process = std::process::id();
@@ -120,12 +122,12 @@ fn is_ignored(signal: i32) -> bool {
     ignored & (1 << (signal - 1)) != 0
 }
 
-/// Ends the process as a signal would.
+/// Ends the process with the exit status of a signal.
 pub(crate) fn end_by(signal: i32) {
     low_level::exit(BY_SIGNAL + signal);
 }
 
-/// The signals that a process was started to ignore, a bit each, from its status as Linux tells it.
+/// Parses the signals that the process ignores, one bit each, from Linux's `/proc/self/status`.
 fn ignored(status: &str) -> u64 {
     let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     line.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
@@ -141,7 +143,7 @@ mod tests {
 
     use super::{Interrupts, ignored};
 
-    /// Has this test program listen to signals, and no more.
+    /// Makes this test program listen to signals without acting on them.
     const LISTENED: &str = "JDE_TEST_LISTENED";
 
     #[test]

@@ -1,4 +1,4 @@
-//! From the name of an application to one that is checked, and the plugins that belong to it. Starts nothing.
+//! Loads an application by name or file, checks it, and finds its plugins. Starts nothing.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -19,55 +19,56 @@ pub(crate) struct Loaded {
     pub(crate) application: Application,
     /// The plugins it was checked against.
     pub(crate) plugins: Plugins,
-    /// Folders that its file names and where no plugin was looked for, because nobody trusts it.
+    /// Folders that its file names and that were not searched for plugins, because the file is not trusted.
     pub(crate) withheld: Vec<PathBuf>,
 }
 
-/// Whose an application's file is.
+/// The origin of an application's file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trust {
-    /// The user named it: plugins are looked for wherever it says, and beside it.
+    /// The user named the file: plugins are searched for in the folders that it names, and beside it.
     Given,
-    /// It came with something from elsewhere: plugins are looked for where they are for everybody.
+    /// The file is part of a recording: plugins are searched for in the common folders only.
     Withheld,
 }
 
-/// Plugins as an application's types are looked up in them, and what was noticed meanwhile.
+/// The catalogue of plugins for the check of one application. Collects what it notices during the look-ups.
 pub(crate) struct Shelf {
     plugins: Plugins,
     purpose: Purpose,
     trust: Trust,
-    /// Schemas inspect what their modulations name.
+    /// Whether schemas inspect what their modulations name.
     inspects: bool,
     noticed: RefCell<Noticed>,
 }
 
-/// What plugins are looked up for.
+/// The purpose of a look-up.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// To say what they are: nothing of them comes into this process.
+    /// Read the descriptions only. No plugin is loaded into this process.
     Look,
-    /// To run them.
+    /// Load the plugins to run them.
     Run,
 }
 
-/// What was noticed while types were looked up.
+/// What the look-ups of types noticed.
 #[derive(Default)]
 pub(crate) struct Noticed {
-    /// A plugin's file is there but cannot be used.
+    /// Whether a plugin's file exists but cannot be used.
     pub(crate) unusable: bool,
-    /// A plugin is not there.
+    /// Whether a plugin does not exist.
     pub(crate) missing: bool,
     /// Folders that the application names.
     pub(crate) folders: Vec<PathBuf>,
-    /// Those that it names and that were not searched.
+    /// Folders that the application names and that were not searched.
     withheld: Vec<PathBuf>,
 }
 
-/// Loads and checks an application that is to start, given as a file or by name, and warns of what is missing at present.
+/// Loads and checks an application that is to start, given as a file or by name. Prints a warning about
+/// everything that is absent at present.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the application.
 pub(crate) fn to_start(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
     let file = places::application(given)?;
     let loaded = load(&file, overrides, Shelf::inspecting)?;
@@ -80,7 +81,7 @@ pub(crate) fn to_start(given: &Path, overrides: &[Override]) -> Result<Loaded, F
 /// Loads and checks an application whose drivers do not start, given as a file or by name.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the application.
 pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
     load(&places::application(given)?, overrides, |shelf| shelf)
 }
@@ -93,7 +94,7 @@ fn load(file: &Path, overrides: &[Override], with: impl FnOnce(Shelf) -> Shelf) 
 /// Checks an application, given as a file or by name, without loading any plugin into this process.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the application.
 pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application, Failure> {
     let file = places::application(given)?;
     let shelf = Shelf::new(SearchPath::usual(Some(&file)), Purpose::Look, Trust::Given).inspecting();
@@ -101,15 +102,16 @@ pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application,
     Ok(loaded.application)
 }
 
-/// The plugins along a path. A damaged one ends the process that looks at it, and not this one.
+/// The plugins along a path. Their files are inspected in a child process, so a damaged file cannot end this
+/// one.
 pub(crate) fn plugins(path: SearchPath) -> Plugins {
     Plugins::new(path).inspected_by(child::inspector())
 }
 
-/// Checks the text of an application's file that a recording has.
+/// Checks the text of an application's file that a recording contains.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the application.
 pub(crate) fn attached(file: &Attached, overrides: &[Override], trust: Trust) -> Result<Loaded, Failure> {
     let Attached { name, text, folder } = file;
     let stood = folder.as_ref().map(|folder| folder.join(name));
@@ -152,7 +154,7 @@ fn checked(
 }
 
 impl Shelf {
-    /// The plugins along a path.
+    /// Returns a catalogue of the plugins along a path.
     pub(crate) fn new(path: SearchPath, purpose: Purpose, trust: Trust) -> Self {
         Self {
             plugins: plugins(path),
@@ -163,7 +165,8 @@ impl Shelf {
         }
     }
 
-    /// The same, with schemas that inspect what their modulations name: for whoever starts the application, or would.
+    /// Makes schemas inspect what their modulations name. Only for an application that starts, or for its
+    /// check.
     fn inspecting(self) -> Self {
         Self {
             inspects: true,
@@ -171,7 +174,7 @@ impl Shelf {
         }
     }
 
-    /// Those of the folders that an application names which are searched.
+    /// Returns those folders named by the application that are to be searched.
     fn searched<'d>(&self, named: &'d [PathBuf]) -> &'d [PathBuf] {
         let mut noticed = self.noticed.borrow_mut();
         match self.trust {
@@ -190,7 +193,7 @@ impl Shelf {
         }
     }
 
-    /// The plugins, and what was noticed.
+    /// Returns the plugins and what was noticed.
     pub(crate) fn into_parts(self) -> (Plugins, Noticed) {
         (self.plugins, self.noticed.into_inner())
     }

@@ -1,16 +1,17 @@
-//! Where applications and worlds are found by name: here, in the checkout this program was built from, or installed.
+//! Finds applications and worlds by name: in the working directory, in the checkout of this build, or in the
+//! installation.
 
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-/// The checkout this program was built from; it may be gone.
+/// The checkout that this program was built from. It may no longer exist.
 pub(crate) fn checkout() -> PathBuf {
     let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
     above.nth(2).unwrap_or(Path::new("/")).to_owned()
 }
 
-/// Folders that hold `apps` and `worlds`, the nearest first.
+/// The folders that may hold `apps` and `worlds`, in search order.
 fn homes() -> Vec<PathBuf> {
     let mut homes = vec![PathBuf::new(), checkout()];
     if let Some(prefix) = std::env::current_exe()
@@ -22,23 +23,23 @@ fn homes() -> Vec<PathBuf> {
     homes
 }
 
-/// The file of an application that is given as a file or by name.
+/// Returns the file of an application, given as a file or by name.
 ///
 /// # Errors
-/// No such file and no such name; the names there are.
+/// There is no application of this name. The error lists the known names.
 pub(crate) fn application(given: &Path) -> Result<PathBuf, Failure> {
     find(given, "apps", "application")
 }
 
-/// The file of a world that is given as a file or by name.
+/// Returns the file of a world, given as a file or by name.
 ///
 /// # Errors
-/// No such file and no such name; the names there are.
+/// There is no world of this name. The error lists the known names.
 pub(crate) fn world(given: &Path) -> Result<PathBuf, Failure> {
     find(given, "worlds", "world")
 }
 
-/// A file that is given as such, or by its name in a folder of one of the homes.
+/// Returns a given file, or finds it by name in a folder of one of the homes.
 fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
     let text = given.to_string_lossy();
     let is_a_name = !text.contains('/') && !text.ends_with(".toml");
@@ -66,7 +67,7 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
     })
 }
 
-/// Names of all files there are in a folder of the homes.
+/// The names of all files in a folder of the homes.
 fn names(homes: &[PathBuf], folder: &str) -> Vec<String> {
     let mut names: Vec<String> = homes
         .iter()

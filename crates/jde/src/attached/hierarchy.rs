@@ -1,4 +1,4 @@
-//! The hierarchy of an application at one instant, as a table that reads like a tree.
+//! The hierarchy of an application at one instant, as a table in the order of a tree.
 
 use std::io::{self, Write};
 
@@ -9,10 +9,10 @@ use super::table::{Cell, Side, Table};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 use crate::top::{self, Row, text};
 
-/// Tells it.
+/// Writes the table.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub(crate) fn tell(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()> {
     let mut table = Table::new([
         ("schema", Side::Left),
@@ -96,7 +96,7 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
     ]
 }
 
-/// What follows a fault.
+/// Describes how many restarts a schema has left after a fault.
 fn restarts(left: Option<u32>) -> String {
     match left {
         None => "never restarted".to_owned(),
@@ -106,7 +106,7 @@ fn restarts(left: Option<u32>) -> String {
     }
 }
 
-/// Which build took over; of one that was given up `jde ps --json` has the reason.
+/// Describes the build of the last reload. `jde ps --json` has the reason why a build was given up.
 fn build(reload: &ReloadView) -> Cell {
     let version = &reload.build.version;
     match (reload.on_trial, &reload.undone) {

@@ -1,5 +1,5 @@
-//! An application of another process, as the oscilloscope sees it: what came last over the link. No call waits for the network,
-//! except that an action waits for its answer.
+//! An application of another process as a source of the oscilloscope: the newest data from the link. No call
+//! waits for the network, except that an action waits for its answer.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::session::{self, Mission as Progress, Read};
 use crate::top::{Action, Application, RobotView};
 
-/// How often the robot's place is wanted.
+/// The rate at which the robot's pose is requested.
 const PLACES: Rate = Rate::Hz(10);
 
 /// An application of another process.
@@ -24,7 +24,7 @@ pub(crate) struct Live {
     _watching: Vec<Watching>,
 }
 
-/// What came last.
+/// The newest data.
 struct Seen {
     snapshot: Snapshot,
     odometry: Option<Pose2D>,
@@ -33,11 +33,11 @@ struct Seen {
     notes: Vec<String>,
 }
 
-/// Lines that are kept below the picture.
+/// Number of notes that are kept below the picture.
 const NOTES: usize = 50;
 
 impl Live {
-    /// Begins to look.
+    /// Subscribes to the application.
     ///
     /// # Errors
     /// The application does not answer.
@@ -85,7 +85,7 @@ impl Live {
                     Progress::read(Read { value_type, bytes })
                 });
                 let mut seen = lock(&seen);
-                // One that has been of places stays so at its last target.
+                // A mission of places keeps this flag at its last target.
                 let places = seen.mission.as_ref().is_some_and(|mission| mission.of_places);
                 seen.mission = read.map(|mission| Progress {
                     of_places: mission.of_places || places,
@@ -110,7 +110,7 @@ impl Live {
         })
     }
 
-    /// Gives what makes whoever looks leave; any thread may call it.
+    /// Returns a function that makes the oscilloscope leave. Any thread may call it.
     pub(crate) fn leaving(&self) -> impl Fn() + Send + use<> {
         let seen = Arc::clone(&self.seen);
         move || lock(&seen).outcome = Some(Outcome::Stopped)

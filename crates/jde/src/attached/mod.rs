@@ -1,4 +1,4 @@
-//! A running application seen from outside: what its answers look like. How they are fetched is the business of `jde-link`.
+//! Formats what a running application sends to its clients. `jde-link` does the communication.
 
 pub(crate) mod hierarchy;
 pub(crate) mod live;

@@ -1,8 +1,8 @@
-//! Names as people write them: `[APPLICATION:]SCHEMA.VARIABLE[.FIELD]`, `[APPLICATION:]SCHEMA`.
+//! Parses names on a command line: `[APPLICATION:]SCHEMA.VARIABLE[.FIELD]`, `[APPLICATION:]SCHEMA`.
 
 use crate::failure::Failure;
 
-/// The application that a name is of, if it says so, and the rest.
+/// Splits a name into its application, if it has one, and the rest.
 pub(crate) fn split_application(name: &str) -> (Option<&str>, &str) {
     match name.split_once(':') {
         Some((application, rest)) if !application.is_empty() => (Some(application), rest),
@@ -10,10 +10,10 @@ pub(crate) fn split_application(name: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// The variable that a name begins with, out of those there are, and the path of a field behind it.
+/// Splits a name into one of the known variables and the path of a field, which may be empty.
 ///
 /// # Errors
-/// There is none: the nearest is named.
+/// There is no such variable. The error contains the nearest name.
 pub(crate) fn variable<'v, 'n>(
     name: &'n str,
     known: impl Iterator<Item = &'v str> + Clone,
@@ -22,7 +22,7 @@ pub(crate) fn variable<'v, 'n>(
         name.strip_prefix(*variable)
             .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
     };
-    // The longest: a remote variable's name begins with another's only by chance, but then it is the one meant.
+    // The longest match is meant if the name of one variable begins with another's.
     if let Some(variable) = known.clone().filter(begins).max_by_key(|variable| variable.len()) {
         let rest = &name[variable.len()..];
         return Ok((variable, rest.strip_prefix('.').unwrap_or(rest)));

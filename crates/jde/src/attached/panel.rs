@@ -1,5 +1,5 @@
-//! A schema's panel in words: what can be read of it without a window, and which of its widgets can be touched. Pictures are
-//! described, not drawn.
+//! Formats a schema's panel as text: all that is readable without a window, and the widgets that can be
+//! touched. Pictures are described, not drawn.
 
 use std::io::{self, Write};
 
@@ -11,17 +11,17 @@ use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 /// Writes a list from top to bottom.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub(crate) fn tell(list: &List, words: &mut dyn Write) -> io::Result<()> {
     items(&list.items, 0, words)
 }
 
-/// A widget that can be touched, by its id.
+/// Returns the touchable widget with this id.
 pub(crate) fn find<'l>(list: &'l List, id: &str) -> Option<&'l Item> {
     touchable(list).find(|item| item.id() == Some(id))
 }
 
-/// All widgets that can be touched.
+/// Returns all widgets that can be touched.
 pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> + Clone {
     list.walk().filter(|item| match item {
         Item::Button { .. }
@@ -67,7 +67,7 @@ fn items(items: &[Item], depth: usize, words: &mut dyn Write) -> io::Result<()> 
     Ok(())
 }
 
-/// A widget in one line.
+/// Formats a widget as one line.
 fn line(item: &Item) -> String {
     let id = |id: &str| format!("{FAINT}{}{FAINT:#}", shown(id));
     match item {
@@ -160,7 +160,7 @@ fn line(item: &Item) -> String {
     }
 }
 
-/// What is drawn, in words: how much, and what is written in it.
+/// Describes a picture: the number of its shapes, and its labels.
 fn drawn<'l>(where_: &str, count: usize, labels: impl Iterator<Item = &'l str>) -> String {
     let labels: Vec<_> = labels.map(shown).collect();
     let shapes = if count == 1 { "shape" } else { "shapes" };
@@ -226,7 +226,7 @@ fn style(words: Words) -> Style {
     }
 }
 
-/// A text as a terminal can bear it, wherever it came from.
+/// Replaces control characters by `?`, so that a text from any source is safe for a terminal.
 fn shown(text: &str) -> String {
     let bearable = |letter: char| if letter.is_control() { '?' } else { letter };
     text.chars().map(bearable).collect()

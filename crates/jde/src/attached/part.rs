@@ -1,4 +1,4 @@
-//! A variable, or a field of one: its value out of the bytes, its unit, and how people read it.
+//! A variable or one of its fields: decodes its value, and formats it with its unit.
 
 use jde_abi::describe::{FieldKind, Type};
 use jde_board::value::{Value, ValueError, get_path};
@@ -7,7 +7,7 @@ use jde_link::message::VariableInfo;
 use crate::failure::Failure;
 use crate::inspect::value::{plain, with_unit};
 
-/// A field of a variable, or all of it.
+/// A field of a variable, or the whole variable.
 pub(crate) struct Part {
     /// Its unit; empty for none.
     pub(crate) unit: String,
@@ -17,10 +17,10 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// The part of a variable that a path names; the empty path names all of it.
+    /// Returns the part of a variable at a path. The empty path is the whole variable.
     ///
     /// # Errors
-    /// There is no such field: the nearest is named.
+    /// There is no such field. The error contains the nearest name.
     pub(crate) fn of(variable: &VariableInfo, path: &str) -> Result<Self, Failure> {
         let name = match path {
             "" => variable.name.clone(),
@@ -38,7 +38,7 @@ impl Part {
             value_type,
             name,
         };
-        // An element that is not there now may be later; a field that is not there never is.
+        // An element of a list may exist later. A field that does not exist now never will.
         match get_path(&part.value_type, &vec![0; part.value_type.bytes], path) {
             Ok(_) | Err(ValueError::NoElement { .. }) => Ok(part),
             Err(error) => Err(part.wrong(&error)),
@@ -50,10 +50,10 @@ impl Part {
         &self.name
     }
 
-    /// Its value out of the bytes of the variable.
+    /// Decodes its value from the bytes of the variable.
     ///
     /// # Errors
-    /// An element past the end.
+    /// An element past the end of its list.
     pub(crate) fn value(&self, bytes: &[u8]) -> Result<Value, Failure> {
         if self.path.is_empty() {
             return Ok(plain(&self.value_type, bytes));
@@ -68,12 +68,12 @@ impl Part {
                 fields.len() == 1 && !matches!(fields[0].1, Value::Text(_) | Value::List(_) | Value::Map(_))
             }
             Ok(Value::Text(_) | Value::List(_)) => false,
-            // An element of a list of structures is told when it comes.
+            // The type of a list element is known only when it arrives.
             Ok(Value::Bool(_) | Value::Int(_) | Value::UInt(_) | Value::Float(_)) | Err(_) => true,
         }
     }
 
-    /// Its value as a number; a flag is 0 or 1. None if it is neither.
+    /// Decodes its value as a number; a flag is 0 or 1. `None` if it is neither.
     pub(crate) fn number(&self, bytes: &[u8]) -> Option<f64> {
         match self.value(bytes).ok()? {
             Value::Float(number) => Some(number),
@@ -84,7 +84,7 @@ impl Part {
         }
     }
 
-    /// A value of it with its unit.
+    /// Formats one of its values with the unit.
     pub(crate) fn shown(&self, value: Value) -> String {
         with_unit(value, &self.unit)
     }
@@ -97,7 +97,7 @@ impl Part {
     }
 }
 
-/// The unit of the field that a path leads to.
+/// Returns the unit of the field at a path.
 fn unit(value_type: &Type, path: &str) -> String {
     let mut value_type = value_type;
     let mut unit = String::new();

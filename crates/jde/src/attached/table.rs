@@ -1,4 +1,5 @@
-//! Columns of text, as wide as what is in them; right for numbers, left for words. Knows no colours of its own.
+//! A table of text. Each column is as wide as its content; numbers are aligned right, words left. Defines no
+//! colours.
 
 use std::io::{self, Write};
 
@@ -7,7 +8,7 @@ use anstyle::Style;
 use crate::terminal::FAINT;
 use crate::visible::visible;
 
-/// Where a column's text stands.
+/// The alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     /// Words.
@@ -16,14 +17,14 @@ pub(crate) enum Side {
     Right,
 }
 
-/// A text in a table, and how it looks.
+/// A text in a table, with its style.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cell {
     text: String,
     style: Style,
 }
 
-/// Rows below titles.
+/// A table: titles above rows.
 pub(crate) struct Table {
     titles: Vec<(&'static str, Side)>,
     rows: Vec<Vec<Cell>>,
@@ -40,7 +41,7 @@ impl Cell {
 impl<T: ToString> From<T> for Cell {
     fn from(text: T) -> Self {
         Self {
-            // As wide as it is shown.
+            // Escape now, so that the width is that of the shown text.
             text: visible(&text.to_string()),
             style: Style::new(),
         }
@@ -48,7 +49,7 @@ impl<T: ToString> From<T> for Cell {
 }
 
 impl Table {
-    /// An empty one.
+    /// Creates an empty table.
     pub(crate) fn new(titles: impl IntoIterator<Item = (&'static str, Side)>) -> Self {
         Self {
             titles: titles.into_iter().collect(),
@@ -61,12 +62,12 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Writes it, without the columns in which no row has anything.
+    /// Writes the table, without the columns that are empty in every row.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The output cannot be written.
     pub(crate) fn tell(&self, words: &mut dyn Write) -> io::Result<()> {
-        // Nothing for a column that is left out; titles alone say what there could be.
+        // `None` for a column that is left out. A table without rows shows all titles.
         let widths: Vec<Option<usize>> = (0..self.titles.len())
             .map(|column| {
                 let cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -92,7 +93,7 @@ impl Table {
                     Side::Right => (room, 0),
                 };
                 if !text.is_empty() {
-                    // Spaces are written only before something, so that no line ends in them.
+                    // Write spaces only before text, so that no line ends in spaces.
                     write!(words, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
                     gap = after + 2;
                 } else {
@@ -105,7 +106,7 @@ impl Table {
     }
 }
 
-/// Columns of a terminal that a text takes.
+/// Number of terminal columns that a text takes.
 fn columns(text: &str) -> usize {
     ratatui::text::Span::raw(text).width()
 }

@@ -1,4 +1,4 @@
-//! What of an application will run, in words: the hierarchy, what everything is bound to, and the contract of every group.
+//! Describes what of an application would run: the hierarchy, all bindings, and the contract of every group.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,10 +16,10 @@ use crate::failure;
 use crate::session::{Millis, link_settings};
 use crate::terminal::{FAINT, TITLE, WARN};
 
-/// Tells all of it.
+/// Writes the description.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Result<()> {
     let file = failure::shown(&application.path);
     writeln!(
@@ -113,7 +113,7 @@ fn tell_group(
     Ok(())
 }
 
-/// What a member is to its father, if that is not its name.
+/// Returns the name by which the father calls a member, if it differs from the member's own.
 fn role(application: &Application, member: usize, group: &Group) -> String {
     let Some(father) = group.father.map(|father| &application.instances[father]) else {
         return String::new();
@@ -159,7 +159,7 @@ fn tell_instance(
     Ok(())
 }
 
-/// What a process of its own may use.
+/// Describes the limits of a process of its own.
 fn isolated(isolation: Isolation) -> String {
     let memory = isolation
         .memory
@@ -178,7 +178,8 @@ fn isolated(isolation: Isolation) -> String {
     format!("in a process of its own: {limits}")
 }
 
-/// Whether it names a file that is not on this machine; the application may be meant for another.
+/// Whether the value is a path that does not exist on this machine. The application may be meant for another
+/// one.
 fn is_missing(port: &Port, value: &[u8]) -> bool {
     let path = match plain(&port.value_type, value) {
         Value::Text(path) if is_path(&port.unit) && !path.is_empty() => path,
@@ -187,7 +188,7 @@ fn is_missing(port: &Port, value: &[u8]) -> bool {
     !Path::new(&path).exists()
 }
 
-/// A binding in words; none for what needs none.
+/// Describes a binding. `None` for a port that needs none.
 fn bound(application: &Application, instance: &Instance, port: &Port, binding: &Binding) -> Option<String> {
     let unbound = || format!("{WARN}unbound{WARN:#}");
     let name = &port.name;
@@ -231,7 +232,8 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
     }
 }
 
-/// What an import reads; of another application's, also the age at which it no longer counts.
+/// Describes the source of an import. For another application's variable, includes the age at which it
+/// becomes invalid.
 fn provider(application: &Application, source: Source) -> String {
     let name = application.source_name(source);
     match source {

@@ -1,4 +1,4 @@
-//! Whether an application opens the network, how, and to whom. Opens nothing.
+//! Describes whether an application opens the network, how, and to whom. Opens nothing.
 
 use std::io::{self, Write};
 
@@ -6,10 +6,10 @@ use jde_link::{Access, Settings};
 
 use crate::terminal::{TITLE, WARN};
 
-/// Tells it; nothing of a link that only this user on this machine gets in by.
+/// Writes the description. Writes nothing for a link that only this user on this machine can use.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub(super) fn tell(settings: &Settings, words: &mut dyn Write) -> io::Result<()> {
     if !settings.is_networked() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Which plugins are found, in which folders, and what is there that cannot be used.
+//! Lists the plugins, their folders, and the files there that cannot be used.
 
 use std::collections::HashMap;
 use std::io::{self, Write};
@@ -13,13 +13,13 @@ use crate::load::{Purpose, Shelf, Trust};
 use crate::places;
 use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
-/// What `jde plugins` tells.
+/// The output of `jde plugins`.
 #[derive(Serialize)]
 pub(crate) struct Listing {
     folders: Vec<Folder>,
 }
 
-/// A folder that is searched, in the order of the search.
+/// A searched folder. Folders are in the order of the search.
 #[derive(Serialize)]
 struct Folder {
     path: PathBuf,
@@ -35,7 +35,7 @@ struct Found {
     version: String,
     schemas: Vec<String>,
     path: PathBuf,
-    /// The file of the same name in an earlier folder, which is taken instead.
+    /// The file of the same name in an earlier folder, which has precedence.
     hidden_by: Option<PathBuf>,
 }
 
@@ -46,7 +46,7 @@ struct Unusable {
 }
 
 impl Listing {
-    /// Looks into every folder that is searched, for one application or for any.
+    /// Looks into every folder that is searched, for one application or for all.
     ///
     /// # Errors
     /// There is no such application.
@@ -71,10 +71,10 @@ impl Listing {
         })
     }
 
-    /// Tells it.
+    /// Writes the list.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The output cannot be written.
     pub(crate) fn tell(&self, words: &mut dyn Write) -> io::Result<()> {
         for folder in &self.folders {
             let missing = if folder.exists { "" } else { ", not there" };
@@ -112,7 +112,7 @@ impl Listing {
     }
 }
 
-/// The folders that an application names, whatever else is wrong with it.
+/// Returns the folders that an application names, even if it has faults.
 fn named_folders(file: Option<&Path>, shelf: Shelf) -> Result<(Plugins, Vec<PathBuf>), Failure> {
     if let Some(file) = file
         && let Err(faults) = app::load(file, &[], &shelf)

@@ -1,4 +1,4 @@
-//! What there is before anything runs, in words or as JSON: applications, plugins, and where plugins are found.
+//! Describes applications, plugins and plugin folders before anything runs, as text or JSON.
 
 mod application;
 mod link;

@@ -1,4 +1,4 @@
-//! What a plugin says of itself, in words.
+//! Describes a plugin as text.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,10 +10,10 @@ use crate::failure;
 use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
-/// Whether a port is for that.
+/// Whether a role belongs to a part.
 type Belongs = fn(&Role) -> bool;
 
-/// Ports by what they are for, in the order in which people ask for them.
+/// The parts of a description, in the order of interest: each has the ports of some roles.
 const PARTS: [(&str, Belongs); 6] = [
     ("imports", |role| matches!(role, Role::Import { .. })),
     ("exports", |role| matches!(role, Role::Export)),
@@ -25,10 +25,10 @@ const PARTS: [(&str, Belongs); 6] = [
     }),
 ];
 
-/// Tells all of it.
+/// Writes the description.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub(crate) fn tell(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) -> io::Result<()> {
     let path = path.map_or_else(|| "linked in".to_owned(), failure::shown);
     let (major, minor) = plugin.abi;
@@ -110,7 +110,7 @@ fn tell_part(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::
     Ok(())
 }
 
-/// A port's name; that of a child's modulation begins with the child's.
+/// Returns a port's name. For a child's modulation, the child's name is prepended.
 fn name(schema: &Schema, port: &Port) -> String {
     match port.role {
         Role::ChildModulation { child } => format!("{}.{}", schema.children[child].name, port.name),
@@ -159,7 +159,7 @@ fn optional(optional: bool) -> &'static str {
     if optional { ", optional" } else { "" }
 }
 
-/// Documentation on one line.
+/// Joins the lines of a documentation.
 fn doc(doc: &str) -> String {
     doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

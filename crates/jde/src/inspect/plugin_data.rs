@@ -1,4 +1,4 @@
-//! What a plugin says of itself, as data for tools: the object that `jde describe --json` prints.
+//! A plugin's description as data for programs: the object that `jde describe --json` prints.
 
 use std::path::{Path, PathBuf};
 
@@ -77,12 +77,12 @@ struct ChildData {
     group: String,
     doc: String,
     optional: bool,
-    /// Any number of children have it, and the application names them.
+    /// Whether any number of children may have this role, which the application names.
     many: bool,
 }
 
 impl PluginData {
-    /// What a plugin says of itself, and the file it came from.
+    /// Converts a plugin's description. `path` is the plugin's file.
     pub(crate) fn of(plugin: &Plugin, path: Option<&Path>) -> Self {
         Self {
             name: plugin.name.clone(),

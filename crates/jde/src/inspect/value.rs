@@ -1,4 +1,4 @@
-//! Values and times as people read them.
+//! Formats values and times for people.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use jde_host::app::is_path;
 
 use crate::failure;
 
-/// A value with its unit; what is a single number or text is shown as such.
+/// Decodes and formats a value with its unit. A structure with one field is formatted as that field.
 pub(super) fn shown(value_type: &Type, bytes: &[u8], unit: &str) -> String {
     with_unit(plain(value_type, bytes), unit)
 }
 
-/// A value with its unit; paths as the user would write them.
+/// Formats a value with its unit. A path is formatted as the user would write it.
 pub(crate) fn with_unit(value: Value, unit: &str) -> String {
     match value {
         Value::Text(path) if is_path(unit) && !path.is_empty() => {
@@ -24,7 +24,7 @@ pub(crate) fn with_unit(value: Value, unit: &str) -> String {
     }
 }
 
-/// The value with six digits to a number, which is as much as anybody reads.
+/// Rounds all floating-point numbers to six digits.
 fn rounded(value: Value) -> Value {
     match value {
         Value::Float(number) if number.is_finite() => {
@@ -40,7 +40,7 @@ fn rounded(value: Value) -> Value {
     }
 }
 
-/// A value; what is a single number or text is given as such.
+/// Decodes a value. A structure with one field is replaced by that field.
 pub(crate) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
     match value::decode(value_type, bytes) {
         Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
@@ -48,7 +48,7 @@ pub(crate) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
     }
 }
 
-/// The name of a type without its package, where that is as good.
+/// Returns the name of a type, without the package `std_msgs`.
 pub(super) fn short(value_type: &Type) -> &str {
     value_type
         .name

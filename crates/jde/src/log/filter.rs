@@ -1,15 +1,15 @@
-//! What of the log is shown: `--log vff=debug,info`. Parses and decides; shows nothing.
+//! Selects the shown lines of the log: `--log vff=debug,info`. Parses and decides; prints nothing.
 
 use std::str::FromStr;
 
 use tracing::Level;
 use tracing::level_filters::LevelFilter;
 
-/// Names that changes of state go by.
+/// The name of changes of state in a filter.
 const STATE: &str = "state";
-/// Their target.
+/// The tracing target of changes of state.
 pub(crate) const STATE_TARGET: &str = "jde::state";
-/// Levels, the quietest first.
+/// Levels, in the order of increasing output.
 const LEVELS: [(&str, LevelFilter); 6] = [
     ("off", LevelFilter::OFF),
     ("error", LevelFilter::ERROR),
@@ -19,7 +19,7 @@ const LEVELS: [(&str, LevelFilter); 6] = [
     ("trace", LevelFilter::TRACE),
 ];
 
-/// Which lines of the log are shown: those of a level for everyone, others by schema.
+/// Selects lines of the log: a level for all schemas, and others for some of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Filter {
     everyone: LevelFilter,
@@ -38,7 +38,7 @@ impl Default for Filter {
 }
 
 impl Filter {
-    /// The level beyond which nothing is shown at all.
+    /// Returns the highest level of all, beyond which nothing is shown.
     pub(crate) fn most(&self) -> LevelFilter {
         let schemas = self.schemas.iter().map(|(_, level)| *level);
         schemas.chain(self.states).fold(self.everyone, Ord::max)
@@ -46,7 +46,7 @@ impl Filter {
 
     /// Whether a line is shown.
     pub(crate) fn shows(&self, target: &str, schema: Option<&str>, level: Level) -> bool {
-        // What libraries find odd is for who looks for it; what it means for the run, our own lines say.
+        // Below level debug, only the errors of libraries are shown. jde logs what they mean for the run.
         let own = target.starts_with("jde");
         if !own && level != Level::ERROR && self.everyone < LevelFilter::DEBUG {
             return false;
@@ -59,10 +59,10 @@ impl Filter {
         }) >= level
     }
 
-    /// Checks that every schema it names is there.
+    /// Checks that every schema in the filter exists.
     ///
     /// # Errors
-    /// The first that is not, and the nearest that is.
+    /// The first unknown schema, and the nearest known one.
     pub(crate) fn check<'n>(
         &self,
         known: impl Iterator<Item = &'n str> + Clone,

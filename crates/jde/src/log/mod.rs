@@ -1,6 +1,8 @@
-//! The log of host and schemas: lines on standard error, or kept for the oscilloscope while that has the screen.
+//! The log of the host and the schemas: lines on standard error, or kept lines while the oscilloscope uses
+//! the screen.
 //!
-//! Logging never fails, and never waits for a reader while a robot moves: a line that nobody reads in time is dropped and counted.
+//! Logging never fails, and never waits for a reader while a robot moves: a line that is not read in time is
+//! dropped and counted.
 
 mod filter;
 
@@ -19,7 +21,7 @@ use crate::terminal::{self, BAD, FAINT, WARN};
 
 pub(crate) use filter::Filter;
 
-/// Lines kept while the oscilloscope has the screen: more than it can show.
+/// Number of lines kept while the oscilloscope uses the screen: more than it can show.
 const KEPT: usize = 200;
 
 /// The log of this process.
@@ -28,9 +30,9 @@ pub(crate) struct Log(Arc<Mutex<Sink>>);
 
 #[derive(Default)]
 struct Sink {
-    /// Whose time the lines carry.
+    /// The application whose time the lines show.
     clock: Option<Handle>,
-    /// Lines kept instead of written.
+    /// Lines that are kept instead of written.
     kept: Option<VecDeque<String>>,
 }
 
@@ -40,29 +42,29 @@ struct Listener {
 }
 
 impl Log {
-    /// Hears everything in this process from now on that `filter` lets through.
+    /// Starts to log all events of this process that `filter` selects.
     pub(crate) fn start(filter: Filter) -> Self {
         let log = Self(Arc::default());
         let listener = Listener {
             filter,
             log: log.clone(),
         };
-        // Another one is there only if this is called twice; the first stays.
+        // This fails only at a second call. The first log stays.
         let _ = tracing::subscriber::set_global_default(listener);
         log
     }
 
-    /// Gives lines the time of this application, until [`Self::forget`].
+    /// Shows the time of this application in each line, until [`Self::forget`].
     pub(crate) fn follow(&self, handle: &Handle) {
         self.sink().clock = Some(handle.clone());
     }
 
-    /// Lets go of the application.
+    /// Drops the handle of the application. Later lines show no time.
     pub(crate) fn forget(&self) {
         self.sink().clock = None;
     }
 
-    /// Keeps lines from now on, or writes those kept and all that follow.
+    /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
     pub(crate) fn keep(&self, keep: bool) {
         let mut sink = self.sink();
         let kept = std::mem::replace(&mut sink.kept, keep.then(VecDeque::new));
@@ -71,7 +73,7 @@ impl Log {
         }
     }
 
-    /// The lines kept, oldest first.
+    /// Returns the kept lines, oldest first.
     pub(crate) fn kept(&self) -> Vec<String> {
         self.sink().kept.iter().flatten().cloned().collect()
     }
@@ -92,7 +94,7 @@ impl Log {
             }
             None => {
                 let style = style(level);
-                // Before an application has a clock, and without one, there is no time to tell.
+                // Without an application's clock, a line has no time.
                 let time = time.map_or_else(String::new, |time| format!("{time:>9.3} s  "));
                 write(&format!("{time}{style}{:<5}{style:#} {line}", name(level)));
             }
@@ -142,7 +144,7 @@ impl Subscriber for Listener {
     fn exit(&self, _: &span::Id) {}
 }
 
-/// An event in words.
+/// An event as text.
 #[derive(Default)]
 struct Line {
     schema: Option<String>,
@@ -179,7 +181,7 @@ impl fmt::Display for Line {
         } else {
             &self.rest
         };
-        // One event is one line, whatever a schema says.
+        // One event is one line, even if a schema's message has several.
         f.write_str(&self.message.replace('\n', "; "))?;
         f.write_str(rest)
     }

@@ -1,6 +1,6 @@
-//! Writes schemas, drivers and applications to begin with, from the templates beside this crate's sources.
+//! Writes new schemas, drivers and applications from the templates beside this crate's sources.
 //!
-//! It never writes into a folder that is there already.
+//! Never writes into an existing folder.
 
 mod name;
 
@@ -13,18 +13,18 @@ use crate::places;
 use crate::terminal::{self, FAINT, TITLE};
 use name::Name;
 
-/// What can be begun.
+/// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A motor schema.
     Schema,
     /// A driver.
     Driver,
-    /// An application of the schemas there are.
+    /// An application of existing schemas.
     Application,
 }
 
-/// A file of a template: where it goes, and its text.
+/// A file of a template: its path, and its text.
 type Template = (&'static str, &'static str);
 
 const SCHEMA: &[Template] = &[
@@ -63,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// What to type next, in the new folder.
+    /// The next commands for the user, in the new folder.
     fn next(self) -> &'static [&'static str] {
         match self {
             Self::Schema => &["cargo build", "cargo test", "__jde__ run app.toml"],
@@ -77,10 +77,10 @@ impl Kind {
     }
 }
 
-/// Writes it into a folder of its name, and says what to do next.
+/// Writes a template into a folder of its name, and prints what to do next.
 ///
 /// # Errors
-/// A name that cannot be one, a folder that is there already, or files that cannot be written.
+/// The name is invalid, the folder exists already, or the files cannot be written.
 pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
     let templates = kind.templates();
     let taken = |word: &str| templates.iter().any(|(file, text)| is_taken(file, text, word));
@@ -119,7 +119,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     Ok(())
 }
 
-/// Makes the folder, which must not be there.
+/// Makes the folder. Fails if it exists.
 fn make(folder: &Path) -> Result<(), Failure> {
     let parent = folder.parent().map_or(Ok(()), fs::create_dir_all);
     match parent.and_then(|()| fs::create_dir(folder)) {
@@ -132,18 +132,20 @@ fn make(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// How a package depends on the SDK: on the checkout this program was built from, or on a published version.
+/// Returns a package's dependency on the SDK: the checkout of this build if it exists, else a published
+/// version.
 fn sdk() -> String {
     let path = places::checkout().join("crates/schema");
     if path.join("Cargo.toml").is_file() {
-        // Escaped as a TOML text, which is a debug text but for characters that no path of a checkout has.
+        // Escape the path as a TOML string. Rust's debug form differs only for characters that no checkout's
+        // path has.
         format!("{{ path = {:?} }}", path.display().to_string())
     } else {
         format!("{:?}", env!("CARGO_PKG_VERSION"))
     }
 }
 
-/// How the user calls this program: by its name if that finds it, else by its path.
+/// Returns how the user calls this program: by name if PATH finds it, else by path.
 fn program() -> String {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("jde"));
     let found = std::env::var_os("PATH").and_then(|path| {
@@ -159,7 +161,8 @@ fn program() -> String {
     }
 }
 
-/// Whether a file of a template uses a name for something else: a type in Rust, an instance in an application.
+/// Whether a file of a template uses a name for something else: a type in Rust, an instance in an
+/// application.
 fn is_taken(file: &str, text: &str, name: &str) -> bool {
     if !file.ends_with(".rs") {
         return text.contains(&format!("[schemas.{name}]"));

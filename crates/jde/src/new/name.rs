@@ -1,14 +1,14 @@
-//! Names for new things: one that a folder, a package, a schema and a Rust type can have.
+//! Names that are valid for a folder, a package, a schema and a Rust type.
 
-/// Longest name: it stands in every line of the oscilloscope.
+/// The longest name, in bytes. It is part of every line of the oscilloscope.
 const LONGEST: usize = 32;
-/// What no Rust package can be called, and the plugins that are there already.
+/// Names that no Rust package may have, and those of existing plugins.
 const RESERVED: &str = "abstract alloc as async await become box break build carmen const continue core crate deps do dyn else \
     enum example examples extern false family final fn for gen goon if impl in incremental jde-schema jde-types let loop \
     macro match mod move mut override pair priv proc-macro pub ref return self sim static std stop struct super test trait \
     true try type typeof unsafe unsized use vff virtual where while yield";
 
-/// A name in the two ways it is written.
+/// A name in both forms.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Name {
     /// "follow-wall".
@@ -18,10 +18,10 @@ pub(super) struct Name {
 }
 
 impl Name {
-    /// Checks a name; `taken` says whether the template has a word for something else.
+    /// Checks a name. `taken` returns whether the template uses a word for something else.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason why the name is invalid.
     pub(super) fn new(text: &str, taken: impl Fn(&str) -> bool) -> Result<Self, String> {
         let parts: Vec<&str> = text.split('-').collect();
         let sound = |part: &&str| {

@@ -1,4 +1,4 @@
-//! The hierarchy of a recording at any place, put together from what was told: states, winners, health.
+//! The hierarchy of a recording at any time, reconstructed from its lines: states, winners, health.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
@@ -9,17 +9,17 @@ use jde_log::Cast;
 
 use super::index::Cycle;
 
-/// Who is in a recording: by what it says of its schemas, else by all names that its lines have.
+/// The schemas and groups of a recording: from its own list, or else from all names in its lines.
 pub(super) struct Names {
-    /// Whether it says so itself.
+    /// Whether the recording has a list of its own.
     said: bool,
-    /// Schemas, with their types as far as they are known.
+    /// Schemas, with their types if known.
     schemas: Vec<(String, String)>,
     /// Groups, with their members.
     groups: Vec<(String, Vec<String>)>,
 }
 
-/// The hierarchy as it was told so far.
+/// The hierarchy after the lines so far.
 #[derive(Clone)]
 pub(super) struct Hierarchy {
     snapshot: Snapshot,
@@ -40,7 +40,7 @@ impl Names {
         }
     }
 
-    /// Takes in the names of a line.
+    /// Adds the names in a line.
     pub(super) fn hear(&mut self, line: &Line) {
         match line {
             Line::Change(change) => add(&mut self.schemas, &change.schema),
@@ -64,11 +64,11 @@ impl Names {
         }
     }
 
-    /// The hierarchy of which nothing but the names is known.
+    /// Returns the hierarchy before the first line: only names, groups and fathers are known.
     pub(super) fn hierarchy(&self) -> Hierarchy {
         let Self { schemas, groups, .. } = self;
         let place = |name: &str| schemas.iter().position(|(known, _)| known == name);
-        // A group is called after its father: `example/base`.
+        // A group's name begins with its father's: `example/base`.
         let father = |group: &str| group.split_once('/').and_then(|(father, _)| place(father));
         let mut views: Vec<_> = schemas
             .iter()
@@ -105,7 +105,7 @@ impl Names {
 }
 
 impl Hierarchy {
-    /// Takes in what was told next.
+    /// Applies the next line.
     pub(super) fn hear(&mut self, line: &Line) {
         self.snapshot.time = self.snapshot.time.max(line.time());
         match line {
@@ -137,21 +137,21 @@ impl Hierarchy {
         }
     }
 
-    /// Takes in a cycle.
+    /// Applies a cycle.
     pub(super) fn cycle(&mut self, cycle: &Cycle) {
         if let Some(schema) = self.snapshot.schemas.get_mut(cycle.schema) {
             schema.iterations += u64::from(cycle.iterated);
         }
     }
 
-    /// It at a time.
+    /// Returns the hierarchy at a time. A schema has authority if it and all its fathers are WINNER.
     pub(super) fn snapshot(&self, time: Nanos) -> Snapshot {
         let mut snapshot = self.snapshot.clone();
         snapshot.time = time;
         let mut authority = vec![false; snapshot.schemas.len()];
         for (place, granted) in authority.iter_mut().enumerate() {
             let mut next = Some(place);
-            // No deeper than there are schemas: a file may say anything.
+            // At most as many steps as there are schemas: a damaged file could contain a loop of fathers.
             *granted = (0..snapshot.schemas.len()).all(|_| match next {
                 Some(one) if snapshot.schemas[one].state == State::Winner => {
                     next = snapshot.schemas[one].father;
@@ -167,7 +167,7 @@ impl Hierarchy {
         snapshot
     }
 
-    /// Its schemas and groups, as far as is known.
+    /// Returns the schemas and groups, as far as they are known.
     pub(super) fn schemas(&self) -> Schemas {
         let Snapshot { schemas, groups, .. } = &self.snapshot;
         let name = |place: usize| schemas[place].name.clone();
@@ -242,7 +242,7 @@ impl Hierarchy {
     }
 }
 
-/// A schema of which nothing but the name is known.
+/// A schema of which only the name is known.
 pub(super) fn unknown(name: &str) -> SchemaInfo {
     SchemaInfo {
         name: name.to_owned(),

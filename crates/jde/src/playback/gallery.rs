@@ -1,4 +1,5 @@
-//! The panels of a recording, as whoever looks at those of a running application looks at these. Nothing on them can be touched.
+//! The panels of a recording, with the interface of a running application's panels. Their widgets cannot be
+//! touched.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,14 +11,14 @@ use jde_host::Drawn;
 use jde_link::{Looking, News};
 use jde_panel::List;
 
-/// What is shown where the recording has nothing.
+/// Shown while the recording has no drawing of a panel.
 const NOTHING: &str = "nothing of it was recorded before this time";
 
 /// All panels of a recording.
 pub(super) struct Gallery {
     shown: Mutex<BTreeMap<String, Option<Arc<Drawn>>>>,
     lookers: Mutex<BTreeMap<u64, (String, News)>>,
-    /// Counts drawings and lookers.
+    /// Counts drawings and viewers.
     count: AtomicU64,
 }
 
@@ -28,7 +29,7 @@ struct Visitor {
 }
 
 impl Gallery {
-    /// Of schemas; nothing is shown yet.
+    /// Creates the panels of some schemas, without any drawing.
     pub(super) fn new<'n>(schemas: impl Iterator<Item = &'n String>) -> Arc<Self> {
         Arc::new(Self {
             shown: Mutex::new(schemas.map(|schema| (schema.clone(), None)).collect()),
@@ -56,7 +57,7 @@ impl Gallery {
         }
     }
 
-    /// Shows nothing: what comes next is of another time.
+    /// Replaces every panel by [`NOTHING`]: the next drawings belong to another time.
     pub(super) fn clear(&self, time: Nanos) {
         let schemas: Vec<_> = lock(&self.shown).keys().cloned().collect();
         for schema in schemas {
@@ -64,7 +65,7 @@ impl Gallery {
         }
     }
 
-    /// Somebody looks; none if the schema has no panel.
+    /// Adds a viewer. Returns `None` if the schema has no panel.
     pub(super) fn look(self: &Arc<Self>, schema: &str, news: News) -> Option<Box<dyn Looking>> {
         if !lock(&self.shown).contains_key(schema) {
             return None;

@@ -1,5 +1,5 @@
-//! What a recording holds, found by reading it once: its variables, who is in it, and the values of what seldom changes. Publishes
-//! nothing, and keeps nothing that grows with the length of a recording.
+//! The contents of a recording, found by reading it once: variables, schemas, and the values of topics that
+//! seldom change. Publishes nothing. Its memory does not grow with the length of the recording.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,36 +16,38 @@ use jde_types::Value as _;
 use super::cast::{Hierarchy, Names};
 use crate::failure::{Failure, shown};
 
-/// Where the turns of schemas are.
+/// The topic of the schemas' turns.
 const TURNS: &str = "/jde/turns";
-/// A topic with no more values than this is in force from one to the next, however long that is.
+/// The most values of a seldom topic. The values of such a topic are all kept and are in force until the next
+/// one.
 const SELDOM: usize = 1000;
-/// ... and no more bytes than this: pictures are no such topic, however few they are.
+/// The most bytes of a seldom topic. A topic with a few pictures is larger.
 const SELDOM_BYTES: usize = 16 << 20;
-/// How far before a place the newest values of all other topics are looked for.
+/// How far before a place the newest values of all other topics are searched.
 const LOOK_BACK: Nanos = 5_000_000_000;
 
 /// A recording that can be played from any place.
 pub(super) struct Index {
     recording: Recording,
-    /// When the application's clock was 0, ns since 1970.
+    /// The time of the application's clock zero, in ns since 1970.
     pub(super) start_ns: u64,
-    /// When the first message was: one that was attached later, or waited for its moment, begins in the middle of a run.
+    /// The time of the first message, in ns since the application's start. A recording that was started
+    /// later, or that waited for a condition, begins in the middle of a run.
     pub(super) begin: Nanos,
-    /// When the last message was.
+    /// The time of the last message, in ns since the application's start.
     pub(super) end: Nanos,
-    /// Its variables, by their topics.
+    /// Its variables, by topic.
     pub(super) variables: BTreeMap<String, Recorded>,
-    /// The schemas whose panels it holds, by their topics.
+    /// The schemas whose panels it contains, by topic.
     pub(super) panels: BTreeMap<String, String>,
-    /// Its schemas and groups, before anything happened.
+    /// Its schemas and groups, before the first event.
     pub(super) blank: Hierarchy,
     /// The name of the application.
     pub(super) application: String,
     seldom: BTreeMap<String, Vec<Value>>,
 }
 
-/// All that comes from some place on.
+/// Everything from some place on.
 pub(super) type Coming = Box<dyn Iterator<Item = Next> + Send>;
 
 /// A cycle of a schema.
@@ -53,9 +55,9 @@ pub(super) type Coming = Box<dyn Iterator<Item = Next> + Send>;
 pub(super) struct Cycle {
     /// When it ended.
     pub(super) time: Nanos,
-    /// Whose, by its place in the cast.
+    /// The schema's index in the cast.
     pub(super) schema: usize,
-    /// Whether it iterated.
+    /// Whether the schema iterated.
     pub(super) iterated: bool,
 }
 
@@ -73,19 +75,19 @@ pub(crate) struct Recorded {
     pub(crate) unit: String,
 }
 
-/// A value of a variable, or what a panel showed.
+/// A value of a variable, or a drawing of a panel.
 #[derive(Clone)]
 pub(super) struct Value {
-    /// Of which topic.
+    /// Its topic.
     pub(super) topic: String,
-    /// When it was published, and measured.
+    /// When it was published, and when it was measured.
     pub(super) published: Nanos,
     pub(super) measured: Nanos,
-    /// In the form of its topic.
+    /// The message, in the encoding of its topic.
     pub(super) message: Vec<u8>,
 }
 
-/// What comes next.
+/// An entry of the recording that playback uses.
 pub(super) enum Next {
     Value(Value),
     Line(Nanos, Line),
@@ -93,7 +95,7 @@ pub(super) enum Next {
 }
 
 impl Next {
-    /// When it is.
+    /// Returns its time.
     pub(super) fn time(&self) -> Nanos {
         match self {
             Self::Value(value) => value.published,
@@ -104,11 +106,11 @@ impl Next {
 }
 
 impl Recorded {
-    /// What a channel says of its values, which are of this type.
+    /// Reads a channel's metadata. `value_type` is the type of its values.
     pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
         let said = |key: &str| channel.about.get(key).cloned().unwrap_or_default();
         let name = match said("variable") {
-            // A recording of others has topics, not variables.
+            // Recordings of other programs have topics instead of variables.
             name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
             name => name,
         };
@@ -127,7 +129,7 @@ impl Recorded {
 }
 
 impl Index {
-    /// Reads a recording, up to where it is damaged.
+    /// Reads a recording, up to its damage if it has any.
     pub(super) fn read(file: &Path) -> Result<Self, Failure> {
         let recording = Recording::open(file)?;
         let Some((first, _)) = recording.times() else {
@@ -137,7 +139,7 @@ impl Index {
             ));
         };
         let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
-        // A recording of others begins with its first message.
+        // A recording of another program begins with its first message.
         let start_ns = said("start_ns")
             .and_then(|start| start.parse().ok())
             .unwrap_or(first);
@@ -162,12 +164,12 @@ impl Index {
         };
         index.scan(&mut names)?;
         index.blank = names.hierarchy();
-        // Nothing of it may be readable.
+        // Possibly no message can be read.
         index.end = index.end.max(index.begin);
         Ok(index)
     }
 
-    /// Where it ends too soon, in words.
+    /// Describes the damage of the file, if it has any.
     pub(super) fn damage(&self) -> Option<String> {
         let damage = self.recording.damage()?;
         Some(format!(
@@ -176,7 +178,7 @@ impl Index {
         ))
     }
 
-    /// Everything from a place on.
+    /// Returns everything from a place on.
     pub(super) fn from(&self, place: Nanos) -> Result<Coming, Failure> {
         let messages = self
             .recording
@@ -189,7 +191,8 @@ impl Index {
         ))
     }
 
-    /// The newest value of every variable before a place.
+    /// Returns the newest value before a place: of every seldom topic, and of other topics with a value in
+    /// the last [`LOOK_BACK`].
     pub(super) fn in_force(&self, place: Nanos) -> Result<Vec<Value>, Failure> {
         let mut newest = BTreeMap::new();
         for values in self.seldom.values() {
@@ -210,7 +213,7 @@ impl Index {
         Ok(newest.into_values().collect())
     }
 
-    /// The topics of all that is shown, in order.
+    /// The topics of all variables and panels, sorted.
     fn topics(&self) -> Vec<String> {
         let mut topics: Vec<_> = self.variables.keys().chain(self.panels.keys()).cloned().collect();
         topics.sort_unstable();
@@ -221,7 +224,7 @@ impl Index {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         let topics = self.topics();
         let messages: Messages = self.recording.messages()?;
-        // The first that cannot be read is where it is damaged, and that has been told.
+        // The first unreadable message is the place of the damage, which has been reported.
         for message in messages.map_while(Result::ok) {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
             match next(message, self.start_ns, &topics) {
@@ -243,12 +246,12 @@ impl Index {
     }
 }
 
-/// What a message is, if it is anything that is played.
+/// Converts a message. Returns `None` if playback does not use it.
 fn next(message: Message, start: u64, topics: &[String]) -> Option<Next> {
     let published = message.log_time.saturating_sub(start);
     let topic = &message.channel.topic;
     if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
-        // A line of a newer version that cannot be read is passed over.
+        // Skip a line of a newer version that cannot be read.
         return Some(Next::Line(published, Line::read(kind, &message.data).ok()?));
     }
     if topic == TURNS {
@@ -269,7 +272,7 @@ fn next(message: Message, start: u64, topics: &[String]) -> Option<Next> {
     }))
 }
 
-/// Every topic of a panel, with its schema.
+/// The topics of all panels, with their schemas.
 fn panels(recording: &Recording) -> BTreeMap<String, String> {
     let of = |channel: &Channel| {
         let schema = jde_log::panel::schema(channel)?;
@@ -278,7 +281,7 @@ fn panels(recording: &Recording) -> BTreeMap<String, String> {
     recording.channels().filter_map(of).collect()
 }
 
-/// Every topic whose values have a form here; of others nothing can be shown.
+/// All topics whose values can be decoded. Other topics cannot be shown.
 pub(crate) fn variables(recording: &Recording) -> BTreeMap<String, Recorded> {
     let of = |channel: &Channel| {
         let text = std::str::from_utf8(&channel.definition).ok()?;

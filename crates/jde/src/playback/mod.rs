@@ -1,4 +1,4 @@
-//! A recording, played as if its application ran: whoever looks into running applications looks into it alike.
+//! Plays a recording as if its application ran: tools inspect it in the same way.
 
 mod cast;
 mod gallery;
@@ -30,35 +30,35 @@ use player::{Player, StopOnDrop};
 use stage::Stage;
 use subject::{Playing, STEERING};
 
-/// How often the position is written for tools.
+/// The interval at which the position is written for tools.
 const SHOW: Duration = Duration::from_millis(50);
 
 /// What to play, and how.
 pub(crate) struct How {
     /// The recording.
     pub(crate) file: PathBuf,
-    /// The name by which tools find it.
+    /// The name under which tools find it.
     pub(crate) name: Option<String>,
-    /// Begin there.
+    /// Start at this time of the application, in ns.
     pub(crate) from: Nanos,
-    /// Seconds of it in a second.
+    /// Seconds of the recording per second.
     pub(crate) speed: f64,
-    /// Begin standing.
+    /// Start paused.
     pub(crate) paused: bool,
-    /// Begin again at the end.
+    /// Start again at the end.
     pub(crate) looping: bool,
-    /// Lines instead of a screen.
+    /// Print lines instead of showing a screen.
     pub(crate) plain: bool,
-    /// Stand at the end instead of ending there.
+    /// Wait at the end instead of ending there.
     pub(crate) stay: bool,
     /// End at the end of standard input.
     pub(crate) until_eof: bool,
 }
 
-/// Plays a recording until its end, or on a terminal until the user leaves.
+/// Plays a recording to its end, or on a terminal until the user leaves.
 ///
 /// # Errors
-/// It cannot be read, or tools cannot be let in.
+/// The recording cannot be read, or the link for tools cannot be opened.
 pub(crate) fn play(how: How) -> Result<(), Failure> {
     let index = Index::read(&how.file)?;
     let file = shown(&how.file);
@@ -97,9 +97,9 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
     let _interrupts = Interrupts::call(move || interrupted.stop())?;
     if how.until_eof {
         let left = Arc::clone(&player);
-        // It ends with the process at the latest; nobody waits for it.
+        // The thread is not joined. It ends at the latest with the process.
         thread::Builder::new().name("stdin".to_owned()).spawn(move || {
-            // Whether it ends or breaks, nobody is there any more.
+            // The end of the input and an error both mean that the parent process is gone.
             let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
             left.stop();
         })?;

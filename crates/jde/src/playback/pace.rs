@@ -1,21 +1,21 @@
-//! The clock of a recording that plays: where it is by now, at the speed that is wanted. It does not look at any clock itself.
+//! The clock of playback: the position at a given instant and speed. Reads no clock itself.
 
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 
-/// A place that moves on at a speed.
+/// A position that advances at a speed.
 pub(super) struct Pace {
-    /// Where it was,
+    /// The position at the instant `since`, in ns.
     place: Nanos,
-    /// at that instant,
+    /// The instant of `place`.
     since: Instant,
-    /// s of the recording in a second since.
+    /// Seconds of the recording per second since then.
     speed: f64,
 }
 
 impl Pace {
-    /// Goes on from a place at an instant.
+    /// Starts at a place and an instant.
     pub(super) fn new(place: Nanos, now: Instant, speed: f64) -> Self {
         Self {
             place,
@@ -24,7 +24,7 @@ impl Pace {
         }
     }
 
-    /// Where it is by now; from now on it goes at that speed.
+    /// Returns the place at `now`. From then on it advances at `speed`.
     pub(super) fn place(&mut self, now: Instant, speed: f64) -> Nanos {
         let passed = now.saturating_duration_since(self.since).as_secs_f64();
         let place = self.place + (passed * self.speed * 1e9) as Nanos;
@@ -34,7 +34,7 @@ impl Pace {
         place
     }
 
-    /// How long it takes from one place to another.
+    /// Returns the time that it takes from one place to another.
     pub(super) fn until(&self, place: Nanos, due: Nanos) -> Duration {
         Duration::from_secs_f64(due.saturating_sub(place) as f64 / 1e9 / self.speed)
     }

@@ -1,5 +1,5 @@
-//! What was before a place of a recording: how the hierarchy stood, and what was told last. Of a recording of any length a bounded part
-//! is in memory; the rest is read again.
+//! The state before a place of a recording: the hierarchy and the last lines. Its memory is bounded for
+//! recordings of any length; the rest is read again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -11,26 +11,26 @@ use super::cast::Hierarchy;
 use super::index::{Index, Next};
 use crate::failure::Failure;
 
-/// Places at which the hierarchy is kept: to go back takes reading two parts in so many of the recording.
+/// Number of times at which the hierarchy is kept. Going back reads up to two of the intervals between them.
 const MARKS: Nanos = 64;
-/// Lines that are kept: as many of a kind as the link keeps of what was passed over.
+/// Number of lines kept: as many of a kind as the link keeps for later readers.
 const RECENT: usize = 3000;
 
-/// What was before a place.
+/// The state before a place.
 #[derive(Clone)]
 pub(super) struct Past {
-    /// How the hierarchy stood before the first message of a time.
+    /// The hierarchy before the first message of a time.
     marks: BTreeMap<Nanos, Arc<Hierarchy>>,
     /// Time between two marks.
     every: Nanos,
-    /// When the last message was.
+    /// The time of the last message.
     last: Nanos,
     now: Hierarchy,
     recent: VecDeque<(Nanos, Line)>,
 }
 
 impl Past {
-    /// Of the beginning.
+    /// Returns the state at the beginning.
     pub(super) fn new(index: &Index) -> Self {
         Self {
             marks: BTreeMap::from([(0, Arc::new(index.blank.clone()))]),
@@ -41,17 +41,17 @@ impl Past {
         }
     }
 
-    /// The hierarchy.
+    /// Returns the hierarchy.
     pub(super) fn hierarchy(&self) -> &Hierarchy {
         &self.now
     }
 
-    /// What was told last, the newest first.
+    /// Returns the last lines, newest first.
     pub(super) fn recent(&self) -> impl Iterator<Item = &Line> {
         self.recent.iter().rev().map(|(_, line)| line)
     }
 
-    /// Takes in what comes next.
+    /// Applies the next entry.
     pub(super) fn take_in(&mut self, next: &Next) {
         let time = next.time();
         if time / self.every > self.last / self.every {
@@ -73,12 +73,12 @@ impl Past {
         }
     }
 
-    /// Goes to a place; answers with the last lines that were told from `since` until there.
+    /// Moves to a place. Returns the last lines from `since` to that place.
     ///
     /// # Errors
     /// The recording cannot be read.
     pub(super) fn go_to(&mut self, index: &Index, place: Nanos, since: Nanos) -> Result<Vec<Line>, Failure> {
-        // From the mark before the nearest, so that something of what was told before is known wherever one goes.
+        // Start at the mark before the nearest one, so that some lines before any place are known.
         let mut before = self.marks.range(..=place.min(since)).rev();
         let nearest = before.next();
         let Some((&from, mark)) = before.next().or(nearest) else {
@@ -109,7 +109,7 @@ mod tests {
 
     use super::*;
 
-    /// A recording of a schema that is woken and put to sleep in turn, a hundred times a second.
+    /// A recording of a schema that is woken and put to sleep in turn, a hundred times per second.
     fn recording(file: &Path, lines: u64) -> Index {
         let mut writer = mcap::WriteOptions::new()
             .chunk_size(Some(1 << 16))
@@ -147,7 +147,7 @@ mod tests {
         let index = recording(&folder.path().join("long.mcap"), 20_000);
         let mut past = Past::new(&index);
         let state = |past: &Past, place| past.hierarchy().snapshot(place).schemas[0].state;
-        // There and back again: the same wherever one comes from.
+        // Forward and back again: the state does not depend on the direction.
         for number in [20_000, 3, 19_999, 12_346, 12_345, 12_344, 0, 7_000] {
             let place = number * 10_000_000;
             let told = past

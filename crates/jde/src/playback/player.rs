@@ -1,4 +1,4 @@
-//! Plays a recording at its pace: publishes its values, tells its lines, and does what it is told meanwhile. Draws nothing.
+//! Plays a recording at its speed: publishes its values and lines, and obeys its controls. Draws nothing.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -15,25 +15,25 @@ use super::past::Past;
 use super::stage::Stage;
 use crate::failure::Failure;
 
-/// Longest wait before the position is shown anew where nothing comes.
+/// The longest wait before the position is updated if there are no messages.
 const TICK: Duration = Duration::from_millis(50);
 
-/// What is wanted of the player.
+/// The controls of the player.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wanted {
     pub(super) paused: bool,
-    /// Seconds of the recording in a second.
+    /// Seconds of the recording per second.
     pub(super) speed: f64,
-    /// Begin again at the end.
+    /// Start again at the end.
     pub(super) looping: bool,
-    /// Go on from there.
+    /// Continue from this place.
     seek: Option<Nanos>,
-    /// Takeovers to go on to, one after another, and then pause.
+    /// Number of takeovers to play before pausing.
     steps: u32,
     stop: bool,
 }
 
-/// A recording under way. Any thread may call it.
+/// A recording that is being played. Any thread may call it.
 pub(super) struct Player {
     wanted: Mutex<Wanted>,
     changed: Condvar,
@@ -62,32 +62,33 @@ impl Player {
         }
     }
 
-    /// Where it is, ns since the application's start.
+    /// Returns the position, in ns since the application's start.
     pub(super) fn position(&self) -> Nanos {
         self.position.load(Ordering::Relaxed)
     }
 
-    /// Whether it has come to the end and stands there.
+    /// Whether it waits at the end.
     pub(super) fn at_end(&self) -> bool {
         self.at_end.load(Ordering::Relaxed)
     }
 
-    /// What is wanted of it.
+    /// Returns the current controls.
     pub(super) fn wanted(&self) -> Wanted {
         lock(&self.wanted).clone()
     }
 
-    /// The hierarchy where it is.
+    /// Returns the hierarchy at the position.
     pub(super) fn hierarchy(&self) -> Hierarchy {
         lock(&self.past).hierarchy().clone()
     }
 
-    /// What was told last where it is, the newest first: so many of those that have words.
+    /// Returns the last lines before the position, newest first: at most `most` of those for which `words`
+    /// returns a text.
     pub(super) fn recent(&self, most: usize, words: impl Fn(&Line) -> Option<String>) -> Vec<String> {
         lock(&self.past).recent().filter_map(words).take(most).collect()
     }
 
-    /// Pauses or goes on; at the end it begins again.
+    /// Pauses or continues. Continuing at the end starts again.
     pub(super) fn pause(&self, paused: bool) {
         self.want(|wanted| {
             wanted.paused = paused;
@@ -98,7 +99,7 @@ impl Player {
         });
     }
 
-    /// Goes on at another speed.
+    /// Continues at another speed, from 0.01 to 100.
     pub(super) fn hurry(&self, speed: f64) {
         self.want(|wanted| wanted.speed = speed.clamp(0.01, 100.0));
     }
@@ -107,12 +108,12 @@ impl Player {
         self.want(|wanted| wanted.looping = looping);
     }
 
-    /// Goes on from another place.
+    /// Continues from another place.
     pub(super) fn seek(&self, place: Nanos) {
         self.want(|wanted| wanted.seek = Some(place.clamp(self.index.begin, self.index.end)));
     }
 
-    /// Goes on to the next takeover, and pauses there.
+    /// Continues to the next takeover, and pauses there.
     pub(super) fn step(&self) {
         self.want(|wanted| {
             wanted.paused = true;
@@ -129,7 +130,7 @@ impl Player {
         lock(&self.wanted).stop
     }
 
-    /// Plays until it is stopped; or, if it is to end by itself, to the end.
+    /// Plays until it is stopped. If `to_the_end` is set, also returns at the end.
     pub(super) fn play(&self, stage: &mut Stage, events: &Events, to_the_end: bool) -> Result<(), Failure> {
         let mut coming = self.index.from(0)?;
         let mut next: Option<Next> = None;
@@ -197,12 +198,12 @@ impl Player {
         }
     }
 
-    /// Shows everything as it was at a place; answers with what comes from there on.
+    /// Restores everything as it was at a place. Returns the entries from there on.
     fn go_to(&self, place: Nanos, stage: &mut Stage, events: &Events) -> Result<Coming, Failure> {
         self.at_end.store(false, Ordering::Relaxed);
-        // Not under its lock: that would keep those waiting who look on.
+        // Move a copy: holding the lock while reading would block viewers.
         let mut past = lock(&self.past).clone();
-        // Whoever asks why hears of what was passed over too.
+        // `jde why` needs the skipped lines too.
         for line in past.go_to(&self.index, place, self.position())? {
             events.tell(line);
         }
@@ -230,7 +231,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Stops the player when whoever looks on is done, panics included.
+/// Stops the player when it is dropped, also by a panic of the viewer.
 pub(super) struct StopOnDrop(pub(super) Arc<Player>);
 
 impl Drop for StopOnDrop {

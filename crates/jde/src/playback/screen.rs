@@ -1,4 +1,4 @@
-//! A recording on the terminal: where it is, who acts, what was decided last, and the keys that steer it.
+//! A recording on the terminal: the position, the schemas' states, the last decisions, and the control keys.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -18,12 +18,12 @@ use crate::visible::visible;
 
 /// Time between two redraws.
 const REDRAW: Duration = Duration::from_millis(50);
-/// How far the arrows go.
+/// How far the arrow keys seek.
 const FAR: Nanos = 5_000_000_000;
 
 /// Shows a recording until the user leaves.
 ///
-/// Errors: standard input or output is not a terminal, or it went away.
+/// Errors: standard input or output is not a terminal, or it was closed.
 pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
     terminal::with_screen(|terminal| {
         while !player.is_stopped() {
@@ -110,7 +110,7 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);
 }
 
-/// What is worth a line.
+/// Returns the text of a line, or `None` if it is not shown.
 fn words(line: &Told) -> Option<String> {
     match line {
         Told::Decision(decision) if decision.changed => {

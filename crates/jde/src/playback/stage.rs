@@ -1,5 +1,5 @@
-//! The variables of a recording as shared variables, so that whoever reads those of a running application reads these; and its
-//! panels, so that whoever looks at those looks at these.
+//! The variables and panels of a recording, as shared variables and panels with the interface of a running
+//! application's.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use jde_ros::cdr;
 use super::gallery::Gallery;
 use super::index::{Index, Value};
 
-/// Readers that borrow large values at once: the link, and one more.
+/// Readers that borrow large values at the same time: the link, and one more.
 const READERS: usize = 2;
 
-/// The variables, and the right to write them; and the panels.
+/// The variables with their writers, and the panels.
 pub(super) struct Stage {
     writers: BTreeMap<String, Seat>,
     /// Schemas by the topics of their panels.
@@ -23,15 +23,15 @@ pub(super) struct Stage {
 
 enum Seat {
     Export(Arc<Variable>, Writer),
-    /// Written as whoever has no authority to lose.
+    /// Written by a writer that needs no authority.
     Other(Arc<Variable>),
 }
 
-/// Who writes what is played.
+/// The writer of all played values.
 const PLAYER: u32 = 0;
 
 impl Stage {
-    /// Declares the variables of a recording. One that has no name of its own, or one that is another's, is left out.
+    /// Declares the variables of a recording. Omits a variable whose name has no schema or is already in use.
     pub(super) fn new(board: &Board, index: &Index, gallery: Arc<Gallery>) -> Self {
         let mut writers = BTreeMap::new();
         for (topic, recorded) in &index.variables {
@@ -72,7 +72,7 @@ impl Stage {
         }
     }
 
-    /// Publishes a value, or shows a panel. One that is of another type than its definition says is left out.
+    /// Publishes a value, or shows a panel. Ignores a value that does not match its type's definition.
     pub(super) fn publish(&mut self, value: &Value) {
         if let Some(schema) = self.panels.get(&value.topic) {
             let list = jde_log::panel::read(&value.message);
@@ -86,7 +86,7 @@ impl Stage {
         let Ok(bytes) = cdr::decode(&variable.describe().value_type, &value.message) else {
             return;
         };
-        // What was not finite then is refused now as it was then.
+        // A value that was not finite is refused now as it was in the recorded run.
         match seat {
             Seat::Export(_, writer) => {
                 writer.loan().copy_from_slice(&bytes);
@@ -98,7 +98,7 @@ impl Stage {
         }
     }
 
-    /// Takes back every export and panel: what is shown next is of another time, this one.
+    /// Retracts every export and clears every panel: the next values belong to another time, `time`.
     pub(super) fn clear(&self, time: Nanos) {
         self.gallery.clear(time);
         for seat in self.writers.values() {

@@ -1,5 +1,5 @@
-//! A recording as tools see it: an application that is looked into like one that runs, and steered by one schema of its own,
-//! `replay`, whose modulations say where it is and how it goes on.
+//! The interface of a played recording to tools: an application that can be inspected like a running one. Its
+//! schema `replay` controls playback by its modulations.
 
 use std::sync::Arc;
 
@@ -16,10 +16,10 @@ use super::cast;
 use super::gallery::Gallery;
 use super::player::Player;
 
-/// The schema by which a recording is steered.
+/// The schema that controls playback.
 pub(super) const STEERING: &str = "replay";
 
-/// A recording that plays.
+/// A recording that is being played.
 pub(super) struct Playing {
     player: Arc<Player>,
     board: Arc<Board>,
@@ -27,10 +27,10 @@ pub(super) struct Playing {
     title: Title,
 }
 
-/// What of a file's damage is told, in bytes of words.
+/// The description of a file's damage, at most 256 bytes.
 type Words = Text<256>;
 
-/// What can be set, with its unit and meaning.
+/// The controls, with unit and documentation.
 const CONTROLS: [(&str, &str, &str); 5] = [
     ("paused", "", "Whether it stands."),
     ("speed", "", "Seconds of the recording in a second."),
@@ -44,10 +44,10 @@ const CONTROLS: [(&str, &str, &str); 5] = [
 ];
 
 impl Playing {
-    /// Of a player, whose variables are on the board.
+    /// Creates the interface of a player whose variables are on the board.
     pub(super) fn new(player: Arc<Player>, board: Arc<Board>, gallery: Arc<Gallery>, file: String) -> Self {
         let declare = |name: &str, unit: &str, doc: &str, access, value_type: Type, initial: Vec<u8>| {
-            // A recording with a schema of that name keeps its own.
+            // If the recording has a schema of this name, its variables stay.
             let _ = board.declare(Declaration {
                 owner: STEERING.to_owned(),
                 name: name.to_owned(),
@@ -87,7 +87,7 @@ impl Playing {
         }
     }
 
-    /// Shows how it goes on in the variables of [`STEERING`].
+    /// Writes the state of the player to the variables of [`STEERING`].
     pub(super) fn show(&self) {
         let wanted = self.player.wanted();
         let number = |number: f64| number.to_ne_bytes().to_vec();
@@ -106,13 +106,13 @@ impl Playing {
                 if same {
                     continue;
                 }
-                // One of the recording's own of that name is of another size.
+                // A variable of the recording with the same name may have another size.
                 let _ = variable.put(0, &bytes, self.player.position(), Nanos::MAX);
             }
         }
     }
 
-    /// The period that a schema has now, as far as it was recorded.
+    /// Returns a schema's current period, if it was recorded.
     fn period(&self, schema: &str) -> Option<Nanos> {
         let variable = self.board.find(&format!("{schema}.period"))?;
         let mut reader = variable.reader("recording");
@@ -120,7 +120,7 @@ impl Playing {
         (seconds.is_finite() && seconds >= 0.0).then_some((seconds * 1e9) as Nanos)
     }
 
-    /// Where it begins and ends, s since the application's start.
+    /// Returns the beginning and the end, in s since the application's start.
     fn ends(&self) -> (f64, f64) {
         let index = &self.player.index;
         (index.begin as f64 / 1e9, index.end as f64 / 1e9)
@@ -181,7 +181,7 @@ impl Subject for Playing {
         for name in self.gallery.schemas() {
             match schemas.schemas.iter_mut().find(|schema| schema.name == name) {
                 Some(schema) => schema.panel = true,
-                // Neither what it is nor what it decided was recorded, only what it showed.
+                // Only its panel was recorded, neither its type nor its decisions.
                 None => schemas.schemas.push(SchemaInfo {
                     panel: true,
                     ..cast::unknown(&name)
