@@ -1,5 +1,6 @@
-//! Builds the benches and all that they measure, and has them measure it. They are a workspace of their own, so that what jde is
-//! compared with never enters its build; what they measure and how is theirs to say.
+//! Builds the benches and everything that they measure, and runs them. The benches are a separate workspace,
+//! so that the programs they compare jde with never enter its build. The benches themselves define the
+//! measurements.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -11,36 +12,36 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::shell;
 
-/// Where they are.
+/// The folder of the benches.
 const FOLDER: &str = "benches";
 
-/// Where their figures are kept, and shown.
+/// The files with the figures and with the page that shows them.
 const TABLE: &str = "benches/table.json";
 const PAGE: &str = "docs/performance.md";
 
-/// What they are compared with that is written in Python.
+/// The Python package that one row compares with.
 const PACKAGE: &str = "ir-sim==2.12.0";
 const IMPORT: &str = "import irsim";
 
-/// What to measure.
+/// The options of a measurement.
 #[derive(Args)]
 pub(crate) struct Choice {
-    /// Measure this row alone (may be repeated).
+    /// Measure only this row (may be repeated).
     #[arg(long, value_name = "NAME")]
     row: Vec<String>,
-    /// Only say which rows there are.
+    /// Only print the names of the rows.
     #[arg(long)]
     list: bool,
-    /// A look: a tenth of the time, and figures that are worth less.
+    /// Take a tenth of the time, for less reliable figures.
     #[arg(long)]
     quick: bool,
-    /// Keep the table and what machine this is in a file of JSON; without a name in benches/table.json, and the table in
-    /// docs/performance.md too.
+    /// Save the table and the description of the machine as JSON. Without a name, write benches/table.json
+    /// and the table in docs/performance.md.
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     save: Option<Option<PathBuf>>,
 }
 
-/// Builds and measures; its exit status is that of the benches.
+/// Builds and measures. Returns the exit status of the benches.
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
     choice.check()?;
     let target = Metadata::of_workspace(root)?.target_directory;
@@ -61,7 +62,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
             Err(error) if choice.keeps_all() => {
                 return Err(error.context(format!("cannot install {PACKAGE}")));
             }
-            // One yardstick of one row: the others need no Python.
+            // The package is one yardstick of one row; all other rows need no Python.
             Err(error) => println!("{PACKAGE} is left out: {error:#}"),
         }
     }
@@ -75,7 +76,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
     })
 }
 
-/// Into the same folder as the product: most libraries are the same.
+/// Builds into the product's target folder, since most libraries are the same.
 fn build(root: &Path, target: &Path) -> Command {
     let mut cargo = shell::cargo();
     cargo
@@ -85,7 +86,7 @@ fn build(root: &Path, target: &Path) -> Command {
     cargo
 }
 
-/// A Python of its own that has the package.
+/// Returns a Python interpreter in its own environment, in which the package is installed.
 fn python(target: &Path, paint: Paint) -> Result<PathBuf> {
     let folder = target.join("bench-peers");
     let python = folder.join("bin/python");
@@ -99,17 +100,17 @@ fn python(target: &Path, paint: Paint) -> Result<PathBuf> {
 }
 
 impl Choice {
-    /// Whether the row is to be measured that the package is for.
+    /// Returns whether the row `laser` is measured, which needs the package.
     fn casts_rays(&self) -> bool {
         self.row.is_empty() || self.row.iter().any(|row| row == "laser")
     }
 
-    /// Whether the table of the project is to be replaced.
+    /// Returns whether the table of the project is replaced.
     fn keeps_all(&self) -> bool {
         matches!(self.save, Some(None))
     }
 
-    /// The table of the project is whole, and worth its figures.
+    /// Checks that the project's table is only replaced by a whole one of full effort.
     fn check(&self) -> Result<()> {
         if self.keeps_all() && (self.quick || !self.row.is_empty()) {
             bail!(
@@ -119,7 +120,7 @@ impl Choice {
         Ok(())
     }
 
-    /// As the benches want it, who run elsewhere than here.
+    /// Returns the arguments for the benches, with absolute paths because the benches run in another folder.
     fn arguments(&self, root: &Path, here: &Path) -> Vec<PathBuf> {
         let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
         let flags = [("--list", self.list), ("--quick", self.quick)];

@@ -1,4 +1,4 @@
-//! What cargo says while it builds, in its JSON form: which tests came out. Nothing else of it is used.
+//! The tests that a build produced, from cargo's JSON messages. All other messages are ignored.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -9,11 +9,11 @@ use serde::Deserialize;
 use crate::shell;
 use crate::test::Context;
 
-/// A test that is ready to run.
+/// A test program that is ready to run.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Program {
     path: PathBuf,
-    /// Of its package.
+    /// The manifest of the test's package.
     manifest: PathBuf,
 }
 
@@ -32,9 +32,10 @@ struct Target {
     name: String,
 }
 
-/// Builds integration tests, each named by the folder of its package and its own name.
+/// Builds integration tests. Each is named by the folder of its package and by its own name.
 pub(crate) fn build_tests(context: &Context, tests: &[(&str, &str)]) -> Result<Vec<Program>> {
-    // For the whole workspace, or cargo would choose other features of the libraries and build them again.
+    // For the whole workspace: for single packages cargo would choose other features of the libraries and
+    // build them again.
     let mut cargo = context.cargo(&["test", "--workspace", "--no-run"]);
     cargo.args(tests.iter().flat_map(|(_, name)| ["--test", name]));
     cargo.args(["--message-format", "json-render-diagnostics"]);
@@ -47,7 +48,7 @@ pub(crate) fn build_tests(context: &Context, tests: &[(&str, &str)]) -> Result<V
 }
 
 impl Program {
-    /// Hands the test to another program, which runs it as cargo would: in the folder of its package.
+    /// Appends the test to a command that runs it as cargo does: in the folder of its package.
     pub(crate) fn run_by(&self, command: &mut Command) {
         let folder = self.manifest.parent().unwrap_or(&self.manifest);
         command

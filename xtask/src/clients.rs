@@ -1,5 +1,5 @@
-//! Clients of the link in another language: the programs that `docs/protocol.md` shows, as they stand there, run against an application.
-//! A part of the step `peers`.
+//! Runs the programs of `docs/protocol.md`, which are clients of the link in Python, unchanged against an
+//! application. A part of the step `peers`.
 
 use std::net::TcpListener;
 use std::path::Path;
@@ -11,16 +11,16 @@ use anyhow::{Context as _, Result, ensure};
 use crate::shell;
 use crate::test::Context;
 
-/// Where the programs are.
+/// The page with the programs.
 const PAGE: &str = "docs/protocol.md";
-/// The application that they look into: one that listens, and whose schema `example` has a panel.
+/// The application that the programs inspect. Its schema `example` has a panel.
 const APPLICATION: &str = "apps/safe-navigation.toml";
-/// What the page calls the endpoint of a robot.
+/// The endpoint of the robot on the page, which is replaced by that of the test.
 const ENDPOINT: &str = "tcp/robot2.local:7447";
-/// Until it must have been found, and until a program must have ended: a hundred times what they take.
+/// The limit for finding the application and for one program: a hundred times the usual time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// An application under way; ended when dropped.
+/// A running application; killed when dropped.
 struct Robot(Child);
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
@@ -46,7 +46,7 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The blocks of Python on a page.
+/// Returns the Python blocks of a page.
 fn programs(page: &str) -> Vec<String> {
     let blocks = page.split("```python\n").skip(1);
     blocks
@@ -54,23 +54,23 @@ fn programs(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// A robot that listens on the loopback, and where.
+/// Starts a robot that listens on the loopback interface. Returns its endpoint and its process.
 fn robot(context: &Context) -> Result<(String, Robot)> {
     let folder = context.target.join("peers");
     let text = std::fs::read_to_string(context.root.join(APPLICATION))?;
-    // Given back before the robot takes it: nobody else asks for ports here.
+    // The port is free again before the robot binds it; no other program here asks for ports.
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
     let folder_of_plugins = context.target.join("debug");
     let file = folder.join("open.toml");
-    // Its paths count from where the original is.
+    // Its paths are relative to the folder of the original.
     let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
     std::fs::write(
         &file,
         format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\ninsecure = true\n"),
     )?;
     let mut command = Command::new(folder_of_plugins.join("jde"));
-    // Others may be tested on this machine at the same time.
+    // A unique name: other tests may run applications on this machine at the same time.
     let name = format!("documented-{}", process::id());
     command.args(["run", "--plain", "--name", &name]).arg(&file);
     command
@@ -99,7 +99,7 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
 
 impl Drop for Robot {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // The process may have ended before.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

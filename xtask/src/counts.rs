@@ -1,6 +1,6 @@
-//! The gate of the hot paths: how many instructions each takes, counted by valgrind, held against the counts that are kept in
-//! the repository. Instructions are the same on a busy machine as on a quiet one, so a gate of them can be narrow; what they
-//! take in time is for the benches to say.
+//! The gate of the hot paths: counts the instructions of each path with valgrind and compares them with the
+//! counts in the repository. The number of instructions does not depend on the load of the machine, so the
+//! tolerance can be narrow. Times are measured by the benches, not here.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,26 +14,28 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::shell;
 
-/// Where the paths are, and what they are called there.
+/// The folder and the package of the paths.
 const FOLDER: &str = "benches";
 const PACKAGE: &str = "jde-paths";
-/// The counts that are kept.
+/// The file with the expected counts.
 const KEPT: &str = "benches/counts.json";
-/// How often a path is passed, and once more as often: the difference knows nothing of how the process starts and ends.
+/// A path runs this many times, and then twice as many times. The difference excludes the start and the end
+/// of the process.
 const TIMES: u64 = 1000;
-/// By how much a path may take more or fewer than it did. One allocation, or one lock, is more than this of any of them.
+/// The share by which a count may differ. One allocation or one lock exceeds it on every path.
 const TOLERANCE: f64 = 0.03;
 
-/// What is kept.
+/// The content of the file.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Counts {
-    /// Who compiled what was counted: another compiler gives other counts.
+    /// The version of the compiler. Counts of another compiler differ.
     compiler: String,
     /// Instructions of each path.
     instructions: BTreeMap<String, u64>,
 }
 
-/// Counts, and holds them against those that are kept; an error where they differ.
+/// Counts, and compares with the expected counts. Returns an error if they differ. Does not compare counts of
+/// another compiler.
 pub(crate) fn check(root: &Path, paint: Paint) -> Result<()> {
     let file = root.join(KEPT);
     let kept = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
@@ -60,7 +62,7 @@ pub(crate) fn check(root: &Path, paint: Paint) -> Result<()> {
     Ok(())
 }
 
-/// Counts, and keeps that.
+/// Counts, and writes the counts as the expected ones.
 pub(crate) fn renew(root: &Path, paint: Paint) -> Result<()> {
     let counts = Counts {
         compiler: compiler()?,
@@ -71,7 +73,7 @@ pub(crate) fn renew(root: &Path, paint: Paint) -> Result<()> {
     Ok(())
 }
 
-/// What of the counts is not as it was, in words.
+/// Describes the counts that differ.
 fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) -> Vec<String> {
     let mut faults = Vec::new();
     for (path, now) in counted {
@@ -94,7 +96,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
     faults
 }
 
-/// Instructions of each path.
+/// Counts the instructions of one pass of each path.
 fn count(root: &Path, paint: Paint) -> Result<BTreeMap<String, u64>> {
     let program = build(root, paint)?;
     let names = shell::read(&mut Command::new(&program))?;
@@ -110,7 +112,8 @@ fn count(root: &Path, paint: Paint) -> Result<BTreeMap<String, u64>> {
     counts.collect()
 }
 
-/// As users get it, but for the peers of the benches, which it does not need.
+/// Builds the paths as users get them. Their package alone: it does not need the programs that the benches
+/// compare with.
 fn build(root: &Path, paint: Paint) -> Result<PathBuf> {
     let target = Metadata::of_workspace(root)?.target_directory;
     let mut cargo = shell::cargo();
@@ -122,7 +125,7 @@ fn build(root: &Path, paint: Paint) -> Result<PathBuf> {
     Ok(target.join("release").join(PACKAGE))
 }
 
-/// All instructions of a process that passes a path so many times.
+/// Counts all instructions of a process that runs a path `times` times.
 fn collected(program: &Path, path: &str, times: u64) -> Result<u64> {
     let mut valgrind = Command::new("valgrind");
     valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
@@ -138,7 +141,7 @@ fn collected(program: &Path, path: &str, times: u64) -> Result<u64> {
     sum(&said).with_context(|| format!("valgrind does not say what it collected:\n{said}"))
 }
 
-/// The sum that valgrind tells.
+/// Returns the total in valgrind's output.
 fn sum(said: &str) -> Option<u64> {
     let (_, rest) = said.split_once("Collected : ")?;
     rest.split_whitespace().next()?.parse().ok()

@@ -1,6 +1,8 @@
-//! The demonstration in lockstep: one seed decides alike each time, another seed decides otherwise (R16).
+//! The demonstration in lockstep: the same seed gives the same decisions, another seed gives other decisions
+//! (R16).
 //!
-//! It runs the build that the other steps use: an optimised one takes as long to make as all of them.
+//! It runs the development build that the other steps use, since an optimised build would take as long as all
+//! other steps.
 
 use anyhow::{Context as _, Result, ensure};
 
@@ -8,9 +10,9 @@ use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
-/// What the demonstration calls the digest of its decisions.
+/// The name under which the demonstration prints the digest of its decisions.
 const DIGEST: &str = "decisions_sha256";
-/// Hexadecimal digits of it.
+/// The number of hexadecimal digits of the digest.
 const DIGITS: usize = 64;
 
 pub(crate) fn run(context: &Context) -> Result<Done> {
@@ -25,7 +27,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     Ok(Done::Passed)
 }
 
-/// Runs the demonstration and returns the digest of what it decided.
+/// Runs the demonstration and returns the digest of its decisions.
 fn decisions(context: &Context, seed: &str) -> Result<String> {
     let mut cargo = context.cargo(&["run", "--quiet", "--", "demo", "--headless", "--lockstep"]);
     cargo.args(["--seed", seed]);

@@ -1,4 +1,5 @@
-//! The campaign of faults: builds the executable, the plugins and the campaign, and runs it. All of its words are the campaign's own.
+//! Builds the executable, the plugins and the campaign of faults, and runs the campaign, which defines its
+//! own options.
 
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt as _;
@@ -11,10 +12,10 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::shell;
 
-/// Runs it with these words; the exit status is its own.
+/// Runs the campaign with these arguments. Its exit status becomes that of this program.
 pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> Result<ExitCode> {
     let mut cargo = shell::cargo();
-    // The campaign is none of what `cargo build` builds: it is for those who work on jde.
+    // `cargo build` alone leaves the campaign out, since users do not need it.
     cargo.args(["build", "--workspace"]).current_dir(root);
     if !dev {
         cargo.arg("--release");
@@ -24,7 +25,7 @@ pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> R
     let program = target
         .join(if dev { "debug" } else { "release" })
         .join("jde-faults");
-    // In place of this program, so that Ctrl-C is the campaign's alone.
+    // Replaces this process, so that Ctrl-C reaches the campaign alone.
     let error = std::process::Command::new(&program).args(words).exec();
     Err(error).with_context(|| format!("cannot start {}", program.display()))
 }

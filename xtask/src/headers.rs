@@ -1,10 +1,10 @@
-//! The C headers under `include/`, renewed or compared. What stands in them is the business of `jde-headers`.
+//! Renews the C headers under `include/`, or compares them. Their content is defined by `jde-headers`.
 
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 
-/// Writes the headers that differ, and says which.
+/// Writes the headers that differ, and prints their paths.
 pub(crate) fn renew(root: &Path) -> Result<()> {
     for path in jde_headers::renew(root).context("cannot write the headers under include/")? {
         println!("renewed {}", path.strip_prefix(root).unwrap_or(&path).display());
@@ -12,7 +12,7 @@ pub(crate) fn renew(root: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes nothing; an error names the headers that differ.
+/// Compares without writing. The error names the headers that differ.
 pub(crate) fn check(root: &Path) -> Result<()> {
     let include = root.join("include");
     let differs = |(name, text): (&'static str, String)| {

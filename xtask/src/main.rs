@@ -1,5 +1,5 @@
-//! Automation of this workspace: `cargo xtask <verb>`, the same at hand and in CI. It builds, tests and checks;
-//! it is no part of what users get.
+//! Automation of this workspace: `cargo xtask <verb>` does the same locally and in CI. It builds, tests and
+//! checks. It is not part of the product.
 
 mod bench;
 mod cargo_json;
@@ -38,58 +38,60 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Run every test there is, from a fresh checkout; what the machine lacks is told first, and how to install it.
+    /// Run all tests, from a fresh checkout; report first which tools are missing, and how to install them.
     Test(Test),
-    /// Check what the compiler cannot see: arrows, headers, lengths, links, licences, ...
+    /// Check what the compiler cannot see: dependencies, headers, lengths, links, licences, ...
     Tidy,
-    /// Renew the C headers under include/ from the Rust they describe.
+    /// Renew the C headers under include/ from the Rust source.
     Headers {
-        /// Only say which of them differ.
+        /// Only print which headers differ.
         #[arg(long)]
         check: bool,
     },
-    /// Count the instructions of the hot paths, and hold them against those that are kept.
+    /// Count the instructions of the hot paths, and compare them with the expected counts.
     Counts {
-        /// Keep what is counted now.
+        /// Save these counts as the expected ones.
         #[arg(long)]
         renew: bool,
     },
-    /// Measure jde against the best there is, in the same run, and print one table (docs/performance.md).
+    /// Measure jde against the best alternatives in the same run, and print one table (docs/performance.md).
     Bench(bench::Choice),
-    /// Inject faults into running applications, and see that the rules hold all the same; `--help` tells more.
+    /// Inject faults into running applications, and check that the rules still hold; `--help` prints the
+    /// options.
     #[command(disable_help_flag = true)]
     Faults(Faults),
 }
 
 #[derive(Args)]
 struct Faults {
-    /// The build for development instead of the optimised one.
+    /// Use the development build instead of the optimised one.
     #[arg(long)]
     dev: bool,
-    /// What the campaign is told.
+    /// The arguments of the campaign.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     words: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
 struct Test {
-    /// Install what the machine lacks, with apt-get and rustup. Root does so unasked where `CI=true`, and nobody else.
+    /// Install missing tools with apt-get and rustup. In CI (`CI=true`) root does so by default.
     #[arg(long)]
     install: bool,
     /// Stop at the first step that fails.
     #[arg(long)]
     fail_fast: bool,
-    /// Run this step alone (may be repeated).
+    /// Run only this step (may be repeated).
     #[arg(long, value_name = "STEP", value_parser = test::names())]
     only: Vec<String>,
-    /// Leave this step out (may be repeated).
+    /// Skip this step (may be repeated).
     #[arg(long, value_name = "STEP", value_parser = test::names())]
     skip: Vec<String>,
 }
 
 /// The root of the workspace: the folder above this package.
 fn root() -> PathBuf {
-    // Cargo says where the package is when it runs us; the built-in value serves a program started by hand.
+    // Cargo passes the package's folder at run time. The built-in value serves when the program is started
+    // directly.
     let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
     let mut root = PathBuf::from(package);
     root.pop();

@@ -1,4 +1,5 @@
-//! What cargo knows of the workspace: its packages and their arrows. Read once, never changed.
+//! The packages of the workspace and their dependencies, as `cargo metadata` lists them. Read once, never
+//! changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use serde::Deserialize;
 
 use crate::shell;
 
-/// The answer of `cargo metadata`, as far as it is used here.
+/// The output of `cargo metadata`, as far as it is used here.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Metadata {
     pub(crate) packages: Vec<Package>,
@@ -39,12 +40,12 @@ pub(crate) struct Dependency {
     pub(crate) req: String,
     #[serde(default)]
     pub(crate) kind: Option<Kind>,
-    /// The folder, for a package of this workspace.
+    /// The folder of a package of this workspace; `None` for others.
     #[serde(default)]
     pub(crate) path: Option<PathBuf>,
 }
 
-/// What a dependency is for; ordinary ones have none.
+/// The kind of a dependency; ordinary dependencies have none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Kind {
@@ -52,7 +53,7 @@ pub(crate) enum Kind {
     Build,
 }
 
-/// The packages that the lock file chose, and who needs whom.
+/// The packages that the lock file selects, and their dependencies.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Resolve {
     pub(crate) nodes: Vec<Node>,
@@ -76,12 +77,12 @@ pub(crate) struct EdgeKind {
 }
 
 impl Metadata {
-    /// Packages of the workspace alone: quick, and needs no network.
+    /// Reads the packages of the workspace alone. This is fast and needs no network.
     pub(crate) fn of_workspace(root: &Path) -> Result<Self> {
         Self::read(root, &["--no-deps"])
     }
 
-    /// Everything that this machine's kind of platform would build.
+    /// Reads all packages that a build for this machine's platform uses.
     pub(crate) fn with_dependencies(root: &Path) -> Result<Self> {
         let version = shell::read(std::process::Command::new("rustc").arg("-vV"))?;
         let host = version
@@ -101,14 +102,14 @@ impl Metadata {
             .context("`cargo metadata` answers in an unknown form")
     }
 
-    /// The packages of this workspace, in cargo's order.
+    /// Returns the packages of this workspace, in cargo's order.
     pub(crate) fn members(&self) -> impl Iterator<Item = &Package> {
         self.packages
             .iter()
             .filter(|package| self.workspace_members.contains(&package.id))
     }
 
-    /// The packages by their identifiers.
+    /// Returns all packages by their identifiers.
     pub(crate) fn by_id(&self) -> BTreeMap<&str, &Package> {
         self.packages
             .iter()
@@ -118,13 +119,13 @@ impl Metadata {
 }
 
 impl Package {
-    /// The folder of the package, relative to the root of the workspace, with `/` between its parts.
+    /// Returns the package's folder relative to the root of the workspace, with `/` as separator.
     pub(crate) fn folder(&self, root: &Path) -> String {
         folder(root, self.manifest_path.parent().unwrap_or(&self.manifest_path))
     }
 }
 
-/// A path relative to the root, with `/` between its parts.
+/// Returns a path relative to the root, with `/` as separator.
 pub(crate) fn folder(root: &Path, path: &Path) -> String {
     path.strip_prefix(root)
         .unwrap_or(path)

@@ -2,14 +2,14 @@
 
 use std::io::IsTerminal;
 
-/// Whether what is printed may carry colour.
+/// Whether output may contain colour.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Paint {
     colour: bool,
 }
 
 impl Paint {
-    /// Colour when standard output is a terminal and `NO_COLOR` is not set.
+    /// Enables colour if standard output is a terminal and `NO_COLOR` is not set.
     pub(crate) fn detect() -> Self {
         let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
         Self {
@@ -17,7 +17,7 @@ impl Paint {
         }
     }
 
-    /// Never any colour.
+    /// Disables colour.
     #[cfg(test)]
     pub(crate) fn plain() -> Self {
         Self { colour: false }

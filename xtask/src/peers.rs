@@ -1,6 +1,6 @@
-//! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, the libraries of MCAP
-//! and ROS 2 read what we have recorded, the programs of `docs/protocol.md` look into what runs, and ROS 2 and we drive each other's
-//! robots.
+//! Tests with independent programs that know nothing of jde: clients of the Pioneer protocol drive the
+//! simulated robot, the libraries of MCAP and ROS 2 read recordings, the programs of `docs/protocol.md`
+//! inspect a running application, and ROS 2 and jde drive each other's robots.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
-/// What is installed into a Python environment of its own.
+/// The packages for a separate Python environment.
 const PACKAGES: &[&str] = &[
     "Soar==1.5.2",
     "cbor2==6.2.1",
@@ -22,7 +22,7 @@ const PACKAGES: &[&str] = &[
     "mcap-ros2-support==0.6.0",
     ros2::PACKAGE,
 ];
-/// What of these is imported, to see whether it is there.
+/// The modules whose import shows that the packages are installed.
 const IMPORTS: &[&str] = &[
     "soar.robot.arcos",
     "cbor2",
@@ -31,17 +31,17 @@ const IMPORTS: &[&str] = &[
     "mcap_ros2.decoder",
     ros2::IMPORT,
 ];
-/// Reads a recording of the demonstration and compares its numbers with ours.
+/// Reads a recording of the demonstration and compares its numbers with those that jde reads.
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Reads the panels of a recording.
 const PANELS: &str = "crates/log/tests/peers/read_panels.py";
-/// Drives ahead, turns and stops, and fails if the robot does not.
+/// Drives ahead, turns and stops. Fails if the robot does not follow.
 const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
-/// A client written elsewhere, where it is at hand; it drives ahead and prints.
+/// A client from outside the repository, used if the file exists. It drives ahead and prints.
 const ELSEWHERE: &str = "../shared/p2os/soar_client.py";
-/// The longest that a client can take: the server ends then, and with it the client's serial line.
+/// The time after which the server ends, and with it the client's serial line.
 const LIMIT: &str = "90s";
-/// How to install what the step lacks.
+/// The command that installs what the step lacks.
 const INSTALL: &str = "sudo apt-get install python3-venv python3-tk";
 
 pub(crate) fn run(context: &Context) -> Result<Done> {
@@ -66,7 +66,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     Ok(Done::Passed)
 }
 
-/// Records the demonstration in lockstep, and has it read by the libraries of others.
+/// Records the demonstration in lockstep. Independent libraries read the recording.
 fn read_recording(context: &Context, python: &Path) -> Result<()> {
     let folder = context.target.join("peers");
     let (recording, numbers) = (folder.join("demo.mcap"), folder.join("numbers.jsonl"));
@@ -77,7 +77,7 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
         .arg(&recording)
         .current_dir(&context.root);
     shell::show(&record, context.paint);
-    // Half a minute is not enough for its mission, so its exit status is 1; the reader sees whether it was recorded.
+    // 30 s are too short for the mission, so the exit status is 1. The reader checks the recording.
     let output = record.output().context("cannot start `jde run`")?;
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     ensure!(
@@ -101,7 +101,7 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Records panels of a drive, and has them read by the libraries of others.
+/// Records the panels of a drive. Independent libraries read them.
 fn read_panels(context: &Context, python: &Path) -> Result<()> {
     let recording = context.target.join("peers/panels.mcap");
     let mut record = Command::new(context.target.join("debug/jde"));
@@ -111,7 +111,7 @@ fn read_panels(context: &Context, python: &Path) -> Result<()> {
         .arg(&recording)
         .current_dir(&context.root);
     shell::show(&record, context.paint);
-    // A few seconds are not enough for its mission, so its exit status is 1; the reader sees whether it was recorded.
+    // A few seconds are too short for the mission, so the exit status is 1. The reader checks the recording.
     record.output().context("cannot start `jde run`")?;
     let mut reader = Command::new(python);
     reader
@@ -126,7 +126,7 @@ fn read_panels(context: &Context, python: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The Python that has the clients.
+/// Returns the Python interpreter of the environment, which is created if needed.
 fn environment(context: &Context) -> Result<PathBuf> {
     let folder = context.target.join("peers");
     let python = folder.join("bin/python");
@@ -148,7 +148,7 @@ fn environment(context: &Context) -> Result<PathBuf> {
     Ok(python)
 }
 
-/// Serves a world, lets a client drive its robot, and looks at what became of both.
+/// Serves a world, runs a client that drives its robot, and checks the results of both.
 fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
     let mut server = Server::start(context)?;
     let mut command = Command::new(python);
@@ -168,7 +168,7 @@ fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
     Ok(said)
 }
 
-/// A running `jde sim`; it ends when this is dropped.
+/// A running `jde sim`; killed when dropped.
 struct Server {
     process: Child,
     /// The serial line of the robot.
@@ -195,17 +195,18 @@ impl Server {
             let line = line.ok()?;
             Some(line.split_once("serial:")?.1.trim().to_owned())
         });
-        // Whoever is not read blocks in the end.
+        // A full pipe would block the server.
         std::thread::spawn(move || lines.for_each(drop));
         let Some(line) = line else {
-            // It has ended by itself, and said why above.
+            // The server ended by itself; the reason is in its output above.
             let _ = process.kill();
             bail!("`jde sim` told of no serial line");
         };
         Ok(Self { process, line })
     }
 
-    /// Asks it to end, by a signal that is heeded also in the background of a shell; gives what it printed.
+    /// Ends the server with SIGTERM, which unlike SIGINT also ends a background process of a shell. Returns
+    /// its standard output.
     fn end(&mut self) -> Result<String> {
         let number = self.process.id().to_string();
         shell::read(Command::new("kill").args(["-TERM", &number]))?;
@@ -219,7 +220,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // The process may have ended before.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -1,5 +1,5 @@
-//! What the machine must have besides Rust. What is missing is told with the commands that install it; they are run where nobody
-//! watches and this is root, or if that is asked for, and never else.
+//! The programs and libraries that the machine needs besides Rust. If some are missing, the step prints the
+//! commands that install them. It runs these commands only on request (`--install`), or as root in CI.
 
 use std::process::Command;
 
@@ -10,10 +10,10 @@ use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
-/// A program that the steps use.
+/// Something that the steps need, usually a program.
 struct Tool {
     name: &'static str,
-    /// A command that succeeds where the program works.
+    /// A command that succeeds if the tool works.
     probe: &'static [&'static str],
     from: Source,
 }
@@ -34,13 +34,13 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "valgrind",
-        // It also needs the symbols of the dynamic linker, without which it cannot start any program.
+        // It also needs the symbols of the dynamic linker: without them it cannot start any program.
         probe: &["valgrind", "--quiet", "true"],
         from: Source::Apt(&["valgrind", "libc6-dbg"]),
     },
     Tool {
         name: "Python",
-        // The clients of others that are run come with windows, which none opens.
+        // The clients of other projects import tkinter, though none of them opens a window.
         probe: &["python3", "-c", "import ensurepip, tkinter"],
         from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
     },
@@ -58,10 +58,11 @@ const TOOLS: &[Tool] = &[
     },
 ];
 
-/// What windows are tested with.
+/// The tools that the tests of windows need.
 const SCREEN: Tool = Tool {
     name: "a screen without a monitor",
-    // Windows are tested in one, and drawn by Mesa's renderers, which need no graphics card.
+    // Windows are tested on a virtual screen and drawn by Mesa's software renderers, which need no graphics
+    // card.
     probe: &[
         "sh",
         "-c",
@@ -79,26 +80,27 @@ const SCREEN: Tool = Tool {
     ]),
 };
 
-/// What the windows' feature `gamepad` is built with.
+/// The library that the feature `gamepad` needs at build time.
 const LIBUDEV: Tool = Tool {
     name: "libudev, to build what reads game pads",
     probe: &["pkg-config", "--exists", "libudev"],
     from: Source::Apt(&["libudev-dev", "pkg-config"]),
 };
 
-/// Whether game pads can be built here.
+/// Returns whether support for game pads can be built here.
 pub(crate) fn has_libudev() -> bool {
     LIBUDEV.works()
 }
 
-/// Whether windows can be opened here.
+/// Returns whether windows can be opened here.
 pub(crate) fn has_screen() -> bool {
     SCREEN.works()
 }
 
-/// Installs what is missing if it may, and says how if not; an error names what still is, as far as no step can do without.
+/// Installs missing tools if allowed; otherwise prints how to. Fails if a tool is still missing that no run
+/// can do without: in CI any tool, elsewhere the C compiler.
 pub(crate) fn run(context: &Context) -> Result<Done> {
-    // No reason to stop: some steps need less, and cargo says it when the disk is full.
+    // Little room is not fatal: some steps need less, and cargo reports a full disk.
     match room::warning(&context.target) {
         Ok(warning) => warning.iter().for_each(|warning| println!("{warning}")),
         Err(error) => println!("whether there is room on the disk cannot be told: {error:#}"),
@@ -108,7 +110,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     let commands = installation(&missing, privilege);
     if may_install(context, privilege) {
         for command in &commands {
-            // Whether it helped is seen below, whatever it says.
+            // The check below decides; the exit status of the command does not matter.
             if let Err(error) = shell::run(&mut to_command(command), context.paint) {
                 println!("{error:#}");
             }
@@ -123,7 +125,8 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     for tool in &missing {
         println!("{} is missing: {}", tool.name, tool.how());
     }
-    // The steps that lack the others say so themselves; C plugins are part of the tests.
+    // The other tools are reported by the steps that need them. The tests need the C compiler, for plugins in
+    // C.
     let fatal: Vec<&str> = missing
         .iter()
         .filter(|tool| context.ci || tool.name == TOOLS[0].name)
@@ -135,15 +138,15 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     Ok(Done::Passed)
 }
 
-/// Whether the machine may be changed: somebody asked for it, or it is a fresh one that nobody watches and this is its root.
+/// Returns whether the machine may be changed: with `--install`, or as root in CI.
 fn may_install(context: &Context, privilege: Privilege) -> bool {
     context.install || (context.ci && privilege == Privilege::Root)
 }
 
-/// How to install valgrind, for the step that lacks it.
+/// The command that installs valgrind, for the step that needs it.
 pub(crate) const INSTALL_VALGRIND: &str = "sudo apt-get install valgrind libc6-dbg";
 
-/// What this user may do to the machine.
+/// The rights of this user to install packages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Privilege {
     Root,
@@ -172,7 +175,7 @@ impl Privilege {
     }
 }
 
-/// The commands that install the tools: one for all packages, one for all components.
+/// Returns the commands that install the tools: one for all packages, one for all components.
 fn installation(missing: &[&Tool], privilege: Privilege) -> Vec<Vec<&'static str>> {
     let mut packages = Vec::new();
     let mut components = Vec::new();

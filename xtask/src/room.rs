@@ -1,4 +1,5 @@
-//! Whether the disk has room for what the steps build. It frees nothing: what may go is for whoever owns the disk.
+//! Checks whether the disk has room for the builds of the steps. Frees nothing: only the owner of the disk
+//! can decide what to delete.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,13 +8,13 @@ use anyhow::{Context as _, Result};
 
 use crate::shell;
 
-/// What all steps leave in the folder of builds, if they begin with none, bytes.
+/// The size of the target folder after all steps, starting without one, bytes.
 const ALL: u64 = 13_000_000_000;
 
-/// What to say before anything is built: nothing if there is room.
+/// Returns a warning to print before anything is built, or `None` if there is room.
 ///
 /// # Errors
-/// `df` or `du` do not work here.
+/// If `df` or `du` does not work here.
 pub(crate) fn warning(target: &Path) -> Result<Option<String>> {
     let there = target.ancestors().find(|path| path.exists());
     let there = there.context("no folder above that of builds exists")?;
@@ -43,12 +44,12 @@ pub(crate) fn warning(target: &Path) -> Result<Option<String>> {
     }))
 }
 
-/// Whether what is free and what is built are together less than all.
+/// Returns whether the free space and the existing builds together are less than all steps need.
 fn lack(free: u64, built: u64) -> bool {
     free.saturating_add(built) < ALL
 }
 
-/// The first number of an output, which may have a title.
+/// Returns the first number of an output, which may have a heading.
 fn number(output: String) -> Result<u64> {
     let mut words = output.split_whitespace();
     words

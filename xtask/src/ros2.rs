@@ -1,5 +1,6 @@
-//! ROS 2 as others speak it, over a router of Zenoh and real sockets of the loopback: a program drives a robot of ours by its
-//! topics, and a robot of theirs is driven by our schemas. A part of the step `peers`.
+//! Tests the ROS 2 driver against an independent implementation, over a Zenoh router and sockets of the
+//! loopback interface. A ROS 2 program drives a robot of jde by its topics, and schemas of jde drive a robot
+//! of ROS 2. A part of the step `peers`.
 
 use std::fs;
 use std::io::{self, BufRead, BufReader};
@@ -11,15 +12,15 @@ use anyhow::{Context as _, Result, ensure};
 use crate::shell;
 use crate::test::Context;
 
-/// What is to be installed for it, and imported to see whether it is there.
+/// The Python package to install, and the module to import as a check.
 pub(crate) const PACKAGE: &str = "zenoh_ros2_sdk==0.1.8";
 pub(crate) const IMPORT: &str = "zenoh_ros2_sdk";
-/// A router, a program that drives, and a robot, all three without a line of ours.
+/// The peers, which use no code of jde: a router, a program that drives, and a robot.
 const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
-/// The longest that one of ours can take.
+/// The limit for one run of `jde`.
 const LIMIT: &str = "180s";
 
-/// A peer that goes on until its standard input ends, or until this is dropped.
+/// A peer that runs until its standard input closes or this is dropped.
 struct Peer {
     process: Child,
     words: BufReader<ChildStdout>,
@@ -27,7 +28,7 @@ struct Peer {
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     let folder = folder(context);
-    // Of one that was ended by force there may be some left.
+    // A run that was killed may have left files.
     let clear = || match fs::remove_dir_all(&folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         Ok(()) | Err(_) => Ok(()),
@@ -39,12 +40,12 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     done
 }
 
-/// Where peers leave what they need while they run: they are killed where something fails, and cannot clear up then.
+/// The folder for the peers' temporary files. Peers that are killed after a failure cannot remove them.
 fn folder(context: &Context) -> PathBuf {
     context.target.join("peers/ros2")
 }
 
-/// A program of ROS 2.
+/// Returns the command for a ROS 2 peer.
 fn peer(context: &Context, python: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(python);
     command.arg(context.root.join(PEER)).args(arguments);
@@ -60,10 +61,11 @@ fn talk(context: &Context, python: &Path) -> Result<()> {
     serve(context, python, &port)
 }
 
-/// Has a robot of ours driven by a program of ROS 2.
+/// Lets a ROS 2 program drive a robot of jde.
 fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut command = jde(context, "ros2", "topics", port);
-    // So that it sees the end of the corridor, which its own wheels are compared with.
+    // With this range the laser sees the end of the corridor. The program compares the wheels' odometry with
+    // it.
     command.args(["--set", "pioneer.laser_range=30"]);
     shell::show(&command, context.paint);
     let ours = command
@@ -87,20 +89,20 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
     Ok(())
 }
 
-/// Drives a robot of ROS 2 by the schemas of safe-navigation.
+/// Drives a robot of ROS 2 with the schemas of safe-navigation.
 fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut robot = Peer::start(context, python, &["serve", port])?;
     let ready = robot.line()?;
     ensure!(ready == "ready", "the robot of ROS 2 says {ready}");
     let mut command = jde(context, "ros2-robot", "robot", port);
     shell::show(&command, context.paint);
-    // It succeeds if the robot has been to all of its targets.
+    // It succeeds if the robot has reached all its targets.
     shell::read(&mut command).context("our schemas did not drive the robot of ROS 2")?;
     println!("{}", robot.end()?);
     Ok(())
 }
 
-/// An application whose driver goes to this port.
+/// Returns the command for an application whose driver connects to this port.
 fn jde(context: &Context, application: &str, driver: &str, port: &str) -> Command {
     let mut command = Command::new(context.target.join("debug/jde"));
     command
@@ -125,7 +127,7 @@ impl Peer {
         })
     }
 
-    /// What it says next.
+    /// Returns the next line of the peer's output.
     fn line(&mut self) -> Result<String> {
         let mut line = String::new();
         self.words.read_line(&mut line)?;
@@ -133,7 +135,7 @@ impl Peer {
         Ok(line.trim().to_owned())
     }
 
-    /// Lets it end by itself; what it says at last.
+    /// Closes the peer's standard input and waits for its end. Returns its last line.
     fn end(&mut self) -> Result<String> {
         drop(self.process.stdin.take());
         let last = self.line()?;
@@ -145,13 +147,13 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // The process may have ended before.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// A program that does not outlive this.
+/// A process that is killed when dropped.
 struct Running(Child);
 
 impl Drop for Running {

@@ -1,5 +1,5 @@
-//! Starting other programs: shown before they run, with no standard input, and an error that names the command.
-//! It knows nothing of what they are for.
+//! Starts other programs. A command is shown before it runs, has no standard input, and is named in its
+//! errors. This module knows nothing of the purpose of a command.
 
 use std::io::read_to_string;
 use std::process::{Command, Stdio};
@@ -11,11 +11,12 @@ use anyhow::{Context as _, Result, bail};
 
 use crate::paint::Paint;
 
-/// The `cargo` that runs this program, so that one toolchain does everything.
+/// Returns the `cargo` that runs this program, so that all steps use one toolchain.
 pub(crate) fn cargo() -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    // What it told this program of its package is no news for other packages: some would be built anew for it, and all that use
-    // them, as often as somebody who calls cargo himself takes turns with this program.
+    // Cargo describes this package in variables of the environment. Other packages would be rebuilt when
+    // these change, together with all that use them, each time that direct calls of cargo alternate with
+    // calls through this program.
     for (name, _) in std::env::vars_os() {
         let told = name
             .to_str()
@@ -27,10 +28,10 @@ pub(crate) fn cargo() -> Command {
     cargo
 }
 
-/// How the names begin of what cargo tells a program that it runs of its package.
+/// The prefixes of the variables in which cargo describes a package to the program that it runs.
 const TOLD: [&str; 2] = ["CARGO_PKG_", "CARGO_MANIFEST_"];
 
-/// Runs a command whose output people read as it comes; an error when it does not succeed.
+/// Runs a command whose output appears as it is written. Returns an error unless the command succeeds.
 pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {
     show(command, paint);
     let status = command
@@ -43,7 +44,7 @@ pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {
     Ok(())
 }
 
-/// Runs a command and returns what it wrote to standard output; its standard error stays visible.
+/// Runs a command and returns its standard output. Its standard error stays visible.
 pub(crate) fn read(command: &mut Command) -> Result<String> {
     let output = command
         .stdin(Stdio::null())
@@ -57,7 +58,7 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
         .with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
 }
 
-/// The same for a command that may wait for what never comes: it is ended, and that is an error, if it takes longer than this.
+/// Like [`read`], for a command that may block: after `patience` it is killed, which is an error.
 pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<String> {
     let mut child = command
         .stdin(Stdio::null())
@@ -79,7 +80,7 @@ pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<S
     output.with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
 }
 
-/// Whether a command starts and succeeds; what it writes is dropped.
+/// Returns whether a command starts and succeeds. Its output is discarded.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     let silent = command
         .stdin(Stdio::null())
@@ -88,7 +89,7 @@ pub(crate) fn succeeds(command: &mut Command) -> bool {
     silent.status().is_ok_and(|status| status.success())
 }
 
-/// Prints the command as one would type it.
+/// Prints a command as it is typed in a shell.
 pub(crate) fn show(command: &Command, paint: Paint) {
     println!("{}", paint.dim(&format!("$ {}", line(command))));
 }

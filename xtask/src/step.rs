@@ -1,5 +1,5 @@
-//! Steps that run one after another, each with a title, its time and, when it fails, what to do.
-//! It knows nothing of what the steps do.
+//! Runs steps one after another. Prints each step's title, its time and, if it fails, what to do. Knows
+//! nothing of what the steps do.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -8,37 +8,37 @@ use anyhow::Result;
 
 use crate::paint::Paint;
 
-/// One thing to do and report.
+/// One step of a run.
 pub(crate) struct Step<C> {
-    /// What `--only` and `--skip` call it.
+    /// The name for `--only` and `--skip`.
     pub(crate) name: &'static str,
     pub(crate) title: &'static str,
-    /// What to do when it fails.
+    /// What to do if the step fails.
     pub(crate) help: &'static str,
-    /// Steps without whose success this one says nothing new.
+    /// If one of these steps failed, this step is skipped, since it would report nothing new.
     pub(crate) needs: &'static [&'static str],
     pub(crate) run: fn(&C) -> Result<Done>,
 }
 
-/// How a step ended that did not fail.
+/// The outcome of a step that did not fail.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Done {
     Passed,
-    /// It could not run here, and why.
+    /// The step could not run here, for this reason.
     Skipped(String),
 }
 
-/// Which steps to run.
+/// The steps to run.
 #[derive(Debug, Default)]
 pub(crate) struct Choice {
-    /// Nothing after the first failure.
+    /// Whether to stop after the first failure.
     pub(crate) fail_fast: bool,
-    /// These alone; empty for all.
+    /// The only steps to run; empty for all.
     pub(crate) only: Vec<String>,
     pub(crate) skip: Vec<String>,
 }
 
-/// What became of the steps that were to run.
+/// The results of the chosen steps.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     lines: Vec<(&'static str, Ending, Duration)>,
@@ -51,7 +51,7 @@ enum Ending {
     Skipped(String),
 }
 
-/// Runs the chosen steps in their order and prints each one's title, time and outcome.
+/// Runs the chosen steps in their order. Prints the title, the time and the outcome of each.
 pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &Choice, paint: Paint) -> Report {
     let chosen = |name: &str| choice.only.is_empty() || choice.only.iter().any(|only| only == name);
     let chosen: Vec<&Step<C>> = steps.iter().filter(|step| chosen(step.name)).collect();
@@ -88,7 +88,7 @@ impl Report {
             .any(|(_, ending, _)| matches!(ending, Ending::Failed(_)))
     }
 
-    /// One line a step, then the counts alone on the last line, for machines that look for them.
+    /// Returns one line per step, and the counts alone on the last line, for programs that parse them.
     pub(crate) fn summary(&self, paint: Paint) -> String {
         let mut text = format!("\n{}\n", paint.bold("Summary"));
         for (name, ending, time) in &self.lines {

@@ -1,5 +1,5 @@
-//! The steps of `cargo xtask test`, in their order. Each is one or two commands; what takes more has a file of
-//! its own. The steps share one build as far as their flags allow.
+//! The steps of `cargo xtask test` in their order. Each step runs one or two commands; a longer step has a
+//! file of its own. The steps share one build as far as their flags allow.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -12,25 +12,26 @@ use crate::paint::Paint;
 use crate::step::{self, Choice, Done, Step};
 use crate::{demo, headers, peers, prerequisites, shell, tidy, valgrind};
 
-/// What every step may know.
+/// The context of every step.
 pub(crate) struct Context {
     pub(crate) root: PathBuf,
-    /// Where cargo builds.
+    /// Cargo's target folder.
     pub(crate) target: PathBuf,
-    /// On a machine that nobody watches, where what is missing is a failure.
+    /// Whether this runs in CI, where a missing program is a failure.
     pub(crate) ci: bool,
-    /// What is missing may be installed.
+    /// Whether missing programs may be installed.
     pub(crate) install: bool,
     pub(crate) paint: Paint,
 }
 
-/// The benches and the fuzzers are workspaces of their own.
+/// The benches and the fuzzers are separate workspaces.
 const WORKSPACES: &[&str] = &[PRODUCT, BENCHES, FUZZERS];
 const PRODUCT: &str = "Cargo.toml";
 const BENCHES: &str = "benches/Cargo.toml";
 const FUZZERS: &str = "fuzz/Cargo.toml";
 
-/// Ends a program of tests that hangs where no test watches, so that all others still run: ten times as long as the slowest takes.
+/// Kills a test program that hangs outside its watchdogs, so that all others still run. The limit is ten
+/// times the slowest program.
 const LIMITED: &str =
     r#"target."cfg(unix)".runner = ["timeout", "--foreground", "--verbose", "--kill-after=30s", "20m"]"#;
 
@@ -128,7 +129,7 @@ const STEPS: &[Step<Context>] = &[
     },
 ];
 
-/// Runs the chosen steps and prints a summary; fails when one of them does.
+/// Runs the chosen steps and prints a summary. The exit code is a failure if a step fails.
 pub(crate) fn run(root: PathBuf, choice: &Choice, install: bool, paint: Paint) -> Result<ExitCode> {
     let target = Metadata::of_workspace(&root)?.target_directory;
     let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
@@ -148,7 +149,7 @@ pub(crate) fn run(root: PathBuf, choice: &Choice, install: bool, paint: Paint) -
     })
 }
 
-/// The names that `--only` and `--skip` know.
+/// The names that `--only` and `--skip` accept.
 pub(crate) fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(STEPS.iter().map(|step| step.name))
 }
@@ -165,18 +166,20 @@ impl Context {
         }
     }
 
-    /// `cargo` at the root of the workspace.
+    /// Returns a `cargo` command in the root of the workspace.
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut cargo = shell::cargo();
         cargo.args(arguments).current_dir(&self.root);
         if self.ci {
-            // What would make the next build quicker is no use where there is no next one, and a fifth of the disk.
+            // Incremental data would speed up the next build, but CI has none, and the data takes a fifth of
+            // the disk space.
             cargo.env("CARGO_INCREMENTAL", "0");
         }
         cargo
     }
 
-    /// What becomes of a step that lacks a program: a failure where nobody looks, else skipped in sight of all.
+    /// Returns the outcome of a step that lacks a program: a failure in CI, otherwise a skip that the summary
+    /// shows.
     pub(crate) fn lacks(&self, program: &str, how: &str) -> Result<Done> {
         if self.ci {
             bail!("{program} is not installed: {how}");
@@ -195,7 +198,7 @@ fn fmt(context: &Context) -> Result<Done> {
         return context.lacks("rustfmt", "rustup component add rustfmt");
     }
     for workspace in WORKSPACES {
-        // Names alone: the cure is the same whatever differs.
+        // File names only: the remedy is always to run rustfmt.
         let mut cargo = context.cargo(&["fmt", "--all", "--manifest-path", workspace, "--"]);
         shell::run(cargo.args(["--check", "--files-with-diff"]), context.paint)?;
     }
@@ -207,7 +210,8 @@ fn tidy(context: &Context) -> Result<Done> {
     Ok(Done::Passed)
 }
 
-/// Skipped also where nobody looks: the program takes minutes to build, and its database is a repository that a machine may not reach.
+/// Skipped without `cargo-deny`, in CI too: building it takes minutes, and its database is a repository that
+/// may be unreachable.
 fn advisories(context: &Context) -> Result<Done> {
     if !shell::succeeds(&mut context.cargo(&["deny", "--version"])) {
         let why = "cargo-deny is not installed: cargo install cargo-deny --locked";
@@ -215,7 +219,7 @@ fn advisories(context: &Context) -> Result<Done> {
     }
     for workspace in WORKSPACES {
         let mut deny = context.cargo(&["deny", "--manifest-path", workspace, "check"]);
-        // What is excused for one workspace need not be in another.
+        // An exception that one workspace needs may be unused in another.
         deny.args(["--allow", "advisory-not-detected"]);
         shell::run(deny.arg("advisories"), context.paint)?;
     }
@@ -227,7 +231,7 @@ fn headers(context: &Context) -> Result<Done> {
     Ok(Done::Passed)
 }
 
-/// The default members: plugins are shared libraries, which `cargo test` does not build.
+/// Builds the default members. Plugins are shared libraries, which `cargo test` does not build.
 fn build(context: &Context) -> Result<Done> {
     context.run(context.cargo(&["build"]))
 }
@@ -237,7 +241,7 @@ fn lints(context: &Context) -> Result<Done> {
         return context.lacks("clippy", "rustup component add clippy");
     }
     for workspace in WORKSPACES {
-        // What the fuzzers are linked with is C++, which nothing else here needs.
+        // The fuzzers link C++ code, which nothing else here needs.
         if *workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
             println!("{FUZZERS} is left out: there is no C++ compiler");
             continue;
@@ -245,7 +249,7 @@ fn lints(context: &Context) -> Result<Done> {
         let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
         cargo.args(["--manifest-path", workspace, "--target-dir"]);
         cargo.arg(&context.target);
-        // Looked at here alone: no other step builds it.
+        // No other step builds this feature.
         if *workspace == PRODUCT && prerequisites::has_libudev() {
             cargo.args(["--features", "jde/gamepad"]);
         }
@@ -256,18 +260,20 @@ fn lints(context: &Context) -> Result<Done> {
 
 fn tests(context: &Context) -> Result<Done> {
     let mut cargo = context.cargo(&["test", "--workspace", "--no-fail-fast", "--config", LIMITED]);
-    // Tests of windows pass where none can be opened, and must not where one can.
+    // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {
         cargo.env("JDE_TEST_SCREEN", "1");
     }
     shell::run(&mut cargo, context.paint)?;
-    // How the benches measure and judge. What they are compared with takes minutes to build, and is looked at by the lints alone.
+    // The tests of measuring and judging. The programs that the benches compare with take minutes to build;
+    // only the lints build them.
     let mut measure = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
     measure.arg("--target-dir").arg(&context.target);
     context.run(measure)
 }
 
-/// Other flags for every crate: a folder of its own, or the ordinary build would begin anew each time.
+/// Uses separate flags, and therefore a target folder of its own. In a shared folder each would rebuild the
+/// other's crates.
 fn loom(context: &Context) -> Result<Done> {
     let packages = ["--package", "jde-board", "--package", "jde-gate"];
     let mut cargo = context.cargo(&["test", "--release", "--test", "loom"]);
@@ -283,7 +289,7 @@ fn docs(context: &Context) -> Result<Done> {
     context.run(cargo)
 }
 
-/// The flags of the caller, and one more.
+/// Returns the caller's flags with one more flag.
 fn with_flag(variable: &str, flag: &str) -> String {
     std::env::var(variable).map_or_else(|_| flag.to_owned(), |flags| format!("{flags} {flag}"))
 }

@@ -1,5 +1,6 @@
-//! Tests that handle memory by themselves, run under valgrind's memcheck, and the instructions of the hot paths (see `counts`).
-//! Races are for loom to find: valgrind takes the ordered loads and stores of the cells for unprotected ones.
+//! Runs the tests of code that manages memory by hand under valgrind's memcheck, and counts the instructions
+//! of the hot paths (see `counts`). Does not look for data races, which loom finds: valgrind takes the
+//! ordered accesses of the cells for unprotected ones.
 
 use std::process::Command;
 
@@ -12,14 +13,14 @@ use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
-/// The tests, by folder and name.
+/// The tests: folder of the package and name.
 const TESTS: &[(&str, &str)] = &[
     ("crates/abi", "read"),
     ("crates/board", "torture"),
     ("crates/schema", "conformance"),
 ];
 
-/// What leaks for certain is an error. Without fair scheduling a spinning thread may keep the others from running.
+/// A definite leak is an error. Without fair scheduling, a spinning thread may starve the others.
 const OPTIONS: &[&str] = &[
     "--quiet",
     "--error-exitcode=1",
@@ -29,7 +30,7 @@ const OPTIONS: &[&str] = &[
     "--errors-for-leak-kinds=definite",
 ];
 
-/// Percent of the rounds of the cells' torture: memcheck takes some 30 times as long.
+/// The percentage of the cells' torture rounds to run, since memcheck is about 30 times slower.
 const ROUNDS: (&str, &str) = ("JDE_TORTURE", "1");
 
 pub(crate) fn run(context: &Context) -> Result<Done> {

@@ -1,15 +1,15 @@
-//! The direction of dependencies: who may use whom, as `docs/architecture.md` draws it. Dependencies of tests
-//! are free; cargo itself refuses a cycle of the others.
+//! The directions of dependencies: which crate may use which, as `docs/architecture.md` draws it.
+//! Dependencies of tests are not restricted. Cycles of other dependencies are refused by cargo itself.
 
 use super::tree::{Tree, Violation};
 use crate::metadata::{Dependency, Kind, Metadata, Package};
 
-/// What one folder may use.
+/// The dependencies that one folder may have.
 struct Row {
     /// A folder, or a folder of folders that ends with `/`. The first row that fits counts.
     folder: &'static str,
     ours: Ours,
-    /// Whether it may use libraries from outside.
+    /// Whether it may use external libraries.
     libraries: bool,
 }
 
@@ -35,16 +35,16 @@ const fn alone(folder: &'static str) -> Row {
 }
 
 const TABLE: &[Row] = &[
-    // A library's feature would change the bytes of a plugin.
+    // A feature of a library could change the bytes of a plugin.
     alone("crates/abi"),
-    // Rules without clock, thread or I/O need no library.
+    // The rules have no clock, thread or I/O, and need no library.
     alone("crates/core"),
     row("crates/gate", &[]),
     alone("crates/watchdog"),
     row("crates/webpki-roots", &[]),
-    // It watches the rules in their tests, and in the campaign of faults.
+    // It checks the rules in their tests, and in the campaign of faults.
     row("crates/shadow", &["crates/core"]),
-    // The names that application files reserve are listed once, in the ABI's reader.
+    // The ABI's reader has the only list of the names that application files reserve.
     row("crates/macros", &["crates/abi"]),
     row("crates/sim", &[]),
     row("crates/types", &["crates/abi", "crates/macros"]),
@@ -77,7 +77,7 @@ const TABLE: &[Row] = &[
             "crates/types",
         ],
     ),
-    // What is told of a recording is read from it, and the world it drove in from its file.
+    // A report is made from the recording alone, except for the world, which is read from its file.
     row(
         "crates/report",
         &[
@@ -91,9 +91,9 @@ const TABLE: &[Row] = &[
         ],
     ),
     row("crates/ros", &["crates/abi"]),
-    // Lists are built from what plugins say through the ABI.
+    // Panel lists are built from the data that plugins pass through the ABI.
     row("crates/panel", &["crates/abi"]),
-    // What it shows comes over the link, or from a recording; nothing of control is within its reach.
+    // It shows data from the link or from a recording, and cannot reach any control.
     row(
         "crates/view",
         &[
@@ -107,7 +107,7 @@ const TABLE: &[Row] = &[
             "crates/types",
         ],
     ),
-    // The one crate that opens the network.
+    // The only crate that opens the network.
     row(
         "crates/link",
         &[
@@ -124,13 +124,13 @@ const TABLE: &[Row] = &[
         ours: Ours::AnyCrate,
         libraries: true,
     },
-    // The protocol is the same at both ends, and knows neither.
+    // Both ends use the same protocol, which depends on neither.
     row("crates/p2os", &[]),
     row(
         "crates/driver-suite",
         &["crates/board", "crates/host", "crates/schema", "crates/watchdog"],
     ),
-    // It runs whole applications, and looks at everything from outside.
+    // It runs whole applications and observes everything from outside.
     row(
         "crates/faults",
         &[
@@ -172,7 +172,7 @@ const TABLE: &[Row] = &[
     row("xtask", &["crates/headers"]),
 ];
 
-/// Every arrow of the workspace is in the table, and every folder has its row.
+/// Checks that the table has every dependency of the workspace, and a row for every folder.
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
     metadata
         .members()
@@ -228,10 +228,10 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     found
 }
 
-/// Folder = crate; those under `crates/` carry the prefix of the project, but for the executable.
+/// Returns the package name for a folder. Crates under `crates/` have the prefix `jde-`, except two.
 fn expected_name(folder: &str) -> String {
     match folder.rsplit_once('/') {
-        // The second takes the place of somebody else's.
+        // The executable has no prefix; `webpki-roots` replaces an external crate of this name.
         Some(("crates", name @ ("jde" | "webpki-roots"))) => name.to_owned(),
         Some(("crates", name)) => format!("jde-{name}"),
         Some((_, name)) => name.to_owned(),
@@ -273,7 +273,8 @@ impl Dependency {
 }
 
 impl Tree {
-    /// The line of a manifest that first begins with a name; the first line where none does.
+    /// Returns the line of a manifest that first begins with a name, or the first line of the file if none
+    /// does.
     pub(super) fn line_of(&self, manifest: &str, name: &str) -> usize {
         let text = self.file(manifest).map_or("", |file| file.text.as_str());
         let begins = |line: &str| {

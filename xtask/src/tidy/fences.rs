@@ -1,5 +1,5 @@
-//! Fenced blocks of the pages at least parse: Rust as tokens, commands as shell, `cargo xtask` as its own verbs.
-//! That they also do what the page says is for tests to hold.
+//! Fenced blocks of the pages at least parse: Rust as tokens, commands as shell, and `cargo xtask` with its
+//! own parser. Whether they do what the page says is not checked.
 
 use clap::CommandFactory as _;
 
@@ -9,9 +9,9 @@ use crate::{Cli, shell};
 /// A fenced block of a page.
 #[derive(Debug, PartialEq, Eq)]
 struct Block {
-    /// The line of its opening fence, from 1.
+    /// The line of the opening fence, from 1.
     line: usize,
-    /// What the fence says of its language, up to the first comma or blank.
+    /// The language on the fence, up to the first comma or blank.
     language: String,
     text: String,
 }
@@ -47,7 +47,7 @@ fn check_page(page: &File) -> Vec<Violation> {
 }
 
 fn rust_fault(text: &str) -> Option<String> {
-    // Lines that rustdoc hides.
+    // Shows the lines that rustdoc hides.
     let shown: Vec<&str> = text
         .lines()
         .map(|line| line.strip_prefix("# ").unwrap_or(line))
@@ -65,7 +65,7 @@ fn shell_fault(text: &str) -> Option<String> {
     text.lines().find_map(verb_fault)
 }
 
-/// What is wrong with a call of this program.
+/// Returns what is wrong with a call of this program.
 fn verb_fault(line: &str) -> Option<String> {
     let call = line.split_once("cargo xtask")?.1;
     let words = call
@@ -79,7 +79,7 @@ fn verb_fault(line: &str) -> Option<String> {
     ))
 }
 
-/// What is typed in a console block; the rest is what the machine answers.
+/// Returns the commands of a console block. All other lines are output.
 fn commands(text: &str) -> String {
     text.lines()
         .filter_map(|line| line.strip_prefix("$ "))
@@ -87,7 +87,7 @@ fn commands(text: &str) -> String {
         .join("\n")
 }
 
-/// The blocks, and the line of a fence that never closes.
+/// Returns the blocks, and the line of a fence that never closes.
 fn blocks(text: &str) -> (Vec<Block>, Option<usize>) {
     let mut done = Vec::new();
     let mut open: Option<Block> = None;

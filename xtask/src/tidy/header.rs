@@ -21,7 +21,7 @@ fn check_file(file: &File) -> Option<Violation> {
     })
 }
 
-/// The `//!` lines at the head of a file, without their marks.
+/// Returns the `//!` lines at the head of a file, without their marks.
 pub(super) fn text(file: &File) -> String {
     let lines = file.text.lines().map_while(|line| line.strip_prefix("//!"));
     lines.collect::<Vec<_>>().join("\n")

@@ -1,4 +1,4 @@
-//! Tests that always run and never wait for time to pass.
+//! Tests always run, and never wait for time to pass.
 
 use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
@@ -40,7 +40,7 @@ fn check_file(file: &File) -> Vec<Violation> {
     found
 }
 
-/// Schemas sleep as well: only the sleep of a thread counts.
+/// Returns whether code makes a thread sleep. The `sleep` of a schema does not count.
 fn sleeps(code: &str) -> bool {
     ["thread::sleep", "thread::{sleep", "time::sleep(", "sleep_ms("]
         .iter()

@@ -1,15 +1,16 @@
-//! Small files: none over 500 lines without its reason in the header, four of five under 200 lines of code.
+//! Small files: at most 500 lines, unless the header gives a reason, and four of five files have at most 200
+//! lines of code.
 
 use super::header;
 use super::tree::{File, Tree, Violation};
 
-/// Lines of a file, everything counted.
+/// The greatest length of a file, in lines of any kind.
 const LONGEST: usize = 500;
-/// Lines of code of an ordinary file, tests not counted.
+/// The greatest length of an ordinary file, in lines of code without tests.
 const ORDINARY: usize = 200;
-/// One file in so many may have more code than an ordinary one.
+/// One file in this many may have more code than an ordinary one.
 const ONE_IN: usize = 5;
-/// What the header of a longer file says, followed by the reason.
+/// The words before the reason in the header of a longer file.
 const REASON: &str = "long because";
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
@@ -30,7 +31,7 @@ fn check_longest(file: &File) -> Option<Violation> {
     })
 }
 
-/// Test files do not count, neither for nor against.
+/// Checks the share of ordinary files. Test files are not counted.
 fn check_share(tree: &Tree) -> Vec<Violation> {
     let mut files: Vec<(usize, &str)> = tree
         .rust()
@@ -55,7 +56,7 @@ fn check_share(tree: &Tree) -> Vec<Violation> {
         .collect()
 }
 
-/// Lines with code that is not a test's.
+/// Returns the number of lines with code outside tests.
 fn code_lines(file: &File) -> usize {
     file.lines
         .iter()

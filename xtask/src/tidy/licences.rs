@@ -1,11 +1,12 @@
-//! The licences of everything that is built in: only such as let the project be given away under its own.
+//! The licences of all libraries that are built in must permit the project's own licences.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::tree::Violation;
 use crate::metadata::{Kind, Metadata};
 
-/// Fit for what is shipped.
+/// Licences that shipped libraries may have.
+/// Licences that fonts may have. They are shipped unchanged.
 const ALLOWED: &[&str] = &[
     "0BSD",
     "Apache-2.0",
@@ -25,15 +26,17 @@ const ALLOWED: &[&str] = &[
 /// Fit for fonts, which are shipped as they are.
 const ALLOWED_FOR_FONTS: &[&str] = &["OFL-1.1", "Ubuntu-font-1.0"];
 
-/// Libraries that are shipped under a licence of their own, weighed one by one.
+/// Shipped libraries with other licences, each assessed individually.
 const WEIGHED: &[(&str, &str)] = &[
-    // Helpers of a few lines that come with Zenoh. The licence binds the library's own files, and we ship them unchanged.
+    // Helpers of a few lines that Zenoh uses. The licence covers the library's own files, which are shipped
+    // unchanged.
     ("option-ext", "MPL-2.0"),
-    // The certificates that browsers believe, as data; it asks for nothing but its own text beside them. With Zenoh's TLS.
+    // The certificates that browsers trust, as data, for Zenoh's TLS. The licence only requires its own text
+    // beside them.
     ("webpki-roots", "CDLA-Permissive-2.0"),
 ];
 
-/// Fit for what only builds and tests.
+/// Licences that libraries for building and testing may have too.
 const ALLOWED_AT_WORK: &[&str] = &["MPL-2.0"];
 
 pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
@@ -83,7 +86,8 @@ fn edges(metadata: &Metadata, takes: impl Fn(Option<Kind>) -> bool) -> Edges<'_>
         .collect()
 }
 
-/// Everything that becomes part of what a user gets: all but this program, its tests and its tools.
+/// Returns the packages that become part of what users get: the members except this program, and their
+/// ordinary dependencies.
 fn shipped(metadata: &Metadata) -> BTreeSet<&str> {
     let edges = edges(metadata, |kind| kind.is_none());
     let members = metadata
@@ -103,9 +107,9 @@ fn reach<'a>(from: impl Iterator<Item = &'a str>, edges: &Edges<'a>) -> BTreeSet
     reached
 }
 
-/// Whether an SPDX expression can be met with licences that fit. `AND` binds tighter than `OR`.
+/// Returns whether licences that fit can satisfy an SPDX expression. `AND` binds tighter than `OR`.
 fn satisfies(expression: &str, fits: &impl Fn(&str) -> bool) -> bool {
-    // The older way to write `OR`.
+    // An older notation of `OR`.
     let expression = expression
         .replace('/', " OR ")
         .replace('(', " ( ")
@@ -144,7 +148,7 @@ fn single(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool 
         return met && closed;
     }
     if words.get(*at) == Some(&"WITH") {
-        // An exception only permits more than the licence by itself.
+        // An exception only adds permissions to its licence.
         *at += 2;
     }
     fits(word)

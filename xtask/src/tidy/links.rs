@@ -1,4 +1,4 @@
-//! Links between the pages of the project lead somewhere. Links to the outside are not followed.
+//! Links between the pages of the project have existing targets. External links are not followed.
 
 use std::collections::HashMap;
 
@@ -23,7 +23,7 @@ fn check_page(tree: &Tree, page: &File) -> Vec<Violation> {
     found
 }
 
-/// What is wrong with a link of a page.
+/// Returns what is wrong with a link of a page.
 fn fault(tree: &Tree, page: &File, target: &str) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
@@ -49,7 +49,7 @@ fn fault(tree: &Tree, page: &File, target: &str) -> Option<String> {
         .then(|| format!("the link {target} names a heading that {full} does not have"))
 }
 
-/// A relative path from the folder of a page.
+/// Resolves a relative path against the folder of a page.
 fn resolve(page: &str, path: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
@@ -65,7 +65,7 @@ fn resolve(page: &str, path: &str) -> String {
     parts.join("/")
 }
 
-/// The lines outside fenced blocks, with their numbers.
+/// Returns the lines outside fenced blocks, with their numbers from 1.
 pub(super) fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut fenced = false;
     text.lines().enumerate().filter_map(move |(index, line)| {
@@ -75,7 +75,7 @@ pub(super) fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The targets of `[text](target)`, of images, and of `[text]: target`.
+/// Returns the targets of `[text](target)`, of images, and of `[text]: target`.
 fn targets(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     if let Some((label, target)) = line.split_once("]: ")
@@ -83,7 +83,7 @@ fn targets(line: &str) -> Vec<&str> {
     {
         found.extend(target.split_whitespace().next());
     }
-    // What stands between backticks is no link.
+    // Text between backticks is no link.
     for piece in line.split('`').step_by(2) {
         let after = piece
             .match_indices("](")
@@ -94,7 +94,7 @@ fn targets(line: &str) -> Vec<&str> {
     found
 }
 
-/// The names under which the headings of a page are known.
+/// Returns the anchors of the headings of a page.
 fn anchors(text: &str) -> Vec<String> {
     let mut seen: HashMap<String, usize> = HashMap::new();
     let headings = prose(text).filter(|(_, line)| line.starts_with('#'));

@@ -1,4 +1,4 @@
-//! No path of one machine in what runs on every machine.
+//! No path of a particular machine in files that run on every machine.
 
 use super::tree::{File, Tree, Violation};
 
@@ -13,7 +13,7 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 
 fn check_file(file: &File) -> Vec<Violation> {
     let texts: Vec<String> = if file.has_extension(&["rs"]) {
-        // Tests may well say what becomes of a path.
+        // Tests may contain such paths.
         let text = |line: &super::rust::Line| format!("{}\n{}", line.literal, line.comment);
         file.lines
             .iter()
@@ -38,7 +38,7 @@ fn check_file(file: &File) -> Vec<Violation> {
         .collect()
 }
 
-/// The first of the folders that a path in the text begins with.
+/// Returns the first of these folders with which a path in the text begins.
 fn machine_path(text: &str) -> Option<&'static str> {
     text.match_indices('/').find_map(|(at, _)| {
         let before = text[..at].chars().next_back();

@@ -1,5 +1,5 @@
-//! The gate of the tree: what rustfmt and clippy cannot see. Each check is a function in a file of its own;
-//! it reads the tree and says what is wrong, where, and what to do. None of them changes anything.
+//! The checks that rustfmt and clippy cannot make. Each check is a function in a file of its own. It reads
+//! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
 mod arrows;
 mod fences;
@@ -27,7 +27,7 @@ use anyhow::{Result, bail};
 use self::tree::{Tree, Violation};
 use crate::metadata::Metadata;
 
-/// Looks at the whole tree and returns the violations, in the order of their places.
+/// Checks the whole tree and returns the violations, ordered by place.
 fn violations(root: &Path) -> Result<Vec<Violation>> {
     let tree = Tree::read(root)?;
     let metadata = Metadata::with_dependencies(root)?;
@@ -54,7 +54,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
     Ok(found)
 }
 
-/// Prints what is not tidy; an error when there is any.
+/// Prints all violations. Returns an error if there is any.
 pub(crate) fn run(root: &Path) -> Result<()> {
     let found = violations(root)?;
     for violation in &found {

@@ -1,5 +1,5 @@
-//! Every rule of action selection is held by a test that names it. The rules are read from the page that
-//! lists them; that the tests are good is for people to judge.
+//! Every rule of action selection is named by a test. The rules are read from the page that lists them. The
+//! quality of the tests is not checked.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
     .collect()
 }
 
-/// The rules, with the page and line that states each.
+/// Returns the rules with the page and line that states each.
 fn listed(tree: &Tree) -> BTreeMap<u32, (String, usize)> {
     let mut rules = BTreeMap::new();
     for page in tree
@@ -49,7 +49,8 @@ fn listed(tree: &Tree) -> BTreeMap<u32, (String, usize)> {
     rules
 }
 
-/// The rules that a test or a scenario names: `r5_...` in the name of a function, `R5` in a comment or a text.
+/// Returns the rules that a test or a scenario names: `r5_...` in a function name, `R5` in a comment or a
+/// string.
 fn named(file: &File) -> Vec<u32> {
     if file.path.starts_with("scenarios/") {
         return in_words(&file.text);

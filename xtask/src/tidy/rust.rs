@@ -1,20 +1,20 @@
-//! A Rust file taken apart line by line: code, comments, the text of literals, and what belongs to tests.
-//! It only tells these apart; it does not parse Rust.
+//! Splits a Rust file line by line into code, comments and string literals, and marks the lines of tests. It
+//! does not parse Rust beyond that.
 
 /// One line of a Rust file.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub(crate) struct Line {
-    /// The code, without comments and with empty literals.
+    /// The code, without comments and with empty string literals.
     pub(crate) code: String,
-    /// The text of comments, doc comments too, with their slashes.
+    /// The text of comments and doc comments, with their slashes.
     pub(crate) comment: String,
-    /// The text within string literals.
+    /// The text of string literals.
     pub(crate) literal: String,
-    /// Within an item under `#[cfg(test)]`.
+    /// Whether the line belongs to an item under `#[cfg(test)]`.
     pub(crate) test: bool,
 }
 
-/// Takes a file apart.
+/// Splits a file into lines.
 pub(crate) fn scan(text: &str) -> Vec<Line> {
     let mut lines = split(text);
     mark_tests(&mut lines);
@@ -111,7 +111,7 @@ fn split(text: &str) -> Vec<Line> {
     lines
 }
 
-/// What begins at a place in code, and how many characters its beginning takes.
+/// Returns what begins at a place in code, and the number of characters of its opening.
 fn enter(chars: &[char], at: usize) -> (Within, usize) {
     let next = chars.get(at + 1).copied();
     match (chars[at], next) {
@@ -126,7 +126,7 @@ fn enter(chars: &[char], at: usize) -> (Within, usize) {
                 (Within::Code, 1)
             }
         }
-        // A character literal, `'"'` and `'\''` among them; a lifetime has no quote after it.
+        // A character literal, such as `'"'` or `'\''`. A lifetime has no quote after it.
         ('\'', Some('\\')) => {
             let quote = chars[at + 3..].iter().position(|&c| c == '\'' || c == '\n');
             (Within::Code, quote.map_or(1, |far| far + 4))
@@ -136,7 +136,8 @@ fn enter(chars: &[char], at: usize) -> (Within, usize) {
     }
 }
 
-/// A raw string may follow `b` or `c`, but no other part of a name.
+/// Returns whether a word can start here. A raw string may follow the prefix `b` or `c`, but no other part of
+/// a name.
 fn starts_word(chars: &[char], at: usize) -> bool {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     match at.checked_sub(1).map(|before| chars[before]) {
@@ -153,7 +154,7 @@ fn count_hashes(chars: &[char], from: usize) -> usize {
         .count()
 }
 
-/// Marks from each `#[cfg(test)]` to the end of its item.
+/// Marks the lines from each `#[cfg(test)]` or `#[cfg(all(test, ...))]` to the end of its item.
 fn mark_tests(lines: &mut [Line]) {
     let mut inside = false;
     let mut depth = 0usize;

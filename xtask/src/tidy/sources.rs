@@ -1,8 +1,8 @@
-//! Where libraries come from: the registry of crates, whose packages never change, and nowhere else.
+//! Libraries come only from the registry of crates, whose packages never change.
 
 use super::tree::{File, Tree, Violation};
 
-/// How a lock file names it.
+/// The registry's name in a lock file.
 const REGISTRY: &str = "\"registry+https://github.com/rust-lang/crates.io-index\"";
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {

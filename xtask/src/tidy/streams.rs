@@ -1,9 +1,10 @@
-//! Nothing prints past the one module that does: a thread of a robot that prints to a pipe waits for whoever reads it.
+//! Nothing prints outside the listed places: a thread of a robot that prints to a pipe blocks until the pipe
+//! is read.
 
 use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
 
-/// Ways to a stream that wait for its reader, or for a key.
+/// Names of streams and macros that can block on the stream's reader, or on a key.
 const WAYS: &[&str] = &[
     "println!",
     "eprintln!",
@@ -16,7 +17,7 @@ const WAYS: &[&str] = &[
     "event::read",
 ];
 
-/// What may print, and why.
+/// The places that may print, with the reason.
 const PLACES: &[(&str, &str)] = &[
     (
         "crates/jde/src/terminal/",

@@ -1,4 +1,4 @@
-//! The files that tidy reads, and what it says of them. Files are read once; nothing is written.
+//! The files that tidy reads, and the violations that it reports. Each file is read once; nothing is written.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result};
 use super::rust::{self, Line};
 use crate::metadata::folder;
 
-/// One thing that is not as it should be.
+/// A violation of one check.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Violation {
     /// The file, relative to the root of the workspace.
@@ -27,11 +27,11 @@ pub(crate) struct File {
     /// Relative to the root of the workspace, with `/` between its parts.
     pub(crate) path: String,
     pub(crate) text: String,
-    /// The lines of a Rust file taken apart; empty for others.
+    /// The lines of a Rust file, split into code, comments and literals; empty for other files.
     pub(crate) lines: Vec<Line>,
 }
 
-/// All files that a check may look at.
+/// All files that a check may read.
 #[derive(Debug)]
 pub(crate) struct Tree {
     pub(crate) root: PathBuf,
@@ -85,7 +85,7 @@ impl File {
         extension.is_some_and(|extension| extensions.contains(&extension))
     }
 
-    /// The lines of a Rust file with their numbers, from 1.
+    /// Returns the lines of a Rust file with their numbers, from 1.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (usize, &Line)> {
         self.lines
             .iter()
@@ -95,7 +95,7 @@ impl File {
 }
 
 impl Tree {
-    /// Reads the text files below `root`, except hidden folders, build output and recorded data.
+    /// Reads the text files below `root`. Skips hidden folders, build output, and files of other types.
     pub(crate) fn read(root: &Path) -> Result<Self> {
         let mut files = Vec::new();
         walk(root, root, &mut files)?;
@@ -116,12 +116,12 @@ impl Tree {
         self.with_extension(&["rs"])
     }
 
-    /// The file at a path relative to the root.
+    /// Returns the file at a path relative to the root.
     pub(crate) fn file(&self, path: &str) -> Option<&File> {
         self.files.iter().find(|file| file.path == path)
     }
 
-    /// A tree of the given files, that is on no disk.
+    /// Makes a tree of the given files without a disk.
     #[cfg(test)]
     pub(crate) fn of(files: &[(&str, &str)]) -> Self {
         let files = files.iter().map(|(path, text)| File::new(*path, *text)).collect();
@@ -132,7 +132,7 @@ impl Tree {
     }
 }
 
-/// What tidy understands; everything else is data.
+/// The types of files that tidy reads; all others are data.
 const EXTENSIONS: &[&str] = &["rs", "toml", "lock", "md", "sh", "c", "h"];
 
 fn walk(root: &Path, folder_path: &Path, files: &mut Vec<File>) -> Result<()> {
@@ -153,7 +153,7 @@ fn walk(root: &Path, folder_path: &Path, files: &mut Vec<File>) -> Result<()> {
                 .is_some_and(|extension| EXTENSIONS.iter().any(|known| extension == *known))
         {
             let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            // What is no text is a fixture of somebody's test.
+            // A file that is not UTF-8 is a fixture of a test.
             if let Ok(text) = String::from_utf8(bytes) {
                 files.push(File::new(folder(root, &path), text));
             }

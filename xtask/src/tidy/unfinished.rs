@@ -1,9 +1,9 @@
-//! Nothing is left for later: no placeholder code, no note of work undone, no silenced dead code.
+//! No unfinished work: no placeholder code, no notes of work undone, no silenced dead code.
 
 use super::rust::Line;
 use super::tree::{File, Tree, Violation};
 
-/// Code that stands for other code.
+/// Placeholder code, and what to do instead.
 const CODE: &[(&str, &str)] = &[
     (
         "todo!",
@@ -16,9 +16,9 @@ const CODE: &[(&str, &str)] = &[
     ("dbg!", "remove it"),
 ];
 
-/// Notes of work undone.
+/// Words that mark work undone.
 const NOTES: &[&str] = &["FIXME", "XXX", "HACK", "TODO"];
-/// The same, in softer words.
+/// The same in softer words.
 const SOFT_NOTE: &str = "for now";
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
@@ -67,13 +67,14 @@ fn check_file(file: &File) -> Vec<Violation> {
     found
 }
 
-/// Files that several tests share are the one place where unused code is no dead code.
+/// Returns whether a line silences dead code without permission. Test code may do so with a reason: in files
+/// that several tests share.
 fn silences(line: &Line) -> bool {
     let named = has_word(&line.code, "allow") && has_word(&line.code, "dead_code");
     named && !(line.test && has_word(&line.code, "reason"))
 }
 
-/// Whether a word stands in the text, not within a longer one.
+/// Returns whether the text contains a word, and not only as a part of a longer one.
 pub(super) fn has_word(text: &str, word: &str) -> bool {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(word).any(|(at, _)| {

@@ -1,9 +1,9 @@
-//! `unsafe` lives in named places only. That each use has its `SAFETY:` reason is clippy's to see.
+//! `unsafe` occurs only in listed places. Whether each use has a `SAFETY:` reason is left to clippy.
 
 use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
 
-/// Where `unsafe` may stand, and why it must.
+/// The places where `unsafe` is allowed, with the reason.
 const PLACES: &[(&str, &str)] = &[
     (
         "crates/abi/src/",
@@ -69,7 +69,7 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
     tree.rust().filter_map(check_file).collect()
 }
 
-/// One violation a file: who moves one use moves them all.
+/// Reports one violation per file, since all uses in a file are usually moved together.
 fn check_file(file: &File) -> Option<Violation> {
     if PLACES.iter().any(|(place, _)| file.path.starts_with(place)) {
         return None;

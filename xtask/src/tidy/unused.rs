@@ -1,4 +1,4 @@
-//! Every library that a crate asks for is named somewhere in its code.
+//! Every library in a crate's manifest is named somewhere in the crate's code.
 
 use super::tree::{Tree, Violation};
 use super::unfinished::has_word;
@@ -16,7 +16,7 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     let manifest = format!("{folder}/Cargo.toml");
     let within = format!("{folder}/");
     let used = |name: &str| {
-        // Examples in doc comments are compiled too.
+        // Comments count, since examples in doc comments are compiled too.
         let in_line = |line: &super::rust::Line| has_word(&line.code, name) || has_word(&line.comment, name);
         tree.rust()
             .filter(|file| file.path.starts_with(&within))

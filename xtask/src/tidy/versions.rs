@@ -1,11 +1,11 @@
-//! One major version of each library across the workspace.
+//! The workspace uses one major version of each library.
 
 use std::collections::BTreeMap;
 
 use super::tree::{Tree, Violation};
 use crate::metadata::Metadata;
 
-/// A crate's manifest and the requirement in it.
+/// A manifest, and the version requirement in it.
 type Use = (String, String);
 
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
@@ -27,7 +27,7 @@ pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
         .collect()
 }
 
-/// Every use is compared with the newest.
+/// Compares every use of a library with the newest one.
 fn check_library(tree: &Tree, library: &str, uses: &[Use]) -> Vec<Violation> {
     let Some((newest_in, newest)) = uses.iter().max_by_key(|(_, requirement)| major(requirement)) else {
         return Vec::new();
@@ -47,7 +47,7 @@ fn check_library(tree: &Tree, library: &str, uses: &[Use]) -> Vec<Violation> {
         .collect()
 }
 
-/// The part of a version that says what fits with what: `1` of 1.2.3, `0.9` of 0.9.1.
+/// Returns the part of a version that decides about compatibility: `1` of 1.2.3, `0.9` of 0.9.1.
 fn major(requirement: &str) -> Vec<u32> {
     let digits = requirement.trim_start_matches(|c: char| !c.is_ascii_digit());
     let mut parts = Vec::new();

@@ -1,4 +1,4 @@
-//! No tabs, no blanks at the end of a line, a newline at the end of a file.
+//! No tabs, no blanks at the end of a line, and a newline at the end of each file.
 
 use super::tree::{File, Tree, Violation};
 
