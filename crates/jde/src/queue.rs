@@ -1,10 +1,11 @@
-//! A queue that is bounded by dropping its oldest: between whoever must not wait and whoever may. What is dropped is counted.
+//! A bounded queue between a thread that must not wait and one that may. When it is full, it drops and counts
+//! its oldest elements.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// What comes and is not taken yet. Any thread may call it.
+/// A first-in-first-out queue of bounded length, for use from any thread.
 pub(crate) struct Queue<T> {
     state: Mutex<State<T>>,
     changed: Condvar,
@@ -17,19 +18,19 @@ struct State<T> {
     closed: bool,
 }
 
-/// What was taken.
+/// The result of taking from a queue.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Taken<T> {
-    /// The oldest there is, and how many between the one taken before and this were dropped.
+    /// The oldest element, and how many elements were dropped since the previous one was taken.
     Next { what: T, missed: u64 },
-    /// There is nothing yet.
+    /// The queue is empty.
     Nothing,
-    /// Nothing more will come.
+    /// The queue is empty and closed.
     Closed,
 }
 
 impl<T> Queue<T> {
-    /// Keeps at most so many.
+    /// Creates a queue of at most `most` elements.
     pub(crate) fn new(most: usize) -> Arc<Self> {
         Arc::new(Self {
             state: Mutex::new(State {
@@ -42,7 +43,8 @@ impl<T> Queue<T> {
         })
     }
 
-    /// Adds to it and returns at once; the oldest goes if it is full, and what comes after the end is not kept.
+    /// Appends an element without waiting for room. A full queue drops its oldest element, a closed one
+    /// ignores the new element.
     pub(crate) fn add(&self, what: T) {
         let mut state = self.lock();
         if state.closed {
@@ -57,18 +59,18 @@ impl<T> Queue<T> {
         self.changed.notify_one();
     }
 
-    /// Nothing more comes; what is there can still be taken.
+    /// Closes the queue: it ignores further elements, and those in it can still be taken.
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
     }
 
-    /// Takes what is there.
+    /// Takes the oldest element without waiting for one.
     pub(crate) fn take_now(&self) -> Taken<T> {
         self.lock().take()
     }
 
-    /// Takes the next, and waits for it so long at most.
+    /// Takes the oldest element, and waits for it for at most `most`.
     pub(crate) fn take_within(&self, most: Duration) -> Taken<T> {
         let waited = self
             .changed
@@ -76,7 +78,8 @@ impl<T> Queue<T> {
         waited.unwrap_or_else(PoisonError::into_inner).0.take()
     }
 
-    /// Takes the next, with how many were dropped before it; none if nothing more comes.
+    /// Takes the oldest element, with the number dropped before it, and waits until there is one. Returns
+    /// `None` once the queue is closed and empty.
     pub(crate) fn take(&self) -> Option<(T, u64)> {
         let waited = self.changed.wait_while(self.lock(), |state| state.waits());
         match waited.unwrap_or_else(PoisonError::into_inner).take() {

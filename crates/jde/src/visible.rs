@@ -1,12 +1,13 @@
-//! Words of others on a terminal: letters that would move the cursor, turn the reading direction or ring are shown by their numbers. Colours
-//! pass, since they are ours; nothing is lost.
+//! Foreign text on a terminal. Characters that would move the cursor, change the reading direction or ring
+//! the bell appear as their code points. New lines, carriage returns and tabs pass. Colour sequences pass,
+//! because the program's own output uses them. Nothing is dropped.
 
 use std::io::{self, Write};
 
-/// Writes on, with such letters made visible.
+/// A writer that escapes such characters and passes everything else on.
 pub(crate) struct Visible<W> {
     inner: W,
-    /// The beginning of what may be a colour.
+    /// A prefix of what may become a colour sequence.
     begun: String,
 }
 
@@ -19,24 +20,26 @@ impl<W: Write> Visible<W> {
     }
 }
 
-/// Whether a letter does something else than to be seen.
+/// Whether a character controls the terminal instead of being displayed.
 pub(crate) fn acts(letter: char) -> bool {
     letter.is_control() && !matches!(letter, '\n' | '\r' | '\t') || turns(letter)
 }
 
-/// Whether a letter turns the reading direction, or hides where it is turned.
+/// Whether a character changes the reading direction, or is an invisible format character that can hide such
+/// a change.
 fn turns(letter: char) -> bool {
     matches!(letter, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// A text in which nothing but letters is.
+/// Returns the text with every character for which [`acts`] is true escaped, colour sequences included.
 pub(crate) fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     text.chars().for_each(|letter| show(&mut shown, letter));
     shown
 }
 
-/// JSON in which no letter turns anything, and which means the same.
+/// Returns JSON of the same meaning, with the characters that change the reading direction and the control
+/// characters U+007F to U+009F escaped.
 pub(crate) fn visible_json(json: &str) -> String {
     let mut shown = String::with_capacity(json.len());
     for letter in json.chars() {
@@ -58,12 +61,13 @@ fn show(shown: &mut String, letter: char) {
 }
 
 impl<W> Visible<W> {
-    /// Takes a letter in: what belongs to a colour is kept until it is one, or is none.
+    /// Processes one character. Characters of a possible colour sequence are buffered until it is complete or
+    /// broken.
     fn take(&mut self, shown: &mut String, letter: char) {
         let goes_on = match self.begun.len() {
             0 => letter == '\x1b',
             1 => letter == '[',
-            // Longer than any colour.
+            // A longer sequence is not a colour.
             2..24 => matches!(letter, '0'..='9' | ';' | ':' | 'm'),
             _ => false,
         };
@@ -83,7 +87,7 @@ impl<W> Visible<W> {
 
 impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // What is no text has no letters; whoever writes bytes means them.
+        // Bytes that are not UTF-8 have no characters to escape, and pass unchanged.
         for chunk in bytes.utf8_chunks() {
             let mut shown = String::with_capacity(chunk.valid().len());
             for letter in chunk.valid().chars() {

@@ -1,5 +1,5 @@
-//! A recording read for pictures and pages: which stretch of it, which of its numbers by name, and where what comes of it goes.
-//! How it looks is the business of `jde-report`.
+//! Reads a recording for pictures and pages: the stretch of time, the numbers by name, and the output. Layout
+//! and drawing belong to `jde-report`.
 
 mod output;
 mod series;
@@ -18,23 +18,23 @@ use crate::terminal::{self, FAINT};
 pub(crate) use output::Output;
 pub(crate) use series::{names, series};
 
-/// What takes no longer than this needs no word on how far it is, and between two words there is as much time.
+/// Time before the first progress line appears, and between two updates of it.
 const TELL: Duration = Duration::from_millis(300);
 
-/// A stretch of the application's time.
+/// A stretch of application time, ns since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Stretch {
-    /// Without it from the beginning.
+    /// Its beginning; `None` means the beginning of the recording.
     pub(crate) from: Option<Nanos>,
-    /// Without it to the end.
+    /// Its end; `None` means the end of the recording.
     pub(crate) to: Option<Nanos>,
 }
 
 impl Stretch {
-    /// Whether it is one of this recording.
+    /// Checks that the stretch overlaps the recording.
     ///
     /// # Errors
-    /// It ends before it begins, or begins when the recording has ended.
+    /// `from` is not before `to`, or the stretch lies outside the recording.
     fn check(self, recording: &Recording) -> Result<(), Failure> {
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from >= to
@@ -64,10 +64,10 @@ impl Stretch {
     }
 }
 
-/// Reads a recording, and says on a terminal how far it is.
+/// Reads a recording, and shows the progress on a terminal.
 ///
 /// # Errors
-/// It cannot be read, or has no such time. Damage is no error.
+/// The recording cannot be read, or does not cover the stretch. Damage is not an error.
 pub(crate) fn read(recording: &Recording, stretch: Stretch, wanted: Wanted) -> Result<Analysis, Failure> {
     stretch.check(recording)?;
     let wanted = Wanted {
@@ -81,7 +81,7 @@ pub(crate) fn read(recording: &Recording, stretch: Stretch, wanted: Wanted) -> R
     Ok(analysis?)
 }
 
-/// A line on the terminal that tells how far it is.
+/// The progress line on the terminal.
 struct Progress {
     file: String,
     wanted: bool,
@@ -103,7 +103,7 @@ impl Progress {
         if self.wanted && Instant::now() >= self.next {
             (self.next, self.told) = (Instant::now() + TELL, true);
             let (file, percent) = (&self.file, share * 100.0);
-            // Who closed standard error does not want to hear of it.
+            // A closed standard error is not a reason to fail.
             let _ = write!(
                 terminal::err(),
                 "\r{FAINT}reading {file}: {percent:.0} %{FAINT:#} "

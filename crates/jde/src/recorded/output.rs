@@ -1,4 +1,5 @@
-//! Where a picture or a page goes: a file named after the recording, another, or standard output. Never over the recording itself.
+//! Where a picture or a page is written: a file named after the recording, another file, or standard output.
+//! Refuses to overwrite the recording itself.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,20 +9,21 @@ use jde_log::Recording;
 use crate::failure::{Failure, shown};
 use crate::terminal::{self, TITLE};
 
-/// Where it goes.
+/// The destination of a picture or a page.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Output {
-    /// To a file, written over if it is there.
+    /// A file, which is overwritten if it exists.
     File(PathBuf),
-    /// To standard output.
+    /// Standard output.
     Standard,
 }
 
 impl Output {
-    /// Where somebody asked for it to go, or beside the recording with another ending. What it is is said if that cannot be.
+    /// Returns the destination `asked` for, where `-` is standard output. The default is the recording's path
+    /// with the extension `ending`. `what` names the output in error messages.
     ///
     /// # Errors
-    /// That is the recording, or a terminal.
+    /// The destination is a file of the recording, or standard output is a terminal.
     pub(crate) fn of(
         asked: Option<PathBuf>,
         recording: &Recording,
@@ -52,10 +54,10 @@ impl Output {
         Ok(Self::File(path))
     }
 
-    /// Writes it, and says where to.
+    /// Writes the bytes. For a file it then prints the path.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The destination cannot be written.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
         match self {
             Self::Standard => {

@@ -1,5 +1,6 @@
-//! Numbers of a recording by name: `pioneer.odometry.twist.twist.linear.x`. Also of recordings by others, whose topics are called
-//! like variables, if their types are described or are standard ones.
+//! Numbers of a recording by name, such as `pioneer.odometry.twist.twist.linear.x`. Recordings by other
+//! programs work too: their topics serve as variables if their types are described in the recording or are
+//! standard ones.
 
 use std::collections::BTreeMap;
 
@@ -18,19 +19,20 @@ use crate::attached::part::Part;
 use crate::failure::{Failure, shown};
 use crate::playback::{Recorded, variables};
 
-/// Most names that are offered to be completed.
+/// Most names offered for completion.
 const MOST_NAMES: usize = 2000;
 
-/// The numbers of these names.
+/// Returns the series of the named numbers.
 ///
 /// # Errors
-/// There is no such variable or field, with the nearest named; or it is no number.
+/// There is no such variable or field, in which case the error suggests the nearest; or the value is not a
+/// number.
 pub(crate) fn series(recording: &Recording, asked: &[String]) -> Result<Vec<Series>, Failure> {
     let known = known(recording);
     asked.iter().map(|asked| one(recording, &known, asked)).collect()
 }
 
-/// The names of all numbers, with what their variables mean.
+/// Returns the names of all numbers, each with the doc text of its variable; at most `MOST_NAMES`.
 pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
     let mut names = Vec::new();
     for recorded in known(recording).into_values() {
@@ -52,7 +54,7 @@ fn one(recording: &Recording, known: &BTreeMap<String, Recorded>, asked: &str) -
             "`jde info` shows what it holds",
         ));
     }
-    // As ROS would write it: `/odom.pose.pose.position.x`.
+    // Accepts a topic name as ROS writes it: `/odom.pose.pose.position.x`.
     let asked = asked.trim_start_matches('/').replace('/', ".");
     let names = known.values().map(|recorded| recorded.name.as_str());
     let (variable, path) = name::variable(&asked, names)?;
@@ -80,7 +82,7 @@ fn one(recording: &Recording, known: &BTreeMap<String, Recorded>, asked: &str) -
     })
 }
 
-/// A number of a variable, for example.
+/// Returns one number of a variable as an example.
 fn field(recorded: &Recorded) -> String {
     let mut first = None;
     fields(&recorded.value_type, &recorded.name, &mut |name| {
@@ -89,7 +91,7 @@ fn field(recorded: &Recorded) -> String {
     first.unwrap_or_else(|| format!("{}.FIELD", recorded.name))
 }
 
-/// All that is recorded in a form that is known, by topic.
+/// Returns the variables and topics whose type is known, by topic.
 fn known(recording: &Recording) -> BTreeMap<String, Recorded> {
     let mut known = variables(recording);
     for channel in recording.channels().filter(|channel| channel.encoding == "cdr") {
@@ -102,7 +104,8 @@ fn known(recording: &Recording) -> BTreeMap<String, Recorded> {
     known
 }
 
-/// A topic of others whose definition has texts or lists without bound, if its type is one that is known all the same.
+/// Reads a foreign topic as a standard type of the same name. This covers definitions with unbounded strings
+/// or lists.
 fn standard(channel: &Channel) -> Option<Recorded> {
     let types = [
         BatteryState::describe(),
@@ -122,7 +125,7 @@ fn standard(channel: &Channel) -> Option<Recorded> {
     Some(Recorded::of(channel, value_type))
 }
 
-/// As a running application would tell of it.
+/// Returns the description that a running application would send.
 fn info(recorded: &Recorded) -> VariableInfo {
     VariableInfo {
         name: recorded.name.clone(),
@@ -139,7 +142,7 @@ fn info(recorded: &Recorded) -> VariableInfo {
     }
 }
 
-/// Tells the names of all numbers of a type; elements of lists are not told apart.
+/// Calls `tell` with the name of each number of a type. Elements of lists are left out.
 fn fields(value_type: &Type, name: &str, tell: &mut dyn FnMut(String)) {
     if let [alone] = value_type.fields.as_slice()
         && matches!(alone.kind, FieldKind::Scalar(_))

@@ -1,4 +1,5 @@
-//! A recorded drive, taken again by the schemas as they are now: loads what belongs to it, tells how far it is, and what came of it.
+//! Replays a recorded drive with the present schemas: loads the application, shows the progress, and prints
+//! the comparison.
 
 mod words;
 
@@ -18,28 +19,28 @@ use crate::load::{self, Loaded, Trust};
 use crate::log::Log;
 use crate::terminal;
 
-/// What to take again, and how.
+/// What to replay, and how.
 pub(crate) struct How {
     /// The recording.
     pub(crate) file: PathBuf,
-    /// The application, instead of the one in the recording.
+    /// The application to run instead of the one in the recording.
     pub(crate) application: Option<PathBuf>,
-    /// Whether plugins are looked for where the recording says.
+    /// Whether plugins are loaded from the folders that the recording names.
     pub(crate) trust: Trust,
-    /// Other values of modulations.
+    /// Modulations that differ from the recording.
     pub(crate) sets: Vec<Override>,
-    /// What is compared.
+    /// The times that are compared.
     pub(crate) span: Span,
-    /// How far apart numbers may be that are one.
+    /// How far apart two numbers may be and still count as equal.
     pub(crate) tolerance: Vec<Allowed>,
-    /// End with a line of JSON.
+    /// Whether the output ends with a line of JSON.
     pub(crate) json: bool,
 }
 
-/// Takes a drive again and says what is not as it was.
+/// Replays a drive and prints what differs.
 ///
 /// # Errors
-/// [`Failure::Different`] if something is not; else why it could not be done.
+/// [`Failure::Different`] if a selection or a value differs, otherwise the reason why the replay failed.
 pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>) -> Result<(), Failure> {
     let drive = Drive::open(&how.file)?;
     let loaded = match &how.application {
@@ -52,7 +53,8 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
         sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
     };
     if how.application.is_none() {
-        // What was given at its start by --set is in the recording, not in the file.
+        // The values given by --set at the original start are in the recording, not in the application's
+        // file.
         drive.restore(&mut loaded.application, set);
     }
     if let Some(seed) = drive.seed() {
@@ -99,7 +101,8 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
     }
 }
 
-/// A recorded application ran once: if a plugin is missing now, that is what is wrong.
+/// Reports a missing plugin as the cause. A recorded application ran once, so its other faults follow from
+/// that.
 fn plugins_first(failure: Failure) -> Failure {
     match failure {
         Failure::Application {
@@ -117,7 +120,7 @@ fn plugins_first(failure: Failure) -> Failure {
     }
 }
 
-/// How far it is, on a terminal's last line.
+/// The progress on the last line of a terminal.
 struct Progress {
     words: Option<terminal::Words>,
     told: Nanos,
@@ -132,12 +135,12 @@ impl Progress {
     }
 
     fn tell(&mut self, time: Nanos) {
-        // A second of the drive at a time: most pass faster than they can be read.
+        // Once per second of the drive: most drives replay faster than anyone could read.
         if time >= self.told + 1_000_000_000
             && let Some(words) = &mut self.words
         {
             self.told = time;
-            // Whoever closed the terminal does not want to read it.
+            // A closed terminal is not a reason to fail.
             let _ = write!(words, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| words.flush());
         }
     }

@@ -1,4 +1,4 @@
-//! What came of a replay, for people and for programs.
+//! The result of a replay, as text and as JSON.
 
 use std::io::{self, Write};
 
@@ -12,10 +12,10 @@ use crate::failure::{not_searched, shown};
 use crate::load::{Loaded, Trust};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN, Words};
 
-/// Differences that are shown; more are counted.
+/// Differences that are shown. The rest is only counted.
 const SHOWN: usize = 5;
 
-/// What is taken again, and in what the application differs from then.
+/// Prints which recording is replayed, and how the application differs from the recorded one.
 pub(super) fn begin(
     words: &mut Words,
     file: &str,
@@ -45,7 +45,7 @@ pub(super) fn begin(
     Ok(())
 }
 
-/// Where its plugins come from, if the recording has a say in that.
+/// Prints where plugins are loaded from, as far as the recording determines that.
 pub(super) fn plugins(words: &mut Words, loaded: &Loaded, trust: Trust) -> io::Result<()> {
     let here: Vec<_> = loaded
         .withheld
@@ -71,10 +71,11 @@ pub(super) fn plugins(words: &mut Words, loaded: &Loaded, trust: Trust) -> io::R
     Ok(())
 }
 
-/// What came of it.
+/// Prints the result of the comparison.
 pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Result<()> {
     let comparison = &verdict.comparison;
-    // The first of all, and then those by which somebody took over, then or now: what is between follows from them.
+    // Shows the first difference, and then those with a takeover on either side: the others follow from
+    // these.
     let first = comparison.first.iter().enumerate();
     let telling = first.filter(|(place, difference)| *place == 0 || took_over(difference));
     for (_, difference) in telling.take(SHOWN) {
@@ -152,7 +153,7 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
     }
 }
 
-/// "3 of 7 values", or "7 values" if all are one.
+/// "3 of 7 values", or "7 values" if none differs.
 fn of(different: u64, same: u64, what: &str) -> String {
     let total = different + same;
     let s = if total == 1 { "" } else { "s" };
@@ -241,8 +242,8 @@ fn took_over(difference: &Difference) -> bool {
     sides.into_iter().flatten().any(|decision| decision.changed)
 }
 
-/// Whether what a candidate saw explains a difference: it is not as it was; or all are, or there was nothing to be held against, and
-/// it is chosen.
+/// Whether the inputs of candidate `name` explain a difference. They do if its own entry differs between the
+/// two selections. If all entries are equal, or one selection is missing, they do if it was chosen.
 fn is_at_odds(difference: &Difference, name: &str) -> bool {
     let chosen = |decision: &Decision| decision.choice.as_deref() == Some(name);
     let (Some(then), Some(now)) = (&difference.recorded, &difference.replayed) else {
@@ -276,7 +277,7 @@ fn sight(sight: &Sight) -> String {
     }
 }
 
-/// All of it as JSON.
+/// Returns the complete result as JSON.
 pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verdict) -> Value {
     let first = verdict.comparison.first.iter().map(|difference| {
         let saw = difference.saw.iter().map(|(schema, saw)| {

@@ -1,4 +1,4 @@
-//! Lines on their way to a file, and their SHA-256.
+//! Writes lines to a file and computes their SHA-256.
 
 use std::io::{self, Write};
 
@@ -7,16 +7,17 @@ use sha2::{Digest, Sha256};
 use super::promised::Promised;
 use crate::terminal::{self, Printer};
 
-/// Writes to a file or pipe, if there is one, and adds up the digest of what it is given, whether somebody reads it or not.
+/// Writes to a file or pipe, if there is one, and updates the digest with the bytes accepted. Lines that the
+/// file's reader does not read in time still count.
 pub(crate) struct Digested {
-    /// Until there is a first line.
+    /// The file before the first line.
     promised: Option<Promised>,
     file: Option<Printer>,
     hasher: Sha256,
 }
 
 impl Digested {
-    /// Nothing so far.
+    /// Creates an empty digest; `promised` is the file to write.
     pub(crate) fn new(promised: Option<Promised>) -> Self {
         Self {
             promised,
@@ -32,12 +33,12 @@ impl Digested {
         Ok(self.file.as_mut())
     }
 
-    /// Lines that nobody took in time.
+    /// Returns the number of lines that were dropped because they were not read in time.
     pub(crate) fn lost(&self) -> u64 {
         self.file.as_ref().map_or(0, Printer::lost)
     }
 
-    /// The digest, in hexadecimal digits.
+    /// Returns the digest in hexadecimal digits.
     pub(crate) fn hex(self) -> String {
         self.hasher
             .finalize()

@@ -1,5 +1,5 @@
-//! The way into a run for tools: opened with it, closed with it. A run goes on without one, unless the application or the user
-//! asked for it in so many words.
+//! The link of a run, open as long as the run. A run continues without a link, unless the application or the
+//! user explicitly asked for one.
 
 use std::io::Read;
 use std::os::unix::process::CommandExt;
@@ -16,24 +16,24 @@ use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, Title, T
 
 use crate::failure::Failure;
 
-/// What a run asks for.
+/// The link that a run asks for.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wanted {
-    /// How others call the application, if that was given.
+    /// The name of the application for other applications and tools, if one was given.
     pub(crate) name: Option<String>,
-    /// Whether there is to be a link; none leaves it to the way the application runs.
+    /// Whether to open a link; `None` leaves the choice to the application and the kind of run.
     pub(crate) on: Option<bool>,
-    /// Whether windows are opened beside it.
+    /// Whether to open windows on the run.
     pub(crate) view: bool,
 }
 
-/// Of what the windows say the last so many bytes are kept.
+/// At least this many of the last bytes that the windows write to standard error are kept.
 const MOST_WORDS: usize = 4096;
 
 /// The link of a run.
 pub(crate) struct Way {
     settings: Settings,
-    /// Whether the run must not start without it.
+    /// Whether the run must not start without the link.
     required: bool,
     view: bool,
     title: Title,
@@ -42,10 +42,11 @@ pub(crate) struct Way {
 }
 
 impl Way {
-    /// Gets ready. None if there is to be no link.
+    /// Prepares the link. Returns `None` if there is to be none.
     ///
     /// # Errors
-    /// A password that cannot be read.
+    /// The password cannot be read, the name is that of an imported application, or windows are wanted and
+    /// there is no screen.
     pub(crate) fn prepare(
         wanted: &Wanted,
         application: &Application,
@@ -79,12 +80,13 @@ impl Way {
         }))
     }
 
-    /// Hears the application's events.
+    /// Returns the observer that passes the application's events to the link.
     pub(crate) fn observer(&self) -> Box<dyn Observer> {
         self.events.observer()
     }
 
-    /// Opens it before anybody writes a variable. A link that fails is told; one that was asked for keeps the run from starting.
+    /// Returns the hook that opens the link before any schema writes a variable. If the link fails, the run
+    /// goes on with a warning, or does not start if the link is required.
     pub(crate) fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart {
         let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
@@ -115,29 +117,30 @@ impl Way {
         })
     }
 
-    /// Closes it.
+    /// Closes the link.
     pub(crate) fn close(&self) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
         drop(link);
     }
 }
 
-/// Opens windows on the application: a process of its own, which may end, hang or be killed at any time.
+/// Opens windows on the application in a separate process, which may end, hang or be killed at any time.
 fn open_windows(name: &str) -> Result<(), Failure> {
     let refused = |error| Failure::Broken(format!("the windows cannot be opened: {error}"));
     let windows = Command::new(std::env::current_exe().map_err(refused)?)
         .args(["view", "--app", name])
-        // It is on this machine, wherever other tools look.
+        // The application runs on this machine, wherever other tools look.
         .env_remove("JDE_AT")
         .env_remove("JDE_KEY")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
-        // What ends the application from the keyboard does not end the windows, which then show how it ended.
+        // An interrupt from the keyboard does not reach the windows, so they can show how the application
+        // ended.
         .process_group(0)
         .spawn()
         .map_err(refused)?;
-    // It is waited for so that nothing of it stays; nobody waits for that thread.
+    // A detached thread waits for the process, so that no zombie remains.
     let name = name.to_owned();
     thread::Builder::new()
         .name("windows".to_owned())
@@ -146,11 +149,12 @@ fn open_windows(name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Waits for the windows, and says if they could not be shown.
+/// Waits for the windows, and logs an error if they could not be shown.
 fn wait(mut windows: Child, name: &str) {
     let mut words = Vec::new();
     if let Some(said) = windows.stderr.take() {
-        // Read to the end, so that it never waits for that; of what is said without an end the beginning is dropped.
+        // Reads to the end, so that the windows never wait for a reader. Of long output the beginning is
+        // dropped.
         for byte in std::io::BufReader::new(said).bytes().map_while(Result::ok) {
             if words.len() == 2 * MOST_WORDS {
                 words.drain(..MOST_WORDS);
@@ -166,7 +170,7 @@ fn wait(mut windows: Child, name: &str) {
     }
 }
 
-/// How an application is linked, as far as that is known without its secrets.
+/// Returns the settings of an application's link, without the password.
 pub(crate) fn link_settings(application: &Application) -> Settings {
     let login = application.link.login.as_ref().map(|login| Login {
         user: login.user.clone(),
@@ -206,7 +210,7 @@ fn settings_with(name: Option<String>, application: &Application, login: Option<
         clients: tls.clients,
     });
     Settings {
-        // A name that somebody chose is kept, or refused.
+        // A chosen name is kept or refused, never changed.
         named: name.is_some() || link.name != app::Link::local(&application.name).name,
         name: name.unwrap_or_else(|| link.name.clone()),
         listen: link.listen.clone(),

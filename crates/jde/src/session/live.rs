@@ -1,4 +1,4 @@
-//! A running application as the oscilloscope sees it.
+//! A running application of this process, as the oscilloscope sees it.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -20,7 +20,7 @@ pub(crate) struct Live<'l> {
 }
 
 impl<'l> Live<'l> {
-    /// Shows this application, and the lines that the log keeps.
+    /// Wraps an application and the lines that the log keeps.
     pub(crate) fn new(handle: Handle, log: &'l Log) -> Self {
         let sight = Mutex::new(Sight::new(&handle));
         let by = std::env::var("USER").unwrap_or_else(|_| String::from("terminal"));
@@ -40,7 +40,7 @@ impl Application for Live<'_> {
 
     fn robot(&self) -> Option<RobotView> {
         let seen = self.sight.lock().unwrap_or_else(PoisonError::into_inner).look();
-        // The target is in the frame of the odometry, so the robot is shown in it too.
+        // The target is in the frame of the odometry, so the robot is shown in that frame too.
         Some(robot(seen.odometry.or(seen.truth)?, seen.mission.as_ref()))
     }
 
@@ -65,7 +65,7 @@ impl Application for Live<'_> {
     }
 }
 
-/// What the oscilloscope shows of a robot; a mission counts if it is one of places.
+/// Returns what the oscilloscope shows of a robot. A mission counts only if its targets are places.
 pub(crate) fn robot(pose: Pose2D, mission: Option<&crate::session::Mission>) -> RobotView {
     let mission = mission.filter(|mission| mission.of_places);
     RobotView {

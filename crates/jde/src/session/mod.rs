@@ -1,4 +1,5 @@
-//! One run of an application, from start to rest: in real time under the oscilloscope or told line by line, or in lockstep.
+//! One run of an application, from the start until everything is at rest: in real time with the oscilloscope
+//! or with lines of output, or in lockstep.
 
 mod digest;
 mod link;
@@ -52,23 +53,23 @@ pub(crate) use trace::{Sample, Trace};
 
 /// How to run an application.
 pub(crate) struct How {
-    /// In virtual time.
+    /// Whether to run in virtual time.
     pub(crate) lockstep: bool,
-    /// End when the application's time is this, ns.
+    /// End the run at this application time, ns.
     pub(crate) limit: Option<Nanos>,
-    /// Seconds of the application in a second of the machine; real time only.
+    /// Seconds of application time per second of the machine; real time only.
     pub(crate) speed: f64,
-    /// What is shown meanwhile.
+    /// What is shown during the run.
     pub(crate) view: View,
-    /// Where words go.
+    /// The stream for text output.
     pub(crate) words: Words,
-    /// Where to write the decisions.
+    /// The file for the decisions.
     pub(crate) decisions: Option<PathBuf>,
-    /// Where to draw the drive.
+    /// The file for the picture of the drive.
     pub(crate) picture: Option<PathBuf>,
     /// What to record, and where.
     pub(crate) record: Option<Record>,
-    /// How tools get in.
+    /// The link for tools.
     pub(crate) link: LinkWanted,
     /// Whether schemas are reloaded when the files of their plugins change; real time only.
     pub(crate) watch: bool,
@@ -83,7 +84,7 @@ pub(crate) enum View {
     Lines(Telling),
 }
 
-/// What there is beside a run in real time.
+/// What accompanies a run in real time.
 struct Shown {
     view: View,
     watch: bool,
@@ -91,22 +92,22 @@ struct Shown {
 
 /// A run that has ended.
 pub(crate) struct Finished {
-    /// What came of it.
+    /// Its result.
     pub(crate) summary: Summary,
-    /// Where words go.
+    /// The stream for text output.
     pub(crate) words: Words,
 }
 
 /// Runs an application until it ends or is stopped, and brings it to rest.
 ///
 /// # Errors
-/// It did not start, or what was to be told or written could not be.
+/// The application did not start, or output could not be written.
 pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failure> {
     let Loaded {
         application, plugins, ..
     } = loaded;
     let plugins = Arc::new(plugins);
-    // Before the start: nobody wants to hear after a long run that its files cannot be written.
+    // Opened before the start, so that a file that cannot be written is not discovered after a long run.
     let decisions = how.decisions.as_deref().map(Promised::at).transpose()?;
     let picture = how.picture.as_deref().map(Promised::at).transpose()?;
     let world = summary::world(&application);
@@ -179,7 +180,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     })
 }
 
-/// Virtual time, on this thread.
+/// Runs in virtual time on the calling thread.
 fn in_lockstep(
     application: Application,
     plugins: &Plugins,
@@ -210,7 +211,8 @@ fn in_lockstep(
     Ok((outcome, handle))
 }
 
-/// The machine's time, on threads of the application's own; this one has the screen, if there is one.
+/// Runs in real time on threads of the application. The calling thread draws the oscilloscope, if it is
+/// shown.
 fn in_real_time(
     application: Application,
     plugins: &Arc<Plugins>,
@@ -221,7 +223,7 @@ fn in_real_time(
 ) -> Result<(Outcome, Handle), Failure> {
     let wait = Duration::from_nanos((SAMPLE as f64 / options.speed) as u64);
     let title = application.name.clone();
-    // Dropped when everything is at rest: nothing that prints meanwhile waits for whoever reads it.
+    // Until everything is at rest, no thread that prints waits for a reader.
     let _no_waiting = terminal::wait_for_nobody();
     let running = Running::start(application, plugins, options).map_err(not_started)?;
     let handle = running.handle();
@@ -235,7 +237,8 @@ fn in_real_time(
         .then(|| Watch::begin(handle.clone(), Arc::clone(plugins)))
         .transpose()?;
     let (outcome, told, shown) = thread::scope(|scope| {
-        // Whatever happens on this thread, the others are let go and the robot comes to rest before it goes on.
+        // Stops the application on every way out of this scope, a panic included. The scope joins the other
+        // threads, so the robot is at rest before a panic continues.
         let stop = StopOnDrop(&handle);
         let keeper = scope.spawn(|| recorder.keep(&handle, wait));
         let waiter = scope.spawn(move || running.wait());
@@ -257,7 +260,7 @@ fn in_real_time(
     Ok((outcome, handle))
 }
 
-/// A terminal that is gone is left as if somebody had said so: what runs is stopped, and what came of it kept.
+/// Treats a lost terminal as the operator leaving: the run is stopped and its results are kept.
 fn left_orderly(shown: io::Result<top::Left>) -> io::Result<top::Left> {
     match shown {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(top::Left::Quit),
@@ -265,7 +268,7 @@ fn left_orderly(shown: io::Result<top::Left>) -> io::Result<top::Left> {
     }
 }
 
-/// What kept it from starting may be the link, or what is to be recorded.
+/// Returns the failure of a start, unwrapped if the link or the recording caused it.
 fn not_started(error: StartError) -> Failure {
     match error {
         StartError::Hindered(hindrance) => match hindrance.downcast::<Failure>() {

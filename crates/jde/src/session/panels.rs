@@ -1,5 +1,5 @@
-//! Panels of a run on their way into its recording: drawn because they are recorded, and fetched and written by a thread of their
-//! own, so that no schema waits for it.
+//! Records the panels of a run. Each recorded panel is drawn for the recording; a separate thread reads and
+//! writes the drawings, so that no schema waits for it.
 
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -13,38 +13,38 @@ use crate::failure::Failure;
 /// Which panels are recorded, and how often.
 #[derive(Clone, Debug)]
 pub(crate) struct Panels {
-    /// Patterns of the schemas whose panels they are.
+    /// Patterns of the names of the schemas with these panels.
     pub(crate) only: Vec<String>,
-    /// Most drawings a second of each.
+    /// Most drawings of each panel per second.
     pub(crate) rate: f64,
 }
 
-/// Which schemas those are.
+/// The schemas that the patterns match.
 #[derive(Clone, Debug)]
 pub(super) struct Chosen {
     schemas: Vec<usize>,
     rate: f64,
 }
 
-/// Panels that are recorded until this is dropped.
+/// The recording of panels, until it is dropped.
 pub(super) struct Taking {
     looks: Vec<Look>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// One of them.
+/// A panel being recorded.
 struct Taken {
     schema: usize,
     topic: Topic,
-    /// Number of the drawing that was written last.
+    /// The sequence number of the drawing that was written last.
     last: u64,
 }
 
 impl Panels {
-    /// Those that are meant of an application that has not started.
+    /// Selects the panels of an application that has not started.
     ///
     /// # Errors
-    /// There is no such panel.
+    /// A pattern matches no panel.
     pub(super) fn of(&self, application: &Application) -> Result<Chosen, Failure> {
         let places = application.panels();
         let names = places
@@ -58,10 +58,10 @@ impl Panels {
         })
     }
 
-    /// Those that are meant of the schemas that have one, by their places among these.
+    /// Selects among `names`, the schemas that have a panel. Returns their indices.
     ///
     /// # Errors
-    /// There is none like that.
+    /// There are no panels, or a pattern matches none.
     pub(crate) fn chosen(&self, names: &[String]) -> Result<Vec<usize>, Failure> {
         if names.is_empty() {
             return Err(Failure::usage(
@@ -81,12 +81,12 @@ impl Panels {
 }
 
 impl Taking {
-    /// Begins with an application that is about to start.
+    /// Starts recording the panels of an application that is about to start.
     ///
     /// # Errors
-    /// A panel cannot be looked at, or there can be no more threads.
+    /// A panel cannot be observed, or the thread cannot be started.
     pub(super) fn begin(handle: &Handle, recorder: &Recorder, chosen: &Chosen) -> Result<Self, Failure> {
-        // One ring is enough for any number of drawings.
+        // One pending notification is enough for any number of drawings.
         let (ring, rung) = sync_channel(1);
         let mut looks = Vec::new();
         let mut taken = Vec::new();
@@ -98,7 +98,7 @@ impl Taking {
                 last: 0,
             });
             let look = handle.look(schema, chosen.rate, move || {
-                // A ring that is not heard yet tells of this drawing too.
+                // A pending notification covers this drawing too.
                 let _ = ring.try_send(());
             });
             looks.push(look.map_err(|refusal| Failure::Broken(refusal.to_string()))?);
@@ -116,7 +116,7 @@ impl Taking {
     }
 }
 
-/// Writes what is drawn until nobody looks any more.
+/// Writes new drawings until the last look is dropped.
 fn take(handle: &Handle, rung: &Receiver<()>, mut panels: Vec<Taken>) {
     for () in rung {
         for panel in &mut panels {
@@ -136,10 +136,10 @@ fn take(handle: &Handle, rung: &Receiver<()>, mut panels: Vec<Taken>) {
 
 impl Drop for Taking {
     fn drop(&mut self) {
-        // With the last look goes the last who could ring.
+        // The last look drops the last sender, which ends the thread.
         self.looks.clear();
         if let Some(thread) = self.thread.take() {
-            // A panic of it has been told by its hook.
+            // The panic hook has already reported a panic of the thread.
             let _ = thread.join();
         }
     }

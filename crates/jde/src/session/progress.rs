@@ -1,4 +1,4 @@
-//! How a run is told while it goes on, line by line, where there is no oscilloscope.
+//! Prints the progress of a run line by line, where the oscilloscope is not shown.
 
 use std::io::{self, Write};
 
@@ -10,18 +10,18 @@ use super::sight::Seen;
 use super::tally::{Takeover, Tally};
 use crate::terminal::{BAD, FAINT, GOOD, WARN, Words};
 
-/// How much is told.
+/// What is printed during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Telling {
-    /// Nothing: somebody else shows it.
+    /// Nothing: the run is shown elsewhere.
     Nothing,
     /// Every takeover with its reason.
     Takeovers,
-    /// Every so often who has won how much since, and no single takeover.
+    /// At this interval, ns, the share of time that each schema won since; no single takeovers.
     Status(Nanos),
 }
 
-/// Tells a run.
+/// Prints the progress of a run.
 pub(crate) struct Progress {
     words: Words,
     telling: Telling,
@@ -31,7 +31,7 @@ pub(crate) struct Progress {
     status: Status,
 }
 
-/// Where the last status line left off.
+/// The values at the last status line.
 #[derive(Default)]
 struct Status {
     next: Nanos,
@@ -41,7 +41,7 @@ struct Status {
 }
 
 impl Progress {
-    /// Tells on `words`.
+    /// Creates a printer of progress that writes to `words`.
     pub(crate) fn new(application: &Application, words: Words, telling: Telling) -> Self {
         let mut status = Status {
             won: vec![0; application.instances.len()],
@@ -68,12 +68,12 @@ impl Progress {
         }
     }
 
-    /// Gives back where it told.
+    /// Returns the stream.
     pub(crate) fn into_words(self) -> Words {
         self.words
     }
 
-    /// Tells an event, if it is one to tell.
+    /// Prints an event, if it is one that is shown.
     pub(crate) fn event(&mut self, event: &Event) -> io::Result<()> {
         if self.telling == Telling::Nothing {
             return Ok(());
@@ -189,7 +189,7 @@ impl Progress {
             }
             | Event::Decided(_)
             | Event::Took { .. }
-            // Takeovers are told with what they may take.
+            // The line of a takeover shows the time that it may take.
             | Event::Late { .. }
             | Event::Overrun { .. }
             | Event::Refused { .. }
@@ -198,7 +198,7 @@ impl Progress {
         self.line(*time, &text)
     }
 
-    /// Tells a takeover, if every one is told.
+    /// Prints a takeover, if every takeover is shown.
     pub(crate) fn takeover(&mut self, takeover: &Takeover) -> io::Result<()> {
         if self.telling != Telling::Takeovers {
             return Ok(());
@@ -215,7 +215,7 @@ impl Progress {
             Some((took, _)) => format!("{FAINT}, took {}{FAINT:#}", Millis(took)),
             None => String::new(),
         };
-        // Where nobody decided there was nothing to decide, and the reason says so.
+        // The decider "nobody" means that there was no choice to make, and the reason states that.
         let decider = match takeover.decider {
             "nobody" => String::new(),
             decider => format!(" {FAINT}({decider}){FAINT:#}"),
@@ -230,14 +230,14 @@ impl Progress {
         self.line(takeover.time, &text)
     }
 
-    /// Tells what has come of the mission, and how things stand if it is time for that.
+    /// Prints targets that were reached since the last call, and a status line when one is due.
     pub(crate) fn seen(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> io::Result<()> {
-        // Whether anybody still reads what was told before.
+        // Fails if earlier lines could not be written.
         self.words.flush()?;
         if self.telling == Telling::Nothing {
             return Ok(());
         }
-        // What is counted instead of places may go by the thousand.
+        // Only for places: other counts may rise by thousands.
         if let Some(mission) = seen.mission.as_ref().filter(|mission| mission.of_places) {
             while self.reached < mission.reached {
                 self.reached += 1;
@@ -293,7 +293,7 @@ impl Progress {
     }
 }
 
-/// "2 of 8", or "2" of a number without end.
+/// "2 of 8", or "2" if there is no total.
 pub(crate) fn of(count: u32, total: u32) -> String {
     if total == 0 {
         count.to_string()
@@ -302,7 +302,7 @@ pub(crate) fn of(count: u32, total: u32) -> String {
     }
 }
 
-/// A time in ms, with as many digits as are of use; whole minutes and more in s.
+/// A time in ms with the digits that matter; whole seconds from a minute on in s.
 pub(crate) struct Millis(pub(crate) Nanos);
 
 impl std::fmt::Display for Millis {

@@ -1,4 +1,5 @@
-//! A file that a run is to write: known to be writable before the run begins, and as it was until there is something to write.
+//! A file that a run will write: checked for writability before the run, and left unchanged until there is
+//! something to write.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -6,19 +7,19 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-/// A file that can be written; if it was made for that and nothing came of it, it goes again.
+/// A writable file. If it was created here and nothing is written, it is removed again.
 pub(crate) struct Promised {
     path: PathBuf,
-    /// None once it is written.
+    /// `None` once it is written.
     file: Option<File>,
     made: bool,
 }
 
 impl Promised {
-    /// Opens a file without touching what is in it; makes it, and the folders above it, if it is not there.
+    /// Opens a file without changing its content. A missing file and its folders are created.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub(crate) fn at(path: &Path) -> Result<Self, Failure> {
         let opened = path
             .parent()
@@ -32,10 +33,10 @@ impl Promised {
         })
     }
 
-    /// Gives the file to be written, without what was in it.
+    /// Returns the file, emptied, for writing.
     ///
     /// # Errors
-    /// What was in it cannot be taken away.
+    /// The content cannot be removed.
     pub(crate) fn begin(mut self) -> io::Result<File> {
         let file = self.file.take().ok_or(ErrorKind::NotFound)?;
         // Pipes and terminals have no length.
@@ -49,13 +50,13 @@ impl Promised {
 impl Drop for Promised {
     fn drop(&mut self) {
         if self.made && self.file.is_some() {
-            // An empty file that stays does no harm.
+            // A leftover empty file does no harm.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// The file, and whether it was made.
+/// Returns the file, and whether it was created.
 fn open(path: &Path) -> io::Result<(File, bool)> {
     match File::options().write(true).create_new(true).open(path) {
         Ok(file) => Ok((file, true)),

@@ -1,5 +1,5 @@
-//! A recording of a run: begun before the run, so that nobody hears afterwards that nothing could be written, and ended with it.
-//! How values reach the file is the business of `jde-log`.
+//! The recording of a run. It begins before the run, so that a file that cannot be written is discovered
+//! early, and ends with it. The file format belongs to `jde-log`.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,51 +20,51 @@ use crate::failure::{Failure, shown};
 pub(crate) struct Record {
     /// The file.
     pub(crate) file: PathBuf,
-    /// Patterns of the variables to keep; none for all.
+    /// Patterns of the variables to record; an empty list records all.
     pub(crate) only: Vec<String>,
-    /// Write over what is there.
+    /// Whether to overwrite an existing file.
     pub(crate) overwrite: bool,
-    /// Panels to keep; none keeps none.
+    /// The panels to record; `None` records none.
     pub(crate) panels: Option<Panels>,
-    /// Write only what is around the moments at which a condition comes true; if not, everything.
+    /// Record only the time around the moments at which a condition becomes true; `None` records everything.
     pub(crate) around: Option<Around>,
-    /// Write one file after the other; if not, one.
+    /// Split the recording into consecutive files; `None` writes one file.
     pub(crate) split: Option<Split>,
 }
 
-/// Which moments, and how much around them.
+/// The conditions of a recording, and how much it keeps around them.
 pub(crate) struct Around {
-    /// The conditions, as they were written.
+    /// The conditions, as the user wrote them.
     pub(crate) conditions: Vec<String>,
-    /// How much of what was before, ns.
+    /// Time recorded before a condition becomes true, ns.
     pub(crate) before: Nanos,
-    /// How much of what comes after, ns.
+    /// Time recorded afterwards, ns.
     pub(crate) after: Nanos,
-    /// Most bytes of the past in memory.
+    /// Most bytes of past messages in memory.
     pub(crate) memory: usize,
 }
 
-/// What came of it.
+/// The result of a recording.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Recorded {
-    /// The file; of the files that conditions asked for, the name before they are numbered.
+    /// The file. With conditions, the name from which the numbered names are derived.
     pub(crate) file: String,
-    /// The files that conditions asked for; none if there are no conditions.
+    /// The files written for conditions; `None` if there are no conditions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) files: Option<Vec<RecordedFile>>,
-    /// The files it is split into.
+    /// The files that the recording is split into.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<RecordedParts>,
-    /// Messages that had to go from memory before their time was up.
+    /// Messages that were dropped from memory before the time to keep them had passed.
     #[serde(skip_serializing_if = "is_zero")]
     pub(crate) short: u64,
-    /// Messages in it.
+    /// Messages in the recording.
     pub(crate) kept: u64,
-    /// Values and events that are not.
+    /// Values and events that are missing in it.
     pub(crate) lost: u64,
-    /// Its bytes.
+    /// Its size, bytes.
     pub(crate) bytes: u64,
-    /// Why nothing was written any more.
+    /// The error that ended the writing, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) trouble: Option<String>,
 }
@@ -72,42 +72,42 @@ pub(crate) struct Recorded {
 /// The files that a recording is split into.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RecordedParts {
-    /// The name of the first.
+    /// The name of the first file.
     pub(crate) first: String,
-    /// The name of the last.
+    /// The name of the last file.
     pub(crate) last: String,
-    /// How many were written.
+    /// How many files were written.
     pub(crate) count: u64,
-    /// How many were deleted, those of recordings before included.
+    /// How many files were deleted, those of earlier recordings included.
     pub(crate) deleted: u64,
-    /// Those that were to be deleted and are there, because another recording writes them.
+    /// Files that should have been deleted and remain, because another recording is writing them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) left: Vec<String>,
 }
 
-/// A file that a condition asked for.
+/// A file written for a condition.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RecordedFile {
-    /// Its name.
+    /// The name of the file.
     pub(crate) file: String,
-    /// What came true.
+    /// The condition that became true.
     pub(crate) reason: String,
-    /// When, s since the application's start.
+    /// When it became true, s since the application's start.
     pub(crate) time_s: f64,
-    /// How often conditions came true in its time.
+    /// How often conditions became true during the file's time.
     pub(crate) fired: u64,
-    /// Messages in it.
+    /// Messages in the file.
     pub(crate) kept: u64,
-    /// Messages of its time that are not.
+    /// Messages of its time that are missing.
     pub(crate) lost: u64,
-    /// Its bytes.
+    /// Its size, bytes.
     pub(crate) bytes: u64,
-    /// Why it ends too soon.
+    /// The error that ended it too soon, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) trouble: Option<String>,
 }
 
-/// A recording under way.
+/// A recording in progress.
 pub(crate) struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
@@ -115,15 +115,16 @@ pub(crate) struct Recording {
     panels: Option<Chosen>,
     taking: Arc<Mutex<Option<Taking>>>,
     file: PathBuf,
-    /// Files are written when conditions come true.
+    /// Whether files are written only when conditions become true.
     waits: bool,
 }
 
 impl Recording {
-    /// Begins it. In virtual time nothing is lost: the run waits for the disk.
+    /// Begins a recording. In virtual time nothing is lost, because the run waits for the disk.
     ///
     /// # Errors
-    /// The file cannot be written, or a pattern fits no variable or no panel; then nothing is made or written over.
+    /// The file cannot be written, a pattern matches no variable or no panel, or a condition cannot be read.
+    /// Unless it was the writing that failed, no file is created or overwritten.
     pub(crate) fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
         let selection = Selection::new(record.only.clone(), &names).map_err(|unknown| {
@@ -152,7 +153,7 @@ impl Recording {
         };
         let recorder = recorder.map_err(|error| no_recording(error, &file))?;
         Ok(Self {
-            // What begins in the middle cannot be taken again.
+            // A recording that begins during the run cannot be replayed, so it contains no turns.
             on_turn: record
                 .around
                 .is_none()
@@ -166,17 +167,19 @@ impl Recording {
         })
     }
 
-    /// Hears what happens.
+    /// Returns the observer that records events.
     pub(crate) fn observer(&self) -> Box<dyn Observer> {
         self.recorder.observer()
     }
 
-    /// Is told of every turn, so that `jde replay` can take it again.
+    /// Returns the function to call with every turn, which `jde replay` needs; `None` for a recording around
+    /// conditions.
     pub(crate) fn on_turn(&self) -> Option<OnTurn> {
         self.on_turn.clone()
     }
 
-    /// Watches the variables of an application from their first value on.
+    /// Returns the hook that records the variables of an application from their first value on, and its
+    /// panels. Variables that are not recorded can still be read by conditions.
     pub(crate) fn before_start(&self) -> BeforeStart {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
         let (panels, taking) = (self.panels.clone(), Arc::clone(&self.taking));
@@ -198,7 +201,7 @@ impl Recording {
         })
     }
 
-    /// Writes the rest, and says what came of it.
+    /// Writes the rest, and returns the result.
     pub(crate) fn finish(&self) -> Recorded {
         drop(self.taking.lock().unwrap_or_else(PoisonError::into_inner).take());
         Recorded::of(&self.file, self.waits, self.recorder.finish())
@@ -206,7 +209,7 @@ impl Recording {
 }
 
 impl Recorded {
-    /// What came of a recording that is finished; if it waited for conditions, file by file.
+    /// Returns the result of a finished recording; file by file if it `waited` for conditions.
     pub(crate) fn of(file: &Path, waited: bool, status: Status) -> Self {
         let Status {
             kept,
@@ -236,7 +239,7 @@ impl Recorded {
         }
     }
 
-    /// Whether all that was written can be read.
+    /// Checks that the recording was written to its end.
     ///
     /// # Errors
     /// The disk failed or was full.
@@ -248,7 +251,7 @@ impl Recorded {
     }
 }
 
-/// Reads the conditions, and says on the log what comes of them.
+/// Reads the conditions, and logs the start and end of each file.
 pub(crate) fn when(around: &Around, names: Names) -> Result<When, Failure> {
     let conditions = around.conditions.iter().map(|text| Condition::new(text, &names));
     let conditions = conditions.collect::<Result<_, _>>().map_err(|bad| {
@@ -300,7 +303,7 @@ fn is_zero(number: &u64) -> bool {
     *number == 0
 }
 
-/// A recording that cannot be begun.
+/// Returns the failure for a recording that cannot be begun.
 pub(crate) fn no_recording(error: Error, file: &Path) -> Failure {
     match error {
         Error::Exists(_) => Failure::usage(

@@ -1,4 +1,4 @@
-//! Hears and watches a run, and keeps what its summary and its picture need.
+//! Observes a run, and keeps what its summary and its picture need.
 
 use std::io;
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use super::trace::Trace;
 use crate::queue::{Queue, Taken};
 use crate::terminal::Words;
 
-/// Time between two samples of the path: at 0.4 m/s a robot moves 4 cm.
+/// Time between two samples of the path, ns: at 0.4 m/s a robot moves 4 cm.
 pub(crate) const SAMPLE: Nanos = 100_000_000;
 
-/// Events that may wait to be kept: a minute of an application that changes its mind a hundred times a second.
+/// Most events in the queue: a minute of an application with a hundred selections per second.
 const WAITING: usize = 8192;
 
-/// Keeps a run.
+/// Collects the data of a run.
 pub(crate) struct Recorder {
     tally: Tally,
     trace: Option<Trace>,
@@ -32,31 +32,31 @@ pub(crate) struct Recorder {
     progress: Progress,
     decisions: Decisions<Digested>,
     heard: Arc<Queue<Event>>,
-    /// Events that came faster than they could be kept.
+    /// Events that were dropped because they occurred faster than they were processed.
     missed: u64,
     sight: Option<Sight>,
     ended: Option<Nanos>,
 }
 
-/// What is left of a recorder.
+/// The data of a finished run.
 pub(crate) struct Kept {
-    /// What has been counted.
+    /// The sums.
     pub(crate) tally: Tally,
     /// The drive, if a picture is wanted.
     pub(crate) trace: Option<Trace>,
-    /// What was seen last.
+    /// The last sample of the variables.
     pub(crate) seen: Seen,
-    /// When the run ended, ns since its start.
+    /// The time at which the run ended, ns since its start.
     pub(crate) ended: Nanos,
-    /// Where it was told.
+    /// The stream for text output.
     pub(crate) words: Words,
-    /// Events that came faster than they could be kept: as many are missing in all that was counted.
+    /// Events that were dropped because they occurred faster than they were processed. All sums lack them.
     pub(crate) missed: u64,
-    /// Decisions that whoever reads them did not take in time.
+    /// Decisions that the reader of their file did not read in time.
     pub(crate) unread: u64,
 }
 
-/// Hears under the application's lock, so it only passes on.
+/// The observer. It is called under the application's lock, so it only appends to the queue.
 struct Hearing(Arc<Queue<Event>>);
 
 impl Observer for Hearing {
@@ -72,7 +72,8 @@ impl Drop for Hearing {
 }
 
 impl Recorder {
-    /// Keeps what the observer hears that it answers with. In lockstep that is heard and kept by one thread, and nothing is missed.
+    /// Creates a recorder, and the observer that feeds it. In lockstep one thread does both, so the queue has
+    /// no bound and no event is dropped.
     pub(crate) fn new(
         application: &Application,
         decisions: Digested,
@@ -96,15 +97,15 @@ impl Recorder {
         (recorder, Box::new(hearing))
     }
 
-    /// Watches the variables of a running application from now on.
+    /// Samples the variables of a running application from now on.
     pub(crate) fn watch(&mut self, handle: &Handle) {
         self.sight = Some(Sight::new(handle));
     }
 
-    /// Hears all that has happened, and looks around once.
+    /// Processes all pending events, and samples the variables once.
     ///
     /// # Errors
-    /// What is told cannot be written.
+    /// Output cannot be written.
     pub(crate) fn catch_up(&mut self, now: Nanos) -> io::Result<()> {
         while let Taken::Next { what, missed } = self.heard.take_now() {
             self.missed += missed;
@@ -113,10 +114,11 @@ impl Recorder {
         self.look(now)
     }
 
-    /// Keeps a run in real time until it has ended; stops it if that fails.
+    /// Processes the events of a run in real time until it has ended. If output fails, it stops the
+    /// application, continues to the end and returns the first error.
     ///
     /// # Errors
-    /// What is told cannot be written.
+    /// Output cannot be written.
     pub(crate) fn keep(&mut self, handle: &Handle, wait: Duration) -> io::Result<()> {
         let mut next = 0;
         let mut result = Ok(());
@@ -144,7 +146,7 @@ impl Recorder {
         result
     }
 
-    /// What was kept, and the digest of the decisions or why they could not be written.
+    /// Returns the data, and the digest of the decisions or the error that kept them from being written.
     pub(crate) fn finish(self) -> (Kept, io::Result<String>) {
         let decisions = self.decisions.finish();
         let kept = Kept {

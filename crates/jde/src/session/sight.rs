@@ -1,6 +1,6 @@
-//! What can be seen of a running application from its exports: the robot's place, the truth about it, its mission.
+//! Reads from an application's exports where its robots are, their true poses, and its mission.
 //!
-//! It reads variables by their types, whoever exports them, and writes none.
+//! It finds variables by type, whichever schema exports them, and writes none.
 
 use std::collections::BTreeMap;
 
@@ -11,15 +11,15 @@ use jde_host::Handle;
 use jde_host::app::{Application, Binding};
 use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Route, Truth, Value as _};
 
-/// Reads the exports of one application that tell how it goes.
+/// Reads the exports of one application that show its progress.
 pub(crate) struct Sight {
     robots: Vec<Robot>,
-    /// Which of them the mission is about.
+    /// The index of the robot that the mission is about.
     led: usize,
-    /// The drivers that schemas command.
+    /// The drivers that each schema commands.
     commands: BTreeMap<usize, Vec<usize>>,
     mission: Option<Reader>,
-    /// A modulation of whoever has the mission, in which its targets are named.
+    /// A modulation of the mission's schema that contains its targets.
     route: Option<Reader>,
     /// Whether any target so far was a place.
     places: bool,
@@ -32,45 +32,45 @@ struct Robot {
     truth: Option<Reader>,
     odometry: Option<Reader>,
     laser: Option<Reader>,
-    /// The same place in the frame of the truth and of the odometry, seen first.
+    /// The pose first seen, in the frames of the truth and of the odometry.
     anchor: Option<(Pose2D, Pose2D)>,
 }
 
-/// What was seen at one instant.
+/// The values at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Seen {
-    /// Where the robot truly is, in the world; of several the one that the mission is about.
+    /// The true pose in the world; with several robots, of the one that the mission is about.
     pub(crate) truth: Option<Pose2D>,
-    /// Where it believes to be.
+    /// The same robot's pose by its odometry.
     pub(crate) odometry: Option<Pose2D>,
-    /// Where each robot is, by its driver's place in the application: in the world, or in the frame of its odometry where there is
-    /// no ground truth.
+    /// The pose of each robot, by its driver's place in the application: in the world, or in the frame of its
+    /// odometry where there is no ground truth.
     pub(crate) places: Vec<(usize, Pose2D)>,
-    /// Contacts of all robots so far; none without ground truth.
+    /// Contacts of all robots so far; `None` without ground truth.
     pub(crate) collisions: Option<u64>,
-    /// The least gap to anything so far, of all robots, m.
+    /// The least distance of any robot to an obstacle so far, m; `None` without ground truth.
     pub(crate) min_clearance: Option<f64>,
-    /// How far the mission is.
+    /// The progress of the mission.
     pub(crate) mission: Option<Progress>,
 }
 
-/// How far a mission is.
+/// The progress of a mission.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Progress {
     /// Targets reached.
     pub(crate) reached: u32,
-    /// Targets in all; 0 if it goes on for ever.
+    /// Targets in total; 0 for a mission without end.
     pub(crate) total: u32,
-    /// The present target, in the frame of the odometry; none if it is none, or no place.
+    /// The present target, in the frame of the odometry; `None` if there is none, or if it is not a place.
     pub(crate) target: Option<(f64, f64)>,
-    /// Whether any target so far was a place; else the note says what is counted.
+    /// Whether any target so far was a place; if not, the note names what is counted.
     pub(crate) of_places: bool,
-    /// Its own words.
+    /// The mission's own text.
     pub(crate) note: String,
 }
 
 impl Sight {
-    /// Finds the exports to read: of every robot, where it is, and of the mission.
+    /// Finds the exports to read: the poses of every robot, and the mission.
     pub(crate) fn new(handle: &Handle) -> Self {
         let application = handle.application();
         let exports = |name: &str| -> Vec<(usize, Reader)> {
@@ -89,7 +89,8 @@ impl Sight {
         let numbers =
             |readers: &[(usize, Reader)]| readers.iter().map(|(number, _)| *number).collect::<Vec<_>>();
         let commands = commands(application);
-        // Odometry is published also by those who correct it: a robot is who is commanded.
+        // Schemas that correct odometry export it too, so the robots are the instances that are commanded. If
+        // none is commanded, the first counts as the only robot.
         let mut robots = numbers(if truths.is_empty() { &odometries } else { &truths });
         if robots
             .iter()
@@ -101,7 +102,7 @@ impl Sight {
         }
         robots.dedup();
         let alone = robots.len() == 1;
-        // What the robot has by itself; if it is the only one, else whoever has.
+        // The robot's own export. A single robot may use the export of any schema.
         let of = |robot: usize, readers: &mut Vec<(usize, Reader)>| {
             let own = readers.iter().position(|(number, _)| *number == robot);
             let place = own.or((alone && !readers.is_empty()).then_some(0))?;
@@ -144,20 +145,20 @@ impl Sight {
         }
     }
 
-    /// Who of those that act now acts for a robot, by its driver's place in the application.
+    /// Returns the schema among `acting` that acts for a robot, given its driver's place in the application.
     pub(crate) fn acts_for(&self, robot: usize, acting: &[usize]) -> Option<usize> {
         let mut acting = acting.iter().copied();
         acting.find(|schema| self.robots_of(*schema).any(|of| of == robot))
     }
 
-    /// The robots that a schema acts for: if there is but one, everybody acts for that.
+    /// Returns the robots that a schema acts for. With a single robot, every schema acts for it.
     pub(crate) fn robots_of(&self, schema: usize) -> impl Iterator<Item = usize> + '_ {
         let alone = self.robots.len() == 1;
         let robots = self.robots.iter().map(|robot| robot.instance);
         robots.filter(move |robot| alone || self.commands.get(&schema).is_some_and(|of| of.contains(robot)))
     }
 
-    /// Looks.
+    /// Reads the newest values.
     pub(crate) fn look(&mut self) -> Seen {
         let mut seen = Seen::default();
         for (number, robot) in self.robots.iter_mut().enumerate() {
@@ -192,7 +193,8 @@ impl Sight {
         seen
     }
 
-    /// A place given in the frame of the odometry, in the frame of the path: the world's where there is ground truth.
+    /// Converts a place from the frame of the odometry to that of the path, which is the world where there is
+    /// ground truth.
     pub(crate) fn in_path(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let anchor = self.robots.get(self.led).and_then(|robot| robot.anchor.as_ref());
         let Some((truth, odometry)) = anchor else {
@@ -202,7 +204,7 @@ impl Sight {
         (place.x, place.y)
     }
 
-    /// The targets that the mission is going to have, in the frame of the path, as far as it tells.
+    /// Returns the targets that the mission names in advance, in the frame of the path.
     pub(crate) fn route(&mut self) -> Vec<(f64, f64)> {
         let poses = self.route.as_mut().and_then(|route| {
             read(route, |read| {
@@ -220,7 +222,8 @@ impl Sight {
         poses.map(|place| self.in_path(place)).collect()
     }
 
-    /// Places that the laser of a robot sees now, in the frame of the path, taking the laser to be where the robot is.
+    /// Returns the points that a robot's laser sees now, in the frame of the path. The laser is taken to be
+    /// at the robot's pose.
     pub(crate) fn scan(&mut self, instance: usize, robot: Pose2D) -> Vec<(f64, f64)> {
         let mut robots = self.robots.iter_mut();
         let laser = robots
@@ -248,13 +251,14 @@ impl Sight {
 }
 
 impl Progress {
-    /// Of a value of type `Mission`.
+    /// Reads a value of type `Mission`.
     pub(crate) fn read(read: Read<'_>) -> Option<Self> {
         let note = match read.value("note")? {
             Value::Text(note) => note,
             _ => String::new(),
         };
-        // A robot is never at a distance of 0 from where it has still to go.
+        // A robot that has still to travel is at a distance above 0, so (0, 0) at a distance of 0 means no
+        // target.
         let target = (read.number("target.x")?, read.number("target.y")?);
         let target = (target != (0.0, 0.0) || read.number("distance")? > 0.0).then_some(target);
         Some(Self {
@@ -267,7 +271,7 @@ impl Progress {
     }
 }
 
-/// A value being looked at.
+/// A value being read.
 #[derive(Clone, Copy)]
 pub(crate) struct Read<'v> {
     pub(crate) value_type: &'v Type,
@@ -283,7 +287,7 @@ impl Read<'_> {
         number(&self.value(path)?)
     }
 
-    /// The pose of a value of type `Odometry`.
+    /// Returns the pose of a value of type `Odometry`.
     pub(crate) fn odometry(self) -> Option<Pose2D> {
         let part = |name: &str| self.number(&format!("pose.pose.orientation.{name}"));
         let turned = Quaternion {
@@ -302,7 +306,7 @@ impl Read<'_> {
     }
 }
 
-/// The drivers that schemas command, by their places in an application.
+/// Returns the drivers that each schema commands, by their places in an application.
 fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
     let instances = application.instances.iter().enumerate();
     let targets = instances.map(|(number, instance)| {
@@ -315,7 +319,7 @@ fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
     targets.filter(|(_, drivers)| !drivers.is_empty()).collect()
 }
 
-/// Looks at the newest value of a variable, and lets go of it.
+/// Reads the newest value of a variable, and releases it.
 fn read<T>(reader: &mut Reader, look: impl FnOnce(Read<'_>) -> Option<T>) -> Option<T> {
     let value_type = reader.variable().describe().value_type.clone();
     let result = reader.latch().and_then(|latched| {

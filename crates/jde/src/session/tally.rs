@@ -1,6 +1,7 @@
-//! Counts what the events of an application tell: how long each schema was WINNER, and every takeover with its reason.
+//! Sums over the events of an application: how long each schema was WINNER, and every takeover with its
+//! reason.
 //!
-//! It hears and adds up; it knows no clock and prints nothing.
+//! It has no clock and prints nothing.
 
 use std::collections::HashMap;
 
@@ -13,7 +14,7 @@ use jde_host::event::Event;
 pub(crate) struct Tally {
     schemas: Vec<Schema>,
     groups: Vec<Group>,
-    /// Choices whose winner has not begun yet, by group.
+    /// Selections whose winner has not iterated yet, by group.
     chosen: HashMap<usize, Record>,
 }
 
@@ -21,11 +22,11 @@ pub(crate) struct Tally {
 struct Schema {
     /// The group in which it competes.
     group: Option<usize>,
-    /// Groups of its children, in the application's order.
+    /// The groups of its children, in the application's order.
     groups: Vec<usize>,
-    /// Since when it is WINNER.
+    /// The time at which it became WINNER, while it is WINNER.
     since: Option<Nanos>,
-    /// How long it was before.
+    /// Time as WINNER before that, ns.
     won: Nanos,
     takeovers: u64,
 }
@@ -39,24 +40,24 @@ struct Group {
 /// A change of winner.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Takeover {
-    /// When the new winner began, or when nobody was left.
+    /// The time of the new winner's first iteration, or of the selection that chose nobody, ns.
     pub(crate) time: Nanos,
-    /// In which group.
+    /// The group.
     pub(crate) group: usize,
-    /// The winner before.
+    /// The previous winner.
     pub(crate) from: Option<usize>,
-    /// The winner since.
+    /// The new winner.
     pub(crate) to: Option<usize>,
-    /// Who decided.
+    /// The decider.
     pub(crate) decider: &'static str,
-    /// Why.
+    /// The reason.
     pub(crate) reason: String,
-    /// Time from its cause to the winner's first iteration, and the longest by contract.
+    /// The time from the cause to the winner's first iteration, and the longest that the contract allows, ns.
     pub(crate) took: Option<(Nanos, Nanos)>,
 }
 
 impl Tally {
-    /// Nothing so far.
+    /// Creates empty sums for an application.
     pub(crate) fn new(application: &Application) -> Self {
         let groups = application.groups.iter();
         Self::shaped(
@@ -65,7 +66,8 @@ impl Tally {
         )
     }
 
-    /// Nothing so far, of that many schemas in these groups: father and members, the roots first.
+    /// Creates empty sums for so many schemas and these groups, each a father and its members, the roots
+    /// first.
     fn shaped<'m>(schemas: usize, groups: impl Iterator<Item = (Option<usize>, &'m [usize])>) -> Self {
         let mut schemas = vec![Schema::default(); schemas];
         let mut count = 0;
@@ -85,7 +87,7 @@ impl Tally {
         }
     }
 
-    /// Hears an event; answers with the takeover that it completes.
+    /// Adds an event. Returns the takeover that it completes.
     pub(crate) fn hear(&mut self, event: &Event) -> Option<Takeover> {
         match event {
             Event::Changed {
@@ -103,7 +105,8 @@ impl Tally {
                     self.chosen.insert(group, record.clone());
                     return None;
                 }
-                // Nobody begins; a choice that was not carried out is none any more.
+                // There is no first iteration to wait for. An earlier choice that was not carried out is
+                // void.
                 self.chosen.remove(&group);
                 Some(takeover(record, record.time, None))
             }
@@ -142,29 +145,29 @@ impl Tally {
         }
     }
 
-    /// How long a schema was WINNER until `now`, ns.
+    /// Returns how long a schema was WINNER until `now`, ns.
     pub(crate) fn won(&self, schema: usize, now: Nanos) -> Nanos {
         let Schema { since, won, .. } = &self.schemas[schema];
         won + since.map_or(0, |since| now.saturating_sub(since))
     }
 
-    /// How often a schema became WINNER.
+    /// Returns how often a schema became WINNER.
     pub(crate) fn takeovers(&self, schema: usize) -> u64 {
         self.schemas[schema].takeovers
     }
 
-    /// How often any motor schema became WINNER.
+    /// Returns how often any motor schema became WINNER.
     pub(crate) fn all_takeovers(&self) -> u64 {
         self.schemas.iter().map(|schema| schema.takeovers).sum()
     }
 
-    /// The longest takeover of a group so far, ns.
+    /// Returns the longest takeover of a group so far, ns.
     pub(crate) fn worst(&self, group: usize) -> Option<Nanos> {
         self.groups[group].worst
     }
 
-    /// Who acts now: the winners of the roots, or of the groups of children below them, and so on down; nobody where a winner's
-    /// children all stand by.
+    /// Returns the schemas that act now: the winners without groups of their own, among the winners of the
+    /// roots and of the groups below winners. A winner whose groups have no winner adds none.
     pub(crate) fn acting(&self) -> Vec<usize> {
         let below = |group: &usize| self.groups[*group].winner;
         let is_root = |number: &usize| !self.schemas.iter().any(|schema| schema.groups.contains(number));
@@ -183,7 +186,7 @@ impl Tally {
         acting
     }
 
-    /// Motor schemas without motor children: those that can act.
+    /// Returns the motor schemas without motor children, which are those that can act.
     pub(crate) fn actors(&self) -> impl Iterator<Item = usize> {
         let schemas = self.schemas.iter().enumerate();
         schemas

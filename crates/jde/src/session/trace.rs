@@ -1,4 +1,5 @@
-//! What a picture of a drive needs: where its robots were, who acted there, and where its targets were.
+//! The data for the picture of a drive: where its robots were, which schemas acted there, and where the
+//! targets were.
 
 use std::collections::BTreeMap;
 
@@ -8,37 +9,39 @@ use jde_types::Pose2D;
 use super::sight::{Seen, Sight};
 use super::tally::Takeover;
 
-/// Samples of the path between two scans that are kept: a scan a second is enough to show a building.
+/// One laser scan is kept for this many samples of the path: one scan per second is enough to show a
+/// building.
 const SAMPLES_A_SCAN: usize = 10;
 
-/// A drive, sampled.
+/// A sampled drive.
 #[derive(Default)]
 pub(crate) struct Trace {
-    /// Where each robot was, by its driver's place in the application.
+    /// The path of each robot, by its driver's place in the application.
     pub(crate) paths: BTreeMap<usize, Vec<Sample>>,
-    /// When somebody took over, who, and which robots he acts for.
+    /// The time of each takeover, ns, the new winner, and the robots that it acts for.
     pub(crate) takeovers: Vec<(Nanos, usize, Vec<usize>)>,
-    /// Targets in the order of the mission, as far as they were named; those of a route once, however often it is gone.
+    /// The targets known so far, in the order of the mission. The targets of a route occur once, however
+    /// often the route is repeated.
     pub(crate) targets: Vec<(f64, f64)>,
-    /// How many were reached.
+    /// How many targets were reached.
     pub(crate) reached: usize,
-    /// What the laser saw, if it is to be kept.
+    /// Points that the laser saw, if they are kept.
     pub(crate) scans: Option<Vec<(f64, f64)>>,
 }
 
-/// Where the robot was.
+/// One sample of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
-    /// When.
+    /// Time, ns.
     pub(crate) time: Nanos,
-    /// Where, in the world, or in the frame of the odometry where there is no ground truth.
+    /// The pose in the world, or in the frame of the odometry where there is no ground truth.
     pub(crate) pose: Pose2D,
-    /// Who acted.
+    /// The acting schema.
     pub(crate) acting: Option<usize>,
 }
 
 impl Trace {
-    /// Nothing so far; `scans` if what the laser sees is to be kept, for want of a world.
+    /// Creates an empty trace. `scans` is whether to keep the laser's points, which replace a missing world.
     pub(crate) fn new(scans: bool) -> Self {
         Self {
             scans: scans.then(Vec::new),
@@ -46,14 +49,14 @@ impl Trace {
         }
     }
 
-    /// Adds what is seen now. `acting` are those who act.
+    /// Adds a sample. `acting` are the schemas that act now.
     pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: &[usize]) {
         if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.of_places) {
             self.reached = progress.reached as usize;
             if self.targets.is_empty() {
                 self.targets = sight.route();
             }
-            // Without a route the targets are known one by one.
+            // Without a route the targets become known one by one.
             if let Some(target) = progress.target.filter(|_| self.reached == self.targets.len())
                 && self.reached < progress.total as usize
             {
@@ -72,14 +75,14 @@ impl Trace {
         }
     }
 
-    /// Adds a takeover by a schema that acts.
+    /// Adds a takeover, unless nobody won.
     pub(crate) fn took_over(&mut self, takeover: &Takeover, sight: Option<&Sight>) {
         let robots = |to| sight.map_or_else(Vec::new, |sight| sight.robots_of(to).collect());
         self.takeovers
             .extend(takeover.to.map(|to| (takeover.time, to, robots(to))));
     }
 
-    /// Where a robot was at a time, as far as is known.
+    /// Returns the pose of a robot in its first sample from a time on, or in its last.
     pub(crate) fn place(&self, robot: usize, time: Nanos) -> Option<Pose2D> {
         let path = self.paths.get(&robot)?;
         let after = path.partition_point(|sample| sample.time < time);

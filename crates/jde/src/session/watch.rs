@@ -1,7 +1,8 @@
-//! `jde run --watch`: looks at the files of an application's plugins, and has every whole new build take over.
+//! `jde run --watch`: watches the files of an application's plugins, and reloads every complete new build.
 //!
-//! It looks at times, sizes and file numbers ten times a second instead of asking the kernel to be told: that works on every file
-//! system and needs no library, at ten calls of `stat` a second for each plugin. What a linker has half written is left alone.
+//! It compares times, sizes and file numbers ten times a second instead of using notifications of the kernel.
+//! This works on every file system and needs no library, at ten calls of `stat` a second for each plugin.
+//! Files that a linker has not finished are left alone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -15,11 +16,12 @@ use jde_host::Handle;
 use jde_host::plugin::Plugins;
 use jde_host::reload::{Became, How, Reloader};
 
-/// How often files are looked at.
+/// Time between two looks at the files.
 const EVERY: Duration = Duration::from_millis(100);
-/// How long a file must stay as it is to count as written: linkers write on and on, and copies of large files come in parts.
+/// How long a file must stay unchanged to count as written. Linkers write in many steps, and copies of large
+/// files arrive in parts.
 const STILL: Duration = Duration::from_millis(200);
-/// How long one that is no whole library may stay so before that is told.
+/// How long a file that is not a complete library may stay unchanged before that is reported.
 const BROKEN: Duration = Duration::from_secs(2);
 
 /// Watches until it is dropped.
@@ -28,18 +30,18 @@ pub(super) struct Watch {
     thread: Option<JoinHandle<()>>,
 }
 
-/// A file that is watched.
+/// A watched file.
 struct Watched {
     plugin: String,
     file: PathBuf,
-    /// As it was when it was dealt with last.
+    /// Its state when it was last handled.
     known: Option<Stamp>,
-    /// As it is, and since when.
+    /// Its new state, and since when.
     seen: Option<(Stamp, Instant)>,
     tried: bool,
 }
 
-/// What tells one state of a file from another.
+/// The state of a file, as far as needed to detect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stamp {
     modified: (i64, i64),
@@ -47,21 +49,21 @@ struct Stamp {
     inode: u64,
 }
 
-/// What is to be done about a file.
+/// What to do about a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Due {
     Nothing,
-    /// It is whole by its looks.
+    /// The file appears to be complete: try to load it.
     Try,
-    /// It is not, and has been so for long: why is to be told.
+    /// The file has stayed unchanged for long: try to load it, and report why if that fails.
     TryLast,
 }
 
 impl Watch {
-    /// Watches the plugins of an application.
+    /// Watches the plugins of an application on a new thread.
     ///
     /// # Errors
-    /// There is no thread for it.
+    /// The thread cannot be started.
     pub(super) fn begin(handle: Handle, plugins: Arc<Plugins>) -> std::io::Result<Self> {
         let reloader = Reloader::new(handle, plugins);
         let files = reloader.files().into_iter();
@@ -107,7 +109,7 @@ impl Watched {
         }
     }
 
-    /// What its state calls for; a file that is not there is being replaced.
+    /// Returns what to do about the file's present state. A missing file is about to be replaced.
     fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> Due {
         let Some(stamp) = stamp else {
             self.seen = None;
@@ -137,7 +139,7 @@ impl Watched {
         }
     }
 
-    /// It needs no more attention before it changes again.
+    /// Marks the present state as handled, until the file changes again.
     fn deal_with(&mut self) {
         if let Some((stamp, _)) = self.seen.take() {
             self.known = Some(stamp);
@@ -156,7 +158,7 @@ impl Stamp {
     }
 }
 
-/// What took over is told as any event; here only what did not.
+/// Reloads a plugin, and logs refusals, delays and the notes of a takeover. Events report the rest.
 fn reload(reloader: &Reloader, watched: &mut Watched, due: Due) {
     match reloader.reload("watch", &watched.plugin, How::default()) {
         Err(refused) if refused.may_be_unfinished() && due == Due::Try => return,
@@ -216,7 +218,7 @@ mod tests {
         let (mut watched, start) = (watched(), Instant::now());
         let mut tried = Vec::new();
         for ms in 0..1900 {
-            // It grows for 500 ms.
+            // The file grows for 500 ms.
             let now = start + Duration::from_millis(ms);
             if watched.look(now, stamp(100 + ms.clamp(1, 500))) == Due::Try {
                 tried.push(ms);

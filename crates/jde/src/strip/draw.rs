@@ -1,4 +1,5 @@
-//! Draws the traces: lines of dots over time, their names with the newest numbers above, the keys below.
+//! Draws the traces of a strip chart as lines of dots over time, with the names and newest numbers above and
+//! the keys below.
 
 use std::env;
 
@@ -12,7 +13,7 @@ use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use super::traces::Traces;
 use crate::visible::visible;
 
-/// Colours of the terminal's theme that can be told apart.
+/// Colours of the terminal's theme that are easy to distinguish.
 const COLORS: [Color; 6] = [
     Color::Cyan,
     Color::Yellow,
@@ -21,7 +22,7 @@ const COLORS: [Color; 6] = [
     Color::Red,
     Color::Blue,
 ];
-/// Kinds of dots, so that traces differ without colours too.
+/// Kinds of dots, so that traces also differ without colours.
 const MARKERS: [Marker; 3] = [Marker::Braille, Marker::Dot, Marker::Block];
 
 pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: f64, status: Option<&str>) {
@@ -103,7 +104,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: 
     frame.render_widget(Paragraph::new(Span::styled(keys, faint)), foot);
 }
 
-/// A number with as many digits as are of use.
+/// Returns a number with the digits that matter.
 fn number(value: f64) -> String {
     let digits = match value.abs() {
         size if size >= 1000.0 => 0,

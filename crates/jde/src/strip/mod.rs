@@ -1,6 +1,6 @@
-//! A strip chart: numbers over time in a terminal, one trace for each, drawn as they come.
+//! A strip chart in a terminal: numbers over time, one trace each, drawn as they arrive.
 //!
-//! It sees its numbers through [`Source`] alone and refuses to know where they come from.
+//! It reads its numbers through [`Source`] alone, and refuses to know where they come from.
 
 mod draw;
 mod traces;
@@ -15,35 +15,36 @@ use traces::Traces;
 
 /// Time between two redraws.
 const REDRAW: Duration = Duration::from_millis(50);
-/// Seconds that the picture may show.
+/// The spans of time that the picture can show, s.
 const WINDOWS: [f64; 7] = [2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0];
 
-/// Where numbers come from.
+/// A source of numbers.
 pub(crate) trait Source {
-    /// Gives what came since the last call, in order; returns at once.
+    /// Returns the numbers that arrived since the last call, in order. It does not wait.
     fn take(&mut self) -> Vec<Sample>;
 
-    /// Gives what is to be said below the picture: that the application is gone, for one.
+    /// Returns a text for the line below the picture, for example that the application is gone.
     fn status(&self) -> Option<String>;
 
-    /// Whether it is to end: somebody asked the process to.
+    /// Whether the view must end, because the process was asked to.
     fn is_over(&self) -> bool;
 }
 
 /// A number of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
-    /// Which trace.
+    /// The index of the trace.
     pub(crate) trace: usize,
-    /// When, s.
+    /// Time, s.
     pub(crate) time: f64,
-    /// The number; one that is not finite breaks the line.
+    /// The number. A number that is not finite breaks the line.
     pub(crate) value: f64,
 }
 
-/// Shows traces until the user leaves. `names` are those of the traces, with their units.
+/// Shows traces until the user leaves. `names` are the names of the traces, with their units.
 ///
-/// Errors: standard input or output is not a terminal, or it went away.
+/// # Errors
+/// Standard input or output is not a terminal, or the terminal is gone.
 pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> io::Result<()> {
     terminal::with_screen(|terminal| {
         let mut traces = Traces::new(names);

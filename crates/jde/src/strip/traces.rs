@@ -1,10 +1,10 @@
-//! What a plot remembers: the numbers of every trace, as many as can ever be shown.
+//! The numbers of all traces, up to the longest time that can be shown.
 
 use std::collections::VecDeque;
 
 use super::Sample;
 
-/// Numbers kept for a trace: half an hour at 50 a second.
+/// Numbers kept for a trace: half an hour at 50 per second.
 const KEPT: usize = 90_000;
 
 /// The numbers of all traces.
@@ -12,7 +12,7 @@ pub(super) struct Traces {
     pub(super) names: Vec<String>,
     points: Vec<VecDeque<(f64, f64)>>,
     now: f64,
-    /// The time at which the picture stands.
+    /// The time at the right edge while the picture is paused.
     paused: Option<f64>,
 }
 
@@ -26,7 +26,8 @@ impl Traces {
         }
     }
 
-    /// Adds a number. Time that goes back begins anew: the application was started again, or a recording sought.
+    /// Adds a number. If time goes back by more than 1 s, all traces start anew: the application was
+    /// restarted, or a recording was moved back.
     pub(super) fn add(&mut self, sample: Sample) {
         if sample.time + 1.0 < self.now {
             self.clear();
@@ -57,25 +58,25 @@ impl Traces {
         (self.now, self.paused) = (0.0, None);
     }
 
-    /// The time at the right edge of the picture.
+    /// Returns the time at the right edge of the picture.
     pub(super) fn end(&self) -> f64 {
         self.paused.unwrap_or(self.now)
     }
 
-    /// The newest number of a trace.
+    /// Returns the newest number of a trace.
     pub(super) fn newest(&self, trace: usize) -> Option<f64> {
         let end = self.end();
         let mut shown = self.points[trace].iter().rev();
         shown.find(|(time, _)| *time <= end).map(|(_, value)| *value)
     }
 
-    /// The finite numbers of a trace in the last `window` seconds, each as (seconds before the end, number); a number that is
-    /// not finite ends a piece.
+    /// Returns the finite numbers of a trace in the last `window` seconds, each as (seconds relative to the
+    /// end, number). A number that is not finite ends a piece.
     pub(super) fn pieces(&self, trace: usize, window: f64) -> Vec<Vec<(f64, f64)>> {
         let end = self.end();
         let points = &self.points[trace];
         let first = points.partition_point(|(time, _)| *time < end - window);
-        // One more, so that the line reaches the left edge.
+        // One number before the window, so that the line reaches the left edge.
         let shown = points.range(first.saturating_sub(1)..);
         let mut pieces = vec![Vec::new()];
         for (time, value) in shown.take_while(|(time, _)| *time <= end) {
@@ -88,7 +89,8 @@ impl Traces {
         pieces
     }
 
-    /// Least and greatest of what is shown, a little apart where all is the same.
+    /// Returns the least and the greatest number shown, with a margin that also separates them if all numbers
+    /// are equal.
     pub(super) fn range(&self, window: f64) -> (f64, f64) {
         let pieces = (0..self.names.len()).flat_map(|trace| self.pieces(trace, window));
         let values = pieces.flatten().map(|(_, value)| value);

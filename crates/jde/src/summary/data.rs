@@ -1,4 +1,4 @@
-//! What came of a run, as data: the object that `--json` prints and the words are made of.
+//! The result of a run as data: the object that `--json` prints, and the source of the summary in words.
 
 use std::time::Duration;
 
@@ -9,62 +9,65 @@ use serde::Serialize;
 use crate::session::{Kept, Recorded};
 use crate::terminal;
 
-/// What came of a run. Times are in seconds unless a key says otherwise.
+/// The result of a run. Times are in seconds unless a key names another unit.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
-    /// Name of the application.
+    /// The name of the application.
     pub(crate) application: String,
-    /// How it ended.
+    /// How the run ended.
     pub(crate) outcome: Ending,
-    /// The mission's own words, or why the application could not go on.
+    /// The mission's own text, or the reason why the application could not continue.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub(crate) note: String,
-    /// Whether it has a mission that can be done, told of or not.
+    /// Whether the application has a mission that can be completed. True also if the mission has published no
+    /// progress.
     #[serde(skip)]
     pub(crate) has_mission: bool,
-    /// What the mission counts: "targets", or what it says itself.
+    /// What the mission counts: "targets", or its own text.
     #[serde(skip)]
     pub(crate) counts: String,
     /// The seed.
     pub(crate) seed: u64,
-    /// Targets of the mission, or whatever else it counts; 0 if it goes on for ever, none without one.
+    /// Targets of the mission, or whatever else it counts; 0 for a mission without end, `None` without a
+    /// mission.
     pub(crate) targets: Option<u32>,
-    /// Targets reached; none without a mission.
+    /// Targets reached; `None` without a mission.
     pub(crate) reached: Option<u32>,
-    /// Contacts with anything solid; none without ground truth.
+    /// Contacts with obstacles; `None` without ground truth.
     pub(crate) collisions: Option<u64>,
-    /// The least gap to anything solid; none without ground truth.
+    /// The least distance to an obstacle; `None` without ground truth.
     pub(crate) min_clearance_m: Option<f64>,
     /// How often a motor schema became WINNER.
     pub(crate) takeovers: u64,
-    /// The longest time from the cause of a takeover to the winner's first iteration; none without takeovers.
+    /// The longest time from the cause of a takeover to the winner's first iteration; `None` without
+    /// takeovers.
     pub(crate) worst_takeover_us: Option<f64>,
-    /// How long the application ran in its own time.
+    /// The length of the run in application time.
     pub(crate) sim_seconds: f64,
-    /// How long it ran on this machine.
+    /// The length of the run on this machine's clock.
     pub(crate) wall_seconds: f64,
-    /// SHA-256 of the decisions, a line of JSON each.
+    /// SHA-256 of the decisions, one line of JSON each.
     pub(crate) decisions_sha256: String,
-    /// What was recorded.
+    /// The recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) recording: Option<Recorded>,
-    /// What nobody took in time.
+    /// Output that was not read in time.
     #[serde(skip_serializing_if = "Unread::is_none")]
     pub(crate) unread: Unread,
-    /// Who won how much.
+    /// The shares of time that schemas won, by group.
     pub(crate) groups: Vec<GroupSummary>,
-    /// How every schema did.
+    /// The counters of each schema.
     pub(crate) schemas: Vec<SchemaSummary>,
 }
 
-/// What was told faster than it was taken: a robot waits for nobody who reads.
+/// Output that was dropped because its reader was too slow: a robot never waits for a reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Unread {
     /// Lines of standard output.
     pub(crate) output_lines: u64,
     /// Lines of the log.
     pub(crate) log_lines: u64,
-    /// Decisions on their way to where `--decisions` says.
+    /// Decisions for the file of `--decisions`.
     pub(crate) decisions: u64,
     /// Events that are missing in this summary.
     pub(crate) events: u64,
@@ -80,56 +83,56 @@ impl Unread {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Ending {
-    /// Its mission is done.
+    /// The mission is done.
     Done,
-    /// Its mission failed.
+    /// The mission failed.
     Failed,
-    /// The time given to it was over.
+    /// The time limit was reached.
     TimeUp,
-    /// It was asked to stop.
+    /// The run was asked to stop.
     Stopped,
-    /// It could not go on.
+    /// The application could not continue.
     Broken,
 }
 
-/// Who won how much of a group.
+/// The shares of time that the members of a group won.
 #[derive(Debug, Serialize)]
 pub(crate) struct GroupSummary {
-    /// Its name.
+    /// The name of the group.
     pub(crate) group: String,
-    /// Its members, in the father's order.
+    /// The members, in the father's order.
     pub(crate) winners: Vec<Share>,
-    /// While its father was WINNER and nobody in it.
+    /// Time during which the father was WINNER and no member was.
     pub(crate) nobody_seconds: f64,
-    /// The longest takeover; none without any.
+    /// The longest takeover; `None` without takeovers.
     pub(crate) worst_takeover_us: Option<f64>,
-    /// The longest it may be by its contract (R17).
+    /// The longest takeover that the contract allows (R17).
     pub(crate) allowed_takeover_us: f64,
 }
 
 /// How long a schema was WINNER.
 #[derive(Debug, Serialize)]
 pub(crate) struct Share {
-    /// Its name.
+    /// The name of the schema.
     pub(crate) schema: String,
-    /// How long.
+    /// Time as WINNER.
     pub(crate) seconds: f64,
-    /// Of the whole run, 0 to 1.
+    /// The share of the whole run, 0 to 1.
     pub(crate) share: f64,
     /// How often it became WINNER.
     pub(crate) takeovers: u64,
 }
 
-/// How a schema did.
+/// The counters of a schema.
 #[derive(Debug, Serialize)]
 pub(crate) struct SchemaSummary {
-    /// Its name.
+    /// The name of the schema.
     pub(crate) schema: String,
     /// Iterations.
     pub(crate) iterations: u64,
-    /// Deadlines missed and budgets passed.
+    /// Missed deadlines and exceeded budgets.
     pub(crate) overruns: u64,
-    /// Commands and wakes refused.
+    /// Refused commands and wakes.
     pub(crate) refused: u64,
     /// Faults.
     pub(crate) faults: u64,
@@ -207,7 +210,8 @@ impl Summary {
         }
     }
 
-    /// Whether it came to what it was for: its mission is done, or it has none and came to no harm.
+    /// Whether the run achieved its purpose: its mission is done, or it has none and neither failed nor
+    /// broke.
     pub(crate) fn is_fulfilled(&self) -> bool {
         match self.outcome {
             Ending::Done => true,

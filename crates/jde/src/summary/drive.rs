@@ -1,4 +1,4 @@
-//! From a run to its picture: the world of the simulator that served it, and where the robot went in it.
+//! Draws the picture of a run: the world of its simulator, and the path of the robot in it.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ use jde_sim::{RobotConfig, World};
 use crate::failure::Failure;
 use crate::session::{Kept, Sample, Trace};
 
-/// Modulation of a simulator's driver that names its world.
+/// The modulation of a simulator's driver that names its world.
 const WORLD: &str = "world";
-/// What the unit of a modulation says if it is a file that has to be there.
+/// The unit of a modulation that names a file which must exist.
 const FILE: &str = "file";
 
-/// The world file that the application's simulator is given, if it has one.
+/// Returns the world file of the application's simulator, if it has one.
 pub(crate) fn world(application: &Application) -> Option<PathBuf> {
     application
         .instances
@@ -31,7 +31,7 @@ pub(crate) fn world(application: &Application) -> Option<PathBuf> {
 /// Draws a drive.
 ///
 /// # Errors
-/// The world cannot be read any more, or the picture not written.
+/// The world can no longer be read, or the picture cannot be written.
 pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Path) -> Result<(), Failure> {
     let Some(trace) = &kept.trace else { return Ok(()) };
     let application = handle.application();
@@ -94,7 +94,8 @@ fn targets(trace: &Trace) -> Vec<Target> {
     named.map(target).collect()
 }
 
-/// Only of schemas that act themselves: a father takes over together with one of its children.
+/// Returns the takeovers by schemas without motor children. A father takes over together with one of its
+/// children.
 fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
     let actors: Vec<usize> = kept.tally.actors().collect();
     let acting = trace.takeovers.iter().filter(|(_, to, _)| actors.contains(to));
@@ -111,7 +112,7 @@ fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
         .collect()
 }
 
-/// The radius of the simulated robot: the one it is given, or that of every robot that is given none.
+/// Returns the radius of the simulated robot: the configured one, or the simulator's default.
 fn radius(application: &Application) -> f64 {
     let given = application.instances.iter().find_map(|instance| {
         modulation(instance, WORLD, FILE)?;
@@ -123,7 +124,7 @@ fn radius(application: &Application) -> f64 {
     given.unwrap_or_else(|| RobotConfig::default().radius)
 }
 
-/// The initial value of a modulation; what is only a number or a text is given as such.
+/// Returns the initial value of a modulation. A type of one field yields the value of that field.
 fn modulation(instance: &Instance, name: &str, unit: &str) -> Option<Value> {
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     let mut named = ports.filter(|(port, _)| port.name == name && port.unit == unit);

@@ -7,10 +7,10 @@ use super::data::{Ending, GroupSummary, SchemaSummary, Unread};
 use crate::session::{Recorded, RecordedFile, of};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
-/// Tells what came of a run.
+/// Prints the result of a run.
 ///
 /// # Errors
-/// It cannot be written.
+/// The stream cannot be written.
 pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
     writeln!(words)?;
     headline(summary, words)?;
@@ -81,7 +81,7 @@ fn tell_unread(unread: &Unread, words: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Tells what was recorded.
+/// Prints what was recorded.
 pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
     let Some(files) = &recorded.files else {
         let Recorded {
@@ -161,7 +161,7 @@ fn tell_file(
     }
 }
 
-/// So many of something, in words.
+/// Returns a count with its noun, in the plural unless the count is 1.
 pub(crate) fn counted(count: u64, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {what}{plural}")
@@ -226,7 +226,7 @@ fn tell_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
             counted(share.takeovers, "takeover")
         )?;
     }
-    // Less than a cycle is the handovers themselves.
+    // A shorter time, less than a cycle, is that of the takeovers themselves.
     if group.nobody_seconds >= 0.05 {
         writeln!(
             words,

@@ -1,4 +1,5 @@
-//! Whether the terminal is still there. What reads keys by a library must ask here first: on a terminal that hung up they read for ever.
+//! Detects that the terminal has hung up. Code that reads keys through a library must check here first: after
+//! a hang-up the library would read forever.
 
 use std::io;
 use std::thread;
@@ -7,10 +8,10 @@ use std::time::Duration;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
-/// What says that there is no terminal any more.
+/// The flags that mean that the terminal is gone.
 const GONE: PollFlags = PollFlags::HUP.union(PollFlags::ERR).union(PollFlags::NVAL);
 
-/// Waits for a key at most so long; answers whether there is one.
+/// Waits for a key for at most `most`. Returns whether one is available. A signal ends the wait early.
 ///
 /// # Errors
 /// The terminal is gone.
@@ -33,10 +34,11 @@ pub(super) fn wait_for_key(most: Duration) -> io::Result<bool> {
     Ok(seen.contains(PollFlags::IN))
 }
 
-/// Calls `gone` once the terminal of standard input is gone, on a thread that ends with the process at the latest.
+/// Calls `gone` once the terminal of standard input is gone, on a new thread that ends with the process at
+/// the latest.
 ///
 /// # Errors
-/// There is no thread for it.
+/// The thread cannot be started.
 pub(crate) fn on_hang_up(gone: impl FnOnce() + Send + 'static) -> io::Result<()> {
     let wait = move || {
         let stdin = io::stdin();

@@ -1,7 +1,8 @@
-//! What this program says, and where: colours on a terminal only, plain text in a pipe. Everything it prints goes through here.
+//! The output of this program: coloured on a terminal only, plain in a pipe. All output passes through this
+//! module, which `cargo xtask tidy` checks.
 //!
-//! Nobody prints past it (`cargo xtask tidy` looks): lines are handed to a thread for each stream, so that a terminal, a pipe or a disk
-//! that takes nothing holds up nobody. Who waits how long for a reader is decided here for the whole process.
+//! Lines are queued for one thread per stream, so that a blocked terminal, pipe or disk delays no other
+//! thread. How long threads wait for a reader is decided here for the whole process.
 
 mod hang_up;
 mod printer;
@@ -29,17 +30,17 @@ use crate::visible::Visible;
 pub(crate) const TITLE: Style = Style::new().bold();
 /// For what matters less.
 pub(crate) const FAINT: Style = Style::new().dimmed();
-/// For what went well.
+/// For success.
 pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
-/// For what did not.
+/// For failures.
 pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
-/// For what deserves a look.
+/// For warnings.
 pub(crate) const WARN: Style = AnsiColor::Yellow.on_default().bold();
 
-/// Where words for people go: a stream that drops colours where nobody sees them.
+/// A stream of text for people, which drops colours where they are not shown.
 pub(crate) type Words = Box<dyn Write + Send>;
 
-/// How long this process waits for readers.
+/// How long this process waits for the readers of its output.
 static POLICY: Policy = Policy::new();
 static OUT: OnceLock<Arc<Stream>> = OnceLock::new();
 static ERR: OnceLock<Arc<Stream>> = OnceLock::new();
@@ -56,7 +57,7 @@ pub(crate) enum Color {
     Never,
 }
 
-/// Chooses for the whole process.
+/// Sets the use of colours for the whole process.
 pub(crate) fn choose(color: Color) {
     match color {
         Color::Auto => ColorChoice::Auto,
@@ -66,29 +67,31 @@ pub(crate) fn choose(color: Color) {
     .write_global();
 }
 
-/// Standard output.
+/// Returns standard output.
 pub(crate) fn out() -> Words {
     let plain = AutoStream::choice(&io::stdout()) == ColorChoice::Never;
     Box::new(Visible::new(Printer::new(Arc::clone(stdout()), plain)))
 }
 
-/// Standard output, as it is: for pictures, and for a view that has the terminal.
+/// Returns standard output without escaping or dropping colours: for pictures, and for a view that uses the
+/// terminal.
 pub(crate) fn raw_out() -> Printer {
     Printer::new(Arc::clone(stdout()), false)
 }
 
-/// Standard error.
+/// Returns standard error.
 pub(crate) fn err() -> Words {
     let plain = AutoStream::choice(&io::stderr()) == ColorChoice::Never;
     Box::new(Visible::new(Printer::new(Arc::clone(stderr()), plain)))
 }
 
-/// A file or pipe of lines that a program reads; what is dropped there is counted, and not told among them.
+/// Returns a writer of lines to a file or pipe that a program reads. Dropped lines are counted, and not
+/// mentioned among the lines.
 pub(crate) fn lines_to(file: File) -> Printer {
     Printer::new(Stream::begin("lines", file, &POLICY, false), false)
 }
 
-/// Whether a person sits at both ends.
+/// Whether standard input and standard output are terminals.
 pub(crate) fn is_interactive() -> bool {
     io::stdin().is_terminal() && io::stdout().is_terminal()
 }
@@ -103,13 +106,14 @@ pub(crate) fn err_is_terminal() -> bool {
     io::stderr().is_terminal()
 }
 
-/// From now on nobody who prints waits, until the answer is dropped: then only for readers that go on reading.
+/// Makes printing never wait, until the returned guard is dropped. After that it waits only for readers that
+/// keep reading.
 pub(crate) fn wait_for_nobody() -> NoWaiting {
     POLICY.wait_for_nobody();
     NoWaiting(())
 }
 
-/// Nobody who prints waits while it lives.
+/// Printing never waits while this guard lives.
 pub(crate) struct NoWaiting(());
 
 impl Drop for NoWaiting {
@@ -118,12 +122,13 @@ impl Drop for NoWaiting {
     }
 }
 
-/// The process was asked to end: whoever prints waits only for readers that go on reading.
+/// Marks the process as ending: printing then waits only for readers that keep reading. Where printing never
+/// waits, nothing changes.
 pub(crate) fn let_go() {
     POLICY.let_go();
 }
 
-/// What is printed is waited for again: for a shell, whose verbs end one by one.
+/// Makes printing wait for readers again: for a shell, which runs one verb after another.
 pub(crate) fn wait_again() {
     POLICY.wait();
 }
@@ -131,19 +136,21 @@ pub(crate) fn wait_again() {
 /// Waits until everything is written, for as long as the process has patience.
 ///
 /// # Errors
-/// Standard output could not be written. Whoever closed standard error does not want to hear.
+/// Standard output could not be written. Errors of standard error are ignored, because there is nowhere to
+/// report them.
 pub(crate) fn settle() -> io::Result<()> {
     let out = OUT.get().map_or(Ok(()), |out| out.settle());
     let _ = ERR.get().map(|err| err.settle());
     out
 }
 
-/// How many lines of standard output, and of standard error, nobody read in time.
+/// Returns how many lines of standard output and of standard error were not read in time.
 pub(crate) fn lost() -> [u64; 2] {
     [&OUT, &ERR].map(|stream| stream.get().map_or(0, |stream| stream.lost()))
 }
 
-/// Has panics told on standard error as everything else is: a thread that panics may be one that a robot waits for.
+/// Prints panics through this module: a thread that panics must not wait for a reader, because a robot may
+/// wait for the thread.
 pub(crate) fn tell_panics() {
     panic::set_hook(Box::new(|info| {
         let thread = thread::current();
@@ -156,7 +163,7 @@ pub(crate) fn tell_panics() {
         };
         drop(words);
         if name == "main" {
-            // The process ends by it.
+            // A panic of the main thread ends the process.
             POLICY.let_go();
             let _ = settle();
         }
@@ -171,7 +178,7 @@ fn stderr() -> &'static Arc<Stream> {
     ERR.get_or_init(|| begin("stderr", io::stderr().as_fd()))
 }
 
-/// Written past the standard library's own locks: whoever waits for a reader must not hold one.
+/// Opens a stream past the standard library's locks: a thread that waits for a reader must not hold one.
 fn begin(name: &str, stream: BorrowedFd<'_>) -> Arc<Stream> {
     let file = stream.try_clone_to_owned().map(File::from);
     let file = file.or_else(|_| File::options().write(true).open("/dev/null"));

@@ -1,5 +1,6 @@
-//! A stream of this process behind a thread that alone waits for its reader. Whoever prints hands lines over and waits no longer than
-//! the process has patience; what is not taken in time is dropped, counted and said.
+//! A stream of this process. One thread writes it and is the only one that waits for its reader. Threads that
+//! print queue their lines, and wait no longer than the patience of the process. Lines that find no room in
+//! time are dropped, counted and reported.
 //!
 //! It refuses to know what is printed, and never holds a lock while it writes.
 
@@ -11,29 +12,29 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, poll};
 use tracing_appender::non_blocking::{NonBlocking, NonBlockingBuilder};
 
-/// Pieces that may wait for the reader: some seconds of the most talkative log.
+/// Most pieces in the queue: some seconds of the most verbose log.
 const MOST_PIECES: usize = 4096;
-/// ... and their bytes. One piece may be as long as it likes.
+/// Most bytes in the queue. A single piece may be of any length.
 const MOST_BYTES: usize = 4 << 20;
-/// What is said of a gap comes on top of what waits.
+/// Additional room for the messages about dropped lines.
 const SAYING: usize = 8;
-/// How long a reader may take nothing before a process that is to end goes without it.
+/// How long a reader may take nothing before a process that is ending stops waiting for it.
 const GRACE: Duration = Duration::from_millis(500);
-/// How often whoever waits looks whether it still should.
+/// How often a waiting thread checks the patience again.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long a process waits for those who read what it prints.
+/// How long a process waits for the readers of its output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Patience {
-    /// Until they have read it.
+    /// Until everything is read.
     UntilRead,
-    /// Not at all: a robot moves.
+    /// Not at all, because a robot moves.
     None,
-    /// As long as they go on reading: it is to end.
+    /// As long as readers keep reading, because the process is ending since this time.
     Brief(Instant),
 }
 
-/// What a process has decided about its patience.
+/// The present patience of the process.
 pub(super) struct Policy(Mutex<Patience>);
 
 impl Policy {
@@ -46,17 +47,17 @@ impl Policy {
         *self.lock() = Patience::UntilRead;
     }
 
-    /// Waits for nobody.
+    /// Never waits.
     pub(super) fn wait_for_nobody(&self) {
         *self.lock() = Patience::None;
     }
 
-    /// Waits only as long as readers go on reading.
+    /// Waits only as long as readers keep reading.
     pub(super) fn hurry(&self) {
         *self.lock() = Patience::Brief(Instant::now());
     }
 
-    /// As [`Self::hurry`], but for a process that waits for nobody anyway.
+    /// As [`Self::hurry`], unless the process already waits less than [`Patience::UntilRead`].
     pub(super) fn let_go(&self) {
         let mut patience = self.lock();
         if *patience == Patience::UntilRead {
@@ -69,33 +70,34 @@ impl Policy {
     }
 }
 
-/// A stream; any thread may print on it.
+/// A stream, for use from any thread.
 pub(super) struct Stream {
     policy: &'static Policy,
-    /// Whether a gap is told where it is: not among lines that a program reads.
+    /// Whether dropped lines are reported in the stream itself. They are not where a program reads the lines.
     tells_gaps: bool,
     state: Mutex<State>,
     changed: Condvar,
 }
 
 struct State {
-    /// The thread that writes; none before it has begun.
+    /// The writer's queue; `None` until its thread has started.
     writer: Option<NonBlocking>,
     /// Pieces that are not written yet, and their bytes.
     waiting: usize,
     waiting_bytes: usize,
-    /// When the reader took something last, or began to have something to take.
+    /// When the reader last took something, or when the queue last became non-empty.
     taken: Instant,
-    /// Lines that were dropped since the reader fell behind; more than 0 until there is room for half of what may wait.
+    /// Lines dropped since the reader fell behind. While it is above 0, only half of `MOST_PIECES` may be in
+    /// the queue.
     gap: u64,
-    /// Lines that were dropped in all.
+    /// Lines dropped in total.
     lost: u64,
-    /// What went wrong, until somebody is told.
+    /// The last error of the writer, until it is returned to a caller.
     failed: Option<io::Error>,
 }
 
 impl Stream {
-    /// Writes to a file, pipe or terminal from now on.
+    /// Creates a stream that writes to a file, pipe or terminal.
     pub(super) fn begin(name: &str, file: File, policy: &'static Policy, tells_gaps: bool) -> Arc<Self> {
         let stream = Arc::new(Self {
             policy,
@@ -120,17 +122,17 @@ impl Stream {
             .buffered_lines_limit(MOST_PIECES + SAYING)
             .thread_name(name)
             .finish(writer);
-        // Dropped, it would wait for a second and print, whether anybody reads or not; `settle` ends in time instead, and the
-        // thread ends with the process.
+        // Dropping the guard would wait for a second and print, even without a reader. `settle` ends in time
+        // instead, and the thread ends with the process.
         std::mem::forget(guard);
         stream.lock().writer = Some(writer);
         stream
     }
 
-    /// Hands a piece over. Dropped if there is no room for it within the patience of the process.
+    /// Queues a piece. It is dropped if there is no room for it within the patience of the process.
     ///
     /// # Errors
-    /// What went wrong since the last call.
+    /// The writer failed since the last call.
     fn put(&self, piece: &[u8]) -> io::Result<()> {
         let (mut state, room) = self.wait(self.lock(), |state| state.has_room(piece.len()));
         if let Some(error) = state.failed.take() {
@@ -151,7 +153,7 @@ impl Stream {
     /// Waits until everything is written, for as long as the process has patience.
     ///
     /// # Errors
-    /// What went wrong since the last call.
+    /// The writer failed since the last call.
     pub(super) fn settle(&self) -> io::Result<()> {
         let (mut state, _) = self.wait(self.lock(), |state| state.waiting < MOST_PIECES);
         self.tell_gap(&mut state);
@@ -164,7 +166,7 @@ impl Stream {
         self.lock().waiting == 0
     }
 
-    /// How many lines were dropped so far.
+    /// Returns the number of lines dropped so far.
     pub(super) fn lost(&self) -> u64 {
         self.lock().lost
     }
@@ -177,7 +179,7 @@ impl Stream {
         }
     }
 
-    /// Waits until it is so or something failed; answers whether it came to that before the patience ended.
+    /// Waits until `so` holds or the writer has failed. Returns false if the patience ended before.
     fn wait<'s>(
         &'s self,
         mut state: MutexGuard<'s, State>,
@@ -222,7 +224,7 @@ impl State {
             self.taken = Instant::now();
         }
         let dropped = writer.error_counter().dropped_lines();
-        // It never fails: what it has no room for it drops and counts.
+        // It never fails: without room it drops and counts the piece.
         let _ = writer.write_all(piece);
         if writer.error_counter().dropped_lines() > dropped {
             self.lose(piece);
@@ -256,9 +258,9 @@ impl Writer {
                     self.stream.changed.notify_all();
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                // Whoever shares the stream with us wants it so.
+                // Another process that shares the stream has made it non-blocking.
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    // An interrupted wait is begun again by the next attempt to write.
+                    // An interrupted wait starts again with the next attempt to write.
                     let _ = poll(&mut [PollFd::new(&self.file, PollFlags::OUT)], None);
                 }
                 Err(error) => return Err(error),
@@ -287,10 +289,10 @@ impl Write for Writer {
     }
 }
 
-/// Prints lines on a stream; what is no whole line yet goes with [`Write::flush`].
+/// Prints lines on a stream. [`Write::flush`] also prints an unfinished line.
 pub(crate) struct Printer {
     stream: Arc<Stream>,
-    /// Whether colours are left out.
+    /// Whether colours are dropped.
     plain: bool,
     line: Vec<u8>,
 }
@@ -304,12 +306,13 @@ impl Printer {
         }
     }
 
-    /// Whether everything that was printed on the stream is written.
+    /// Whether everything printed on the stream is written.
     pub(crate) fn is_idle(&self) -> bool {
         self.stream.is_idle()
     }
 
-    /// Prints what is no whole line, and waits until everything is written for as long as the process has patience.
+    /// Prints an unfinished line, and waits until everything is written for as long as the process has
+    /// patience.
     ///
     /// # Errors
     /// Something could not be written.
@@ -318,7 +321,7 @@ impl Printer {
         self.stream.settle()
     }
 
-    /// How many lines were dropped on the stream.
+    /// Returns the number of lines dropped on the stream.
     pub(crate) fn lost(&self) -> u64 {
         self.stream.lost()
     }
@@ -354,7 +357,7 @@ impl Write for Printer {
 
 impl Drop for Printer {
     fn drop(&mut self) {
-        // What has been put into words is shown; nobody is left to hear that it cannot be.
+        // An unfinished line is printed. There is no caller left to take an error.
         let _ = self.flush();
     }
 }

@@ -1,6 +1,7 @@
-//! The terminal while a view has it: raw, on its alternate screen, and given back on every way out.
+//! The terminal while a view uses it: in raw mode on its alternate screen, and restored on every way out.
 //!
-//! It refuses to draw, and to wait: a picture that the terminal has not taken yet is not drawn over, and one that is gone is told.
+//! It refuses to draw, and to wait: a picture that the terminal has not taken yet is not drawn over, and a
+//! terminal that is gone is an error.
 
 use std::io::{self, Write};
 use std::panic::{self, AssertUnwindSafe};
@@ -21,10 +22,11 @@ use ratatui::{Frame, Terminal};
 use super::hang_up::wait_for_key;
 use super::{Printer, err, is_interactive, raw_out, settle};
 
-/// Panics of other threads that are kept to be told at the end: the first ones hold the cause.
+/// Panics of other threads that are kept and printed at the end. The first ones show the cause.
 const PANICS_KEPT: usize = 20;
 
-/// Whether the terminal is ours. Given back twice, it would put its cursor over what was printed in between.
+/// Whether this process has taken the terminal. Restoring it twice would put the cursor over text printed in
+/// between.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// The terminal of a view.
@@ -34,7 +36,7 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    /// Draws a picture, if the terminal has taken the one before.
+    /// Draws a picture, unless the terminal has not yet taken the previous one.
     ///
     /// # Errors
     /// The terminal is gone.
@@ -45,7 +47,7 @@ impl Screen {
         Ok(())
     }
 
-    /// The next key that is pressed until then; none if none is.
+    /// Returns the next key pressed before `until`, or `None`.
     ///
     /// # Errors
     /// The terminal is gone.
@@ -68,9 +70,11 @@ impl Screen {
     }
 }
 
-/// Gives `view` the terminal and takes it back afterwards; a panic of `view` goes on once the terminal is as before.
+/// Runs `view` with the terminal, and restores the terminal afterwards. A panic of `view` continues once the
+/// terminal is restored.
 ///
-/// Meanwhile panics of other threads are kept, not printed over the picture, and told on standard error at the end.
+/// Panics of other threads are not printed over the picture: they are kept, and printed on standard error at
+/// the end.
 pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) -> io::Result<T> {
     if !is_interactive() {
         return Err(io::Error::new(
@@ -109,18 +113,18 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) ->
 }
 
 fn take() -> io::Result<Screen> {
-    // What was printed before is seen before.
+    // Everything printed before must appear first.
     settle()?;
     TAKEN.store(true, Ordering::Relaxed);
     enable_raw_mode()?;
     let mut out = raw_out();
-    // Not by `Terminal::clear`, which asks where the cursor is: the console of a robot may never answer.
+    // `Terminal::clear` would query the cursor's position, which the console of a robot may never answer.
     execute!(out, EnterAlternateScreen, Clear(ClearType::All))?;
     let terminal = Terminal::new(CrosstermBackend::new(raw_out()))?;
     Ok(Screen { terminal, out })
 }
 
-/// A terminal that is gone cannot be told so: errors mean nothing here.
+/// Restores the terminal. Errors are ignored: the terminal may be gone.
 fn give_back() {
     if TAKEN.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();

@@ -1,16 +1,17 @@
-//! What every schema did lately: the memory behind the strips.
+//! The recent states of every schema: the data of the strips.
 //!
-//! It holds changes, not samples, so a schema that rests costs nothing; it refuses to know how wide a terminal is.
+//! It stores changes instead of samples, so a schema without changes needs no more memory. It refuses to know
+//! the width of the terminal.
 
 use std::collections::VecDeque;
 
 use jde_core::{Health, Nanos, State};
 use jde_host::snapshot::Snapshot;
 
-/// Changes kept for a schema: with 20 looks a second, at least the last three minutes of one that never rests.
+/// Changes kept for a schema: with 20 snapshots per second, at least the last three minutes.
 const CHANGES_KEPT: usize = 4096;
 
-/// What a strip shows of a schema, the least active first.
+/// What a strip shows of a schema, ordered from the least to the most active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Trace {
     /// SLEPT.
@@ -21,11 +22,11 @@ pub(super) enum Trace {
     Ready,
     /// WINNER.
     Winner,
-    /// Faulted, whatever its state.
+    /// Faulted, in any state.
     Faulted,
 }
 
-/// The changes of all schemas since the view began to look.
+/// The changes of all schemas since the view began.
 #[derive(Debug, Default)]
 pub(super) struct History {
     lanes: Vec<VecDeque<(Nanos, Trace)>>,
@@ -45,7 +46,7 @@ impl Trace {
 }
 
 impl History {
-    /// Notes what a snapshot shows. One from the past, or of another application, begins a new history.
+    /// Adds a snapshot. One from the past, or with another number of schemas, starts a new history.
     pub(super) fn observe(&mut self, snapshot: &Snapshot) {
         if snapshot.time < self.now || snapshot.schemas.len() != self.lanes.len() {
             self.lanes = vec![VecDeque::new(); snapshot.schemas.len()];
@@ -62,10 +63,11 @@ impl History {
         }
     }
 
-    /// Gives the last `count` slices of `slice` ns each, oldest first: the most active that the schema was seen in each.
+    /// Returns the last `count` slices of `slice` ns each, oldest first: the most active state seen in each.
     ///
-    /// The most active, so that a win too short for a slice of its own still shows. `None` where nobody looked. Slices
-    /// begin at whole multiples of their length, so that the past stands still while it moves on.
+    /// The most active, so that a win shorter than a slice is still visible. `None` where there was no
+    /// snapshot. Slices begin at whole multiples of their length, so that past slices do not change while
+    /// time advances.
     pub(super) fn slices(&self, schema: usize, slice: Nanos, count: usize) -> Vec<Option<Trace>> {
         let mut slices = vec![None; count];
         let Some(lane) = self.lanes.get(schema) else {
@@ -79,7 +81,7 @@ impl History {
             if end <= first * slice {
                 break;
             }
-            // Two changes at one instant: the earlier one lasted for no time.
+            // Of two changes at the same time, the earlier one had no duration.
             if start < end {
                 for index in (start / slice).max(first)..=(end - 1) / slice {
                     let place = &mut slices[(index - first + offset) as usize];

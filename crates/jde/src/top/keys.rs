@@ -1,6 +1,6 @@
-//! What each key does: selects, asks for an action, or leaves.
+//! The keys: they select, request an action, or leave.
 //!
-//! It refuses to know whether an action makes sense; the application answers that, and its answer is shown.
+//! It refuses to judge whether an action makes sense. The application does, and its answer is shown.
 
 use jde_core::{Nanos, State};
 use jde_host::snapshot::HoldKind;
@@ -9,11 +9,11 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use super::screen::{Mode, Screen, Status, TIME_BASES};
 use super::{Action, Application, Left, text};
 
-/// Longest text of a typed period; longer ones are not periods.
+/// The longest text that can be typed for a period. No period is longer.
 const LONGEST_INPUT: usize = 16;
 
 impl Screen {
-    /// Does what a key means; the answer says that the view is to be left, and why.
+    /// Handles a key. Returns why the view is left, if the key leaves it.
     pub(super) fn key(&mut self, app: &dyn Application, key: KeyEvent) -> Option<Left> {
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return (key.code == KeyCode::Char('c')).then(|| self.left());
@@ -43,7 +43,7 @@ impl Screen {
             KeyCode::Char('[') => self.time_base = self.time_base.saturating_sub(1),
             KeyCode::Char(']') => self.time_base = (self.time_base + 1).min(TIME_BASES.len() - 1),
             KeyCode::Char('?') => self.mode = Mode::Help,
-            // The key that is found at once, and that never does the opposite of what it did before.
+            // The key that is found fastest stops everything, and never does the opposite: `g` does.
             KeyCode::Char(' ') => self.act(app, Action::StopAll),
             KeyCode::Char('g') => self.act(app, Action::ReleaseAll),
             KeyCode::Char(letter) => self.operate(app, letter),
@@ -128,7 +128,7 @@ impl Screen {
     }
 }
 
-/// Rounds to whole microseconds, so that a step up and a step down meet again; nothing becomes 0.
+/// Rounds to whole microseconds, at least 1, so that a step up and a step down lead back to the same period.
 fn whole_micros(nanos: f64) -> Nanos {
     ((nanos / 1e3).round() as Nanos).max(1) * 1_000
 }

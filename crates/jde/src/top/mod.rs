@@ -1,7 +1,9 @@
-//! The oscilloscope in a terminal: the live hierarchy, who wins and why, and an operator's few keys.
+//! The oscilloscope in a terminal: the live hierarchy, the winners with the reasons of their selection, and a
+//! few keys for the operator.
 //!
-//! It sees a running application through [`Application`] alone, so that one in this process and one across a network look
-//! the same. Nothing of control lives here: it refuses to decide, to keep time for anybody and to open a connection.
+//! It reads a running application through [`Application`] alone, so that an application of this process and
+//! one across a network look the same. It contains no control: it refuses to decide, to keep time for an
+//! application, and to open connections.
 
 mod draw;
 mod history;
@@ -25,77 +27,81 @@ use crate::terminal;
 use screen::Screen;
 pub(crate) use tree::{Row, rows};
 
-/// Time between two redraws: 20 a second look continuous and cost a few per cent of one core.
+/// Time between two redraws: 20 per second look continuous and cost a few per cent of one core.
 const REDRAW: Duration = Duration::from_millis(50);
 
-/// A running application as the oscilloscope sees it. Every call returns at once; all come from the thread of [`run`].
+/// A running application as the oscilloscope sees it. No call waits. All calls come from the thread of
+/// [`run`].
 pub(crate) trait Application {
-    /// Gives what every schema and group is doing now.
+    /// Returns the present state of every schema and group.
     fn snapshot(&self) -> Snapshot;
 
-    /// Gives where the robot is, if anything of the application knows.
+    /// Returns the pose and target of the robot, if the application exports them.
     fn robot(&self) -> Option<RobotView>;
 
-    /// Does what the operator asks.
+    /// Carries out an action of the operator.
     ///
-    /// Errors: why it was refused, in words for the status line.
+    /// # Errors
+    /// The reason of a refusal, as text for the status line.
     fn act(&self, action: Action) -> Result<(), String>;
 
-    /// Gives how the application ended, once it has.
+    /// Returns how the application ended; `None` while it runs.
     fn outcome(&self) -> Option<Outcome>;
 
-    /// Gives the latest lines of the log, oldest first.
+    /// Returns the latest lines of the log, oldest first.
     fn log_lines(&self) -> Vec<String>;
 }
 
-/// What an operator asks with a key. Schemas are named by their place in the snapshot.
+/// An operator's action. Schemas are identified by their place in the snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Action {
-    /// Keeps a schema awake.
+    /// Keep a schema awake.
     Play(usize),
-    /// Keeps a schema asleep.
+    /// Keep a schema asleep.
     Stop(usize),
-    /// Makes a motor schema the winner of its group.
+    /// Make a motor schema the winner of its group.
     Force(usize),
-    /// Lets go of a schema: the hierarchy decides about it again.
+    /// Release a schema: the hierarchy decides about it again.
     Release(usize),
-    /// Gives a schema a new period, ns.
+    /// Set the period of a schema, ns.
     Period(usize, Nanos),
-    /// Stops everything at once.
+    /// Stop everything at once.
     StopAll,
-    /// Lets everything go on that was stopped at once.
+    /// End the stop of everything.
     ReleaseAll,
 }
 
-/// Where a robot is and where it goes, in metres and radians in the frame of its odometry.
+/// The pose and the target of a robot, in metres and radians in the frame of its odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobotView {
     /// x, y and heading.
     pub(crate) pose: (f64, f64, f64),
-    /// The place it is going to.
+    /// The present target.
     pub(crate) target: Option<(f64, f64)>,
     /// Targets reached so far.
     pub(crate) reached: u32,
-    /// Targets of the mission; 0 if it has none.
+    /// Targets of the mission; 0 without a mission or for one without end.
     pub(crate) total: u32,
 }
 
 /// Why the view was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Left {
-    /// The operator left while the application runs.
+    /// The operator left while the application was running.
     Quit,
     /// The application has ended.
     Ended,
 }
 
-/// Shows a running application in the terminal until the operator leaves or the application was asked to stop.
+/// Shows a running application in the terminal until the operator leaves or the application was asked to
+/// stop.
 ///
-/// An application that ends by itself stays on the screen until a key is pressed, so that its last moments can be read.
-/// The terminal is as before on every way out, a panic included; a panic of another thread is told after it.
-/// Call it from the main thread, with the terminal to itself: nothing else may print meanwhile.
+/// An application that ends by itself stays on the screen until the operator leaves, so that its last moments
+/// can be read. The terminal is restored on every way out, a panic included. A panic of another thread is
+/// printed after that. Call it from the main thread. No other code may print to the terminal meanwhile.
 ///
-/// Errors: standard input or output is not a terminal, or it went away.
+/// # Errors
+/// Standard input or output is not a terminal, or the terminal is gone.
 pub(crate) fn run(app: &dyn Application, title: &str) -> io::Result<Left> {
     terminal::with_screen(|terminal| {
         let mut screen = Screen::new(title, paint::Paint::from_environment(), app);

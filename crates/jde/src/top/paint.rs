@@ -1,6 +1,6 @@
-//! Colours and what they mean; none at all when NO_COLOR asks for it (no-color.org).
+//! The colours and their meanings; no colours if NO_COLOR is set (no-color.org).
 //!
-//! Only the sixteen colours of the terminal's own theme, and never the only sign of anything.
+//! It uses only the sixteen colours of the terminal's theme, and a colour is never the only sign of anything.
 
 use std::env;
 
@@ -9,7 +9,7 @@ use ratatui::style::{Color, Modifier, Style};
 
 use super::history::Trace;
 
-/// Gives meanings their styles.
+/// Maps meanings to styles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paint {
     /// Whether colours may be used.

@@ -1,6 +1,6 @@
-//! What the view remembers between two redraws: the last snapshot, the past, the selection and the mode.
+//! The state of the view between two redraws: the last snapshot, the history, the selection and the mode.
 //!
-//! It refuses to draw and to read keys; `draw` and `keys` do.
+//! It refuses to draw and to read keys: `draw` and `keys` do.
 
 use jde_core::{Health, Nanos};
 use jde_host::event::Outcome;
@@ -13,7 +13,8 @@ use super::tree::{self, Row};
 use super::{Application, RobotView};
 use crate::visible::visible;
 
-/// What one cell of a strip may stand for: from what one redraw can tell apart to an hour on a wide terminal.
+/// The time that one cell of a strip can cover, ns: from what a redraw can resolve to an hour on a wide
+/// terminal.
 pub(super) const TIME_BASES: [Nanos; 6] = [
     100_000_000,
     250_000_000,
@@ -35,9 +36,9 @@ pub(super) struct Screen {
     pub(super) log: Vec<String>,
     pub(super) history: History,
     pub(super) switches: Switches,
-    /// The selected schema's place.
+    /// The place of the selected schema.
     pub(super) selected: usize,
-    /// The first row that is drawn; drawing keeps the selection in sight.
+    /// The first row that is drawn. Drawing changes it so that the selection is visible.
     pub(super) first_row: usize,
     /// An index into [`TIME_BASES`].
     pub(super) time_base: usize,
@@ -45,28 +46,28 @@ pub(super) struct Screen {
     pub(super) status: Option<Status>,
 }
 
-/// What the keys mean.
+/// The meaning of the keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// Looking on.
+    /// The view is shown, and keys act on it.
     Watch,
-    /// The keys are explained; any key goes back.
+    /// The help is shown. Any key closes it.
     Help,
-    /// A period is being typed for a schema.
+    /// The operator is typing a period for a schema.
     Period {
-        /// The schema's place.
+        /// The place of the schema.
         schema: usize,
-        /// What has been typed.
+        /// The typed text.
         typed: String,
     },
 }
 
-/// The answer to the last action.
+/// The result of the last action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Status {
-    /// It was done.
+    /// The action was carried out.
     Done(String),
-    /// It was refused.
+    /// The action was refused.
     Refused(String),
 }
 
@@ -98,7 +99,7 @@ impl Screen {
         screen
     }
 
-    /// Looks at the application.
+    /// Reads the present state of the application.
     pub(super) fn observe(&mut self, app: &dyn Application) {
         self.snapshot = shown(app.snapshot());
         self.rows = tree::rows(&self.snapshot);
@@ -109,19 +110,19 @@ impl Screen {
         self.switches.observe(&self.snapshot);
     }
 
-    /// Gives the selected schema, if there is any.
+    /// Returns the selected schema, if there is one.
     pub(super) fn selection(&self) -> Option<&SchemaView> {
         self.snapshot.schemas.get(self.selected)
     }
 
-    /// Gives the row of the selected schema.
+    /// Returns the row of the selected schema.
     pub(super) fn selected_row(&self) -> Option<usize> {
         self.rows
             .iter()
             .position(|row| matches!(row, Row::Schema { schema, .. } if *schema == self.selected))
     }
 
-    /// Moves the selection by so many schemas, as they stand on the screen, and no further than the ends.
+    /// Moves the selection by a number of schemas, in the order of the rows, and stops at the ends.
     pub(super) fn select(&mut self, by: isize) {
         let order: Vec<usize> = self
             .rows
@@ -141,7 +142,7 @@ impl Screen {
         self.selected = order[place.saturating_add_signed(by).min(last)];
     }
 
-    /// Gives the name of a schema by its place.
+    /// Returns the name of a schema by its place.
     pub(super) fn name(&self, schema: usize) -> &str {
         self.snapshot
             .schemas
@@ -149,13 +150,13 @@ impl Screen {
             .map_or("?", |schema| schema.name.as_str())
     }
 
-    /// Gives how long one cell of a strip lasts, ns.
+    /// Returns the time that one cell of a strip covers, ns.
     pub(super) fn slice(&self) -> Nanos {
         TIME_BASES[self.time_base]
     }
 }
 
-/// A snapshot whose texts are nothing but letters: the application may be anywhere.
+/// Escapes the control characters in the texts of a snapshot, which may come from any application.
 fn shown(mut snapshot: Snapshot) -> Snapshot {
     let show = |text: &mut String| *text = visible(text);
     for schema in &mut snapshot.schemas {
@@ -178,7 +179,7 @@ fn shown(mut snapshot: Snapshot) -> Snapshot {
     snapshot
 }
 
-/// Says how an application ended.
+/// Returns a text for how an application ended.
 pub(super) fn ending(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),

@@ -1,6 +1,7 @@
 //! The changes of winner that were seen, newest first.
 //!
-//! A snapshot tells the last of each group; this keeps those before it, and no more than a screen can show.
+//! A snapshot contains the last change of each group. This keeps the earlier ones too, but no more than a
+//! screen can show.
 
 use std::collections::VecDeque;
 
@@ -16,7 +17,7 @@ pub(super) struct Switches {
 }
 
 impl Switches {
-    /// Notes the last change of every group, and the time it took once that is known.
+    /// Adds the last change of every group, and updates its latency once that is known.
     pub(super) fn observe(&mut self, snapshot: &Snapshot) {
         self.seen.retain(|(_, switch)| switch.time <= snapshot.time);
         for (group, view) in snapshot.groups.iter().enumerate() {
@@ -39,7 +40,7 @@ impl Switches {
         self.seen.truncate(KEPT);
     }
 
-    /// Gives them with the places of their groups, newest first.
+    /// Returns the changes with the places of their groups, newest first.
     pub(super) fn iter(&self) -> impl Iterator<Item = &(usize, Switch)> {
         self.seen.iter()
     }

@@ -1,4 +1,4 @@
-//! The view as its users meet it: drawn into a buffer, driven by keys, over an application made up of fixed data.
+//! The view as its users see it: drawn into a buffer, driven by keys, over an application with fixed data.
 
 use std::cell::RefCell;
 
@@ -88,7 +88,7 @@ pub(super) fn snapshot(time: Nanos, schemas: Vec<SchemaView>, groups: Vec<GroupV
     }
 }
 
-/// The example of the paper's section 5, somewhere in the middle of a drive.
+/// The example of the paper's section 5, in the middle of a drive.
 pub(crate) fn navigation() -> Snapshot {
     let mut schemas = ["teleop", "example", "goon", "vff", "stop", "map", "pioneer"]
         .map(schema)

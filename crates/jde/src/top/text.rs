@@ -1,10 +1,10 @@
-//! Times as text, and names as text of a stated width.
+//! Times as text, and names cut to a width.
 
 use jde_core::Nanos;
 pub(crate) use jde_host::period::{read as period, setting, span};
 use ratatui::text::Span;
 
-/// Gives a time since the start in seconds: "12.345 s".
+/// Returns a time since the start in seconds: "12.345 s".
 pub(crate) fn moment(nanos: Nanos) -> String {
     format!("{:.3} s", nanos as f64 / 1e9)
 }
@@ -16,7 +16,7 @@ pub(super) fn fit(text: &str, width: usize) -> String {
     fitted
 }
 
-/// Cuts a text to a width in columns of the terminal; what is lost is marked with an ellipsis.
+/// Cuts a text to a width in columns of the terminal. An ellipsis marks the cut.
 pub(super) fn cut(text: &str, width: usize) -> String {
     if columns(text) <= width {
         return text.to_owned();
@@ -35,7 +35,7 @@ pub(super) fn cut(text: &str, width: usize) -> String {
     kept
 }
 
-/// Tells how many columns of the terminal a text takes.
+/// Returns how many columns of the terminal a text takes.
 pub(super) fn columns(text: &str) -> usize {
     Span::raw(text).width()
 }

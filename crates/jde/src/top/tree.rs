@@ -1,31 +1,31 @@
-//! The hierarchy as the rows of a list: fathers before children, groups between them.
+//! The hierarchy as the rows of a list: fathers above their children, with their groups in between.
 //!
-//! It refuses to lose a schema: what no group and no father leads to is listed at the end.
+//! Every schema is listed: those that no group and no father leads to follow at the end.
 
 use jde_host::snapshot::Snapshot;
 
 /// One row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Row {
-    /// A group, by its place.
+    /// A group.
     Group {
         /// The lines of the tree before its name.
         branch: String,
         /// Its place.
         group: usize,
     },
-    /// A schema, by its place.
+    /// A schema.
     Schema {
         /// The lines of the tree before its name.
         branch: String,
         /// Its place.
         schema: usize,
     },
-    /// A title for those that compete with nobody.
+    /// A title above the schemas that do not compete.
     Heading(&'static str),
 }
 
-/// Lists the hierarchy of a snapshot; every schema appears once.
+/// Returns the rows of a snapshot. Every schema appears once.
 pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
     let mut list = List {
         snapshot,

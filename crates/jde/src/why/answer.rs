@@ -1,39 +1,39 @@
-//! The answer to a question: the selection that is meant, out of all there were. Prints nothing.
+//! The answer to a question: the selection that it asks for. Prints nothing.
 
 use jde_host::story::{Candidate, Decision};
 
 use super::question::Question;
 
-/// How far a time that somebody read off and rounded may be from the one that is meant, s.
+/// How far a time that a user read and rounded may be from the actual one, s.
 const ROUNDED: f64 = 0.1;
 
-/// Of when selections are known, s since the application's start.
+/// The span of time whose selections are known, s since the application's start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Known {
-    /// From then on; what was before is forgotten.
+    /// The beginning; earlier selections are no longer known.
     pub(crate) from: f64,
-    /// Until then; what comes is not known yet, or was not recorded.
+    /// The end; later selections have not occurred yet, or were not recorded.
     pub(crate) until: f64,
 }
 
-/// What is answered.
+/// The answer to a question.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer<'d> {
     /// This selection, with the takeovers of its group before and after it.
     Found {
         /// The selection.
         decision: &'d Decision,
-        /// The takeover before.
+        /// The takeover before it.
         before: Option<&'d Decision>,
-        /// The takeover after.
+        /// The takeover after it.
         after: Option<&'d Decision>,
     },
-    /// There is none; why, in words.
+    /// There is no such selection; the text gives the reason.
     None(String),
 }
 
 impl Question {
-    /// Finds the selection that is asked for among decisions in the order in which they were made.
+    /// Finds the selection that the question asks for. `decisions` are in the order in which they were made.
     pub(crate) fn answer<'d>(&self, decisions: &'d [Decision], known: Known) -> Answer<'d> {
         if let Some(reason) = self.beyond(known) {
             return Answer::None(reason);
@@ -55,7 +55,7 @@ impl Question {
         }
     }
 
-    /// That the time asked for is one of which nothing is known.
+    /// Returns a reason if the question's time lies outside the known span.
     fn beyond(&self, Known { from, until }: Known) -> Option<String> {
         let at = self.at?;
         if at > until + ROUNDED {
@@ -71,7 +71,7 @@ impl Question {
         }
     }
 
-    /// The takeover that is asked for: nearest to the time, or the last.
+    /// Returns the takeover that the question asks for: the nearest to its time, or the last.
     fn takeover(&self, decisions: &[Decision]) -> Option<usize> {
         let mut matching = decisions
             .iter()
@@ -81,7 +81,7 @@ impl Question {
             return matching.next_back().map(|(place, _)| place);
         };
         if self.winner.is_none() && self.loser.is_none() {
-            // Whoever asks for a time alone wants to know what was in force then.
+            // A question with a time alone asks for the takeover in force at that time.
             return matching
                 .take_while(|(_, decision)| decision.time_s <= at + ROUNDED / 2.0)
                 .last()
@@ -93,8 +93,8 @@ impl Question {
             .map(|(place, _)| place)
     }
 
-    /// The selection in force for someone who did not win: the last of its group in which it was not chosen, be it for want of
-    /// being awake.
+    /// Returns the last selection of the schema's group, up to the question's time, in which the schema was not
+    /// chosen, even if it was not awake then.
     fn standing(&self, decisions: &[Decision]) -> Option<usize> {
         let loser = self.winner.as_deref()?;
         let until = self.at.map_or(f64::INFINITY, |at| at + ROUNDED / 2.0);
@@ -117,7 +117,7 @@ impl Question {
             && is(&self.group, Some(&decision.group))
     }
 
-    /// Why nothing fits, and what would.
+    /// Returns the reason why no selection fits, and what would fit.
     fn nothing(&self, decisions: &[Decision]) -> String {
         let takeovers = decisions.iter().filter(|decision| decision.changed);
         let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {

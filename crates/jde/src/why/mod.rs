@@ -1,5 +1,5 @@
-//! Why somebody won: a question, the selection that answers it, and how that is told. It knows neither recordings nor networks:
-//! selections come from whoever has them.
+//! Why a schema won: a question, the selection that answers it, and the text of the answer. It knows neither
+//! recordings nor networks: callers supply the selections.
 
 mod answer;
 mod question;

@@ -1,39 +1,39 @@
-//! A question about a selection, as people ask it: `did vff take over from goon at 12.4 s?`
+//! A question about a selection in a user's words: `did vff take over from goon at 12.4 s?`
 //!
-//! Names are those of the application; whatever else a sentence is made of is left out, and what is none of both is refused.
+//! Names are those of the application. Filler words are skipped, and any other word is refused.
 
 use crate::failure::Failure;
 
-/// What is asked.
+/// A question about a selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Question {
-    /// Who took over; or who did not, if [`Self::not`].
+    /// The schema that took over; with [`Self::not`], the one that did not.
     pub(crate) winner: Option<String>,
-    /// From whom.
+    /// The winner before.
     pub(crate) loser: Option<String>,
-    /// In which group.
+    /// The group.
     pub(crate) group: Option<String>,
-    /// When, s since the application's start.
+    /// The time, s since the application's start.
     pub(crate) at: Option<f64>,
-    /// Why it did not win.
+    /// Whether the question is why the schema did not win.
     pub(crate) not: bool,
 }
 
-/// The words of a sentence that say nothing here.
+/// Words without a meaning in a question.
 const FILLERS: [&str; 26] = [
     "why", "did", "does", "do", "is", "was", "has", "had", "take", "takes", "took", "taken", "over", "win",
     "wins", "won", "winner", "chosen", "the", "a", "at", "time", "control", "in", "group", "act",
 ];
 
-/// The words before whoever lost.
+/// The words before the name of the loser.
 const FROM: [&str; 5] = ["from", "instead", "of", "after", "before"];
 
-/// How a question looks.
+/// Examples of questions, for error messages.
 const HOW: &str =
     "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon";
 
 impl Question {
-    /// Reads the words of a question, given the names there are.
+    /// Reads the words of a question, given the names of schemas and groups.
     pub(crate) fn read(words: &[String], schemas: &[String], groups: &[String]) -> Result<Self, Failure> {
         let mut question = Self::default();
         let mut from = false;
@@ -80,7 +80,7 @@ impl Question {
     }
 }
 
-/// A time in seconds: "12.4s", "12.4", "1min"; or the unit of the number just before.
+/// A time in seconds, such as "12.4s", "12.4" or "1min"; or the number `before` in the unit `word`.
 fn time(word: &str, before: Option<f64>) -> Option<f64> {
     let digits = word
         .find(|letter: char| letter.is_ascii_alphabetic())

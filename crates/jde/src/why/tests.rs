@@ -37,7 +37,7 @@ const KNOWN: Known = Known {
     until: 200.0,
 };
 
-/// goon drives, and twice something is in the way.
+/// goon drives, and an obstacle is in the way twice.
 fn drive() -> Vec<Decision> {
     vec![
         decision(1, 0.0, None, Some("goon")),

@@ -1,4 +1,4 @@
-//! A selection in words: who competed, who was chosen, by whom and why.
+//! A selection in words: the candidates, the choice, the decider and the reason.
 
 use std::io::{self, Write};
 
@@ -7,10 +7,10 @@ use jde_host::story::{Candidate, Decision};
 use super::answer::Answer;
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
-/// Tells an answer. `asked` is who the question was about, to be pointed at among the candidates.
+/// Prints an answer. `asked` is the schema of the question, which is marked among the candidates.
 ///
 /// # Errors
-/// It cannot be written.
+/// The stream cannot be written.
 pub(crate) fn tell(answer: &Answer<'_>, asked: Option<&str>, words: &mut dyn Write) -> io::Result<()> {
     match answer {
         Answer::None(reason) => writeln!(words, "{reason}"),
@@ -31,7 +31,8 @@ pub(crate) fn tell(answer: &Answer<'_>, asked: Option<&str>, words: &mut dyn Wri
     }
 }
 
-/// A takeover in one line: `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
+/// Returns a takeover in one line:
+/// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
 pub(crate) fn line(decision: &Decision) -> String {
     let name = |name: &Option<String>| name.as_deref().unwrap_or("nobody").to_owned();
     let decider = match decision.decider.as_str() {
@@ -129,7 +130,7 @@ fn near(title: &str, decision: &Decision, words: &mut dyn Write) -> io::Result<(
     writeln!(words, "  {FAINT}{title:<10}{FAINT:#}{}", line(decision))
 }
 
-/// What became of one that is asked for.
+/// Returns the result of the candidate that the question names.
 fn verdict(candidate: &Candidate, decision: &Decision) -> &'static str {
     if decision.choice.as_ref() == Some(&candidate.name) {
         "chosen"
@@ -161,7 +162,7 @@ fn who(decider: &str) -> String {
     }
 }
 
-/// Microseconds in ms, with the digits that are of use.
+/// Returns microseconds as text in ms, with the digits that matter.
 fn millis(micros: f64) -> String {
     let ms = micros / 1e3;
     if ms >= 10.0 {

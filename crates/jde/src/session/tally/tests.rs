@@ -1,4 +1,4 @@
-//! A father (0) with two children (1, 2), and a driver (3) that stands apart.
+//! A father (0) with two children (1, 2), and a driver (3) outside the hierarchy.
 
 use std::borrow::Cow;
 

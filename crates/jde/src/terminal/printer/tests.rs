@@ -1,4 +1,4 @@
-//! Streams on pipes that are read late, or never, or not any more.
+//! Streams on pipes that are read late, never, or no longer.
 
 use std::io::{BufRead, BufReader, PipeReader, pipe};
 use std::os::fd::OwnedFd;
@@ -6,7 +6,7 @@ use std::thread;
 
 use super::*;
 
-/// More than may wait, in the pipe and before it.
+/// More lines than the pipe and the queue can hold.
 const MANY: u64 = 4 * MOST_PIECES as u64;
 
 fn stream() -> (Arc<Stream>, &'static Policy, PipeReader) {
@@ -29,7 +29,7 @@ fn print(stream: &Arc<Stream>, lines: impl Iterator<Item = u64>) {
 fn r7_nobody_waits_while_a_robot_moves_and_what_is_lost_is_told_where_it_is_missing() {
     let (stream, policy, reader) = stream();
     policy.wait_for_nobody();
-    // It ends, though nobody reads.
+    // It returns although the pipe is not read.
     print(&stream, 0..MANY);
     let lost = stream.lost();
     assert!(lost > 0);
@@ -82,7 +82,7 @@ fn who_is_asked_to_end_goes_without_a_reader_that_takes_nothing() {
     policy.let_go();
     printing.join().unwrap();
     assert!(!stream.is_idle() && stream.lost() > 0);
-    // A robot moves: who is asked to end comes to rest first.
+    // While a robot moves, the request to end does not change the patience: the robot comes to rest first.
     policy.wait_for_nobody();
     policy.let_go();
     assert_eq!(*policy.lock(), Patience::None);

@@ -9,7 +9,7 @@ use crate::top::screen::{Mode, Screen, Status, ending};
 use crate::top::text;
 use crate::visible::visible;
 
-/// The keys with what they do, the ones that a newcomer needs first at the left.
+/// The keys and their effects; those that a new user needs first are at the left.
 const KEYS: [(&str, &str); 9] = [
     ("q", "quit"),
     ("?", "help"),
@@ -22,7 +22,7 @@ const KEYS: [(&str, &str); 9] = [
     ("[ ]", "time"),
 ];
 
-/// Draws the name of what is shown, its time and whether it runs.
+/// Draws the title of the application, its time and how it runs or ended.
 pub(super) fn title(frame: &mut Frame, area: Rect, screen: &Screen) {
     let seconds = screen.snapshot.time as f64 / 1e9;
     let state = screen
@@ -35,7 +35,7 @@ pub(super) fn title(frame: &mut Frame, area: Rect, screen: &Screen) {
     frame.render_widget(Paragraph::new(Line::styled(bar, screen.paint.selected())), area);
 }
 
-/// Draws where the robot is and where it goes.
+/// Draws the pose of the robot and its target.
 pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
     let Some(robot) = screen.robot else { return };
     let (x, y, heading) = robot.pose;
@@ -50,7 +50,7 @@ pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
     frame.render_widget(Paragraph::new(line), area);
 }
 
-/// Draws the input while there is one, the answer to the last action, or that the application has ended.
+/// Draws the input in progress, the result of the last action, or that the application has ended.
 pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
     let answer = match &screen.status {
         Some(Status::Done(what)) => Span::raw(visible(what)),
@@ -86,7 +86,7 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
     frame.render_widget(Paragraph::new(line), area);
 }
 
-/// Draws the keys that fit.
+/// Draws as many keys as fit.
 pub(super) fn keys(frame: &mut Frame, area: Rect, screen: &Screen) {
     let mut line = Line::default().alignment(Alignment::Left);
     for (key, what) in KEYS {

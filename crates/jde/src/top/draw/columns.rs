@@ -1,6 +1,6 @@
-//! The columns of the list: which of them fit a width, and what each says of a schema.
+//! The columns of the list: which of them fit a width, and what each shows of a schema.
 //!
-//! The name and the strip always stand; this decides about what is between them.
+//! The name and the strip are always shown. This module chooses the columns in between.
 
 use jde_core::{Health, State};
 use jde_host::snapshot::{Hold, SchemaView};
@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use crate::top::paint::Paint;
 use crate::top::text;
 
-/// A column between the name and the strip, in the order in which they stand.
+/// A column between the name and the strip, in the order on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Column {
     Held,
@@ -25,7 +25,7 @@ pub(super) enum Column {
     Faults,
 }
 
-/// A column gets its place in this order, if the strip keeps so many cells.
+/// The order in which columns get room, each only if the strip keeps at least so many cells.
 const PRIORITIES: [(Column, usize); 11] = [
     (Column::State, 4),
     (Column::Held, 4),
@@ -40,7 +40,7 @@ const PRIORITIES: [(Column, usize); 11] = [
     (Column::Faults, 30),
 ];
 
-/// Gives the columns that fit beside a name of a width, in their order, and the cells that are left for the strip.
+/// Returns the columns that fit beside a name of a width, in their order, and the cells left for the strip.
 pub(super) fn plan(width: usize, name: usize) -> (Vec<Column>, usize) {
     let mut strip = width.saturating_sub(name + 1);
     let mut columns = Vec::new();
@@ -86,12 +86,12 @@ impl Column {
         }
     }
 
-    /// Whether it holds words, which begin at the left; numbers end at the right.
+    /// Whether the column contains words, which are aligned left. Numbers are aligned right.
     pub(super) fn is_words(self) -> bool {
         matches!(self, Self::Held | Self::State | Self::Health)
     }
 
-    /// Gives its text for a schema, and how that looks.
+    /// Returns the text of the column for a schema, and its style.
     pub(super) fn cell(self, schema: &SchemaView, paint: Paint) -> (String, Style) {
         let plain = if schema.state == State::Slept {
             paint.faint()
@@ -118,7 +118,7 @@ impl Column {
     }
 }
 
-/// Gives a state as the paper writes it.
+/// Returns the name of a state as in the paper.
 pub(super) fn state(state: State) -> &'static str {
     match state {
         State::Slept => "SLEPT",
@@ -128,7 +128,7 @@ pub(super) fn state(state: State) -> &'static str {
     }
 }
 
-/// Gives a share of time as a whole percentage; what is little but not nothing shows as that.
+/// Returns a share of time as a whole percentage. A share above 0 and below 1 % is "<1%".
 pub(super) fn load(share: f64) -> String {
     if share > 0.0 && share < 0.01 {
         "<1%".to_owned()
@@ -146,7 +146,7 @@ fn health(health: &Health) -> &'static str {
     }
 }
 
-/// The first letter of what an operator holds a schema to: Played, Stopped, Forced.
+/// The first letter of the operator's hold on a schema: Played, Stopped, Forced.
 fn mark(held: &Hold) -> String {
     let word = held.kind.word().chars();
     word.take(1).flat_map(char::to_uppercase).collect()

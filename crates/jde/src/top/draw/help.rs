@@ -32,7 +32,7 @@ const TEXT: [&str; 22] = [
     "             worst takeover, of what its contract allows",
 ];
 
-/// Draws the explanation over the middle of everything; what does not fit a small terminal is cut at the end.
+/// Draws the help in the middle of the screen. On a small terminal its end is cut.
 pub(super) fn draw(frame: &mut Frame, paint: Paint) {
     let whole = frame.area();
     let longest = TEXT

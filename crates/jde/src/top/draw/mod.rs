@@ -1,6 +1,6 @@
-//! Draws the view: shares the terminal's rows among the parts, from 40x10 up.
+//! Draws the view: divides the rows of the terminal among the parts, from 40x10 up.
 //!
-//! It changes nothing of the view but where its list is scrolled to.
+//! Of the view it changes only the scroll position of the list.
 
 mod bars;
 mod columns;
@@ -13,16 +13,17 @@ use ratatui::layout::Rect;
 
 use super::screen::{Mode, Screen};
 
-/// From this width on the switches and the log stand side by side: each keeps a readable line of 60 columns.
+/// From this width on the switches and the log are side by side: each keeps a readable line of 60 columns.
 const SIDE_BY_SIDE: u16 = 120;
 
-/// The least rows of the list before anything below it gets some: a group with four members.
+/// Least rows of the list before anything below it gets some: a group with four members.
 const LIST: u16 = 5;
 
-/// Rows below the list that are worth keeping even when the list is longer than the terminal: two switches, a line of log.
+/// Rows below the list that are kept even when the list is longer than the terminal: two switches and a line
+/// of the log.
 const LOWER: u16 = 5;
 
-/// Draws everything.
+/// Draws the whole view.
 pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
     let mut rest = frame.area();
     let height = rest.height;
@@ -57,7 +58,7 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
 
 fn panels_below(frame: &mut Frame, mut area: Rect, screen: &Screen) {
     let switches = if area.width >= SIDE_BY_SIDE {
-        // A switch has more to say than a line of the log.
+        // The lines of switches are longer than those of the log.
         let log = area.width * 2 / 5;
         let switches = Rect {
             width: area.width - log - 2,

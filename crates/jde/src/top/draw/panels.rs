@@ -1,4 +1,5 @@
-//! The panels below the list: the selected schema in full, the latest switches and why, the log.
+//! The panels below the list: the details of the selected schema, the latest switches with their reasons, and
+//! the log.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
@@ -13,17 +14,17 @@ use super::columns;
 use crate::top::screen::Screen;
 use crate::top::text;
 
-/// The most lines of details: the reason of a fault is cut rather than the list.
+/// Most lines of details: a long reason of a fault is cut rather than the list.
 const DETAIL_LINES: usize = 3;
 
-/// Gives the rows that the details of the selected schema need, their rule included.
+/// Returns the rows that the details of the selected schema need, including their rule.
 pub(super) fn details_height(screen: &Screen, width: u16) -> u16 {
     screen.selection().map_or(0, |schema| {
         1 + flow(facts(screen, schema), usize::from(width)).len() as u16
     })
 }
 
-/// Draws all that is known of the selected schema.
+/// Draws the details of the selected schema.
 pub(super) fn details(frame: &mut Frame, area: Rect, screen: &Screen) {
     let Some(schema) = screen.selection() else { return };
     let kind = match schema.kind {
@@ -129,7 +130,8 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
     facts
 }
 
-/// Tells a switch; the time it took gives way to the reason where there is no room for both.
+/// Returns the line of a switch. Where there is no room for both, the latency is dropped in favour of the
+/// reason.
 fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> Line<'static> {
     let name = |schema: Option<usize>| schema.map_or("nobody", |place| screen.name(place)).to_owned();
     let group = screen
@@ -138,7 +140,7 @@ fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> 
         .get(group)
         .map_or("?", |group| group.name.as_str());
     let why = match switch.decider.as_str() {
-        // Where there was nothing to decide, the reason says it all.
+        // There was no choice to make, and the reason is sufficient.
         "nobody" => format!("  {}", switch.reason),
         decider => format!("  {decider}: {}", switch.reason),
     };
@@ -161,7 +163,7 @@ fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> 
     line
 }
 
-/// Sets facts side by side, and on the next line what no longer fits.
+/// Arranges facts side by side, and continues on the next line where the width ends.
 fn flow(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
     let mut lines: Vec<Line> = Vec::new();
     for fact in facts {

@@ -1,6 +1,6 @@
 //! The list of groups and schemas, with a strip of the past for each schema.
 //!
-//! The height of a strip's cell tells the state as well as its colour does.
+//! The height of a strip's cell shows the state, as its colour does.
 
 use jde_host::snapshot::GroupView;
 use ratatui::Frame;
@@ -15,10 +15,10 @@ use crate::top::screen::Screen;
 use crate::top::text;
 use crate::top::tree::Row;
 
-/// A name column is never narrower, so that the list does not jump when something short comes or goes.
+/// The least width of the name column, so that the list does not jump when short names appear or disappear.
 const LEAST_NAME: usize = 12;
 
-/// Draws the header and the list below it; scrolls the list so that the selection is in sight.
+/// Draws the header and the list below it, scrolled so that the selection is visible.
 pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut Screen) {
     let width = usize::from(area.width);
     let longest = screen
@@ -73,7 +73,7 @@ fn scroll(screen: &mut Screen, height: usize) {
     let Some(selected) = screen.selected_row() else {
         return;
     };
-    // The group's own line comes into sight with its first member.
+    // The row of the group becomes visible with its first member.
     let from = match selected.checked_sub(1).map(|above| &screen.rows[above]) {
         Some(Row::Group { .. } | Row::Heading(_)) if height > 1 => selected - 1,
         Some(Row::Group { .. } | Row::Heading(_) | Row::Schema { .. }) | None => selected,
@@ -108,7 +108,7 @@ fn schema_line(
     ]);
     for column in columns {
         let (cell, style) = column.cell(view, screen.paint);
-        // An empty mark is a gap, not a mark of the operator's.
+        // An empty mark is a gap, and gets no style of the operator.
         let style = if cell.is_empty() { Style::new() } else { style };
         line.push_span(Span::styled(align(*column, &cell), style));
         line.push_span(Span::raw(" "));
