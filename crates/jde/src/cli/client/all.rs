@@ -1,4 +1,5 @@
-//! Everything at once: stopped in one application or in all of them, and let go on again (R14). Asks nothing before it says so.
+//! Stops everything in one application or in all of them at once, and releases it again (R14). Asks for no
+//! confirmation.
 
 use std::io::{self, Write};
 
@@ -19,7 +20,7 @@ pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
     )
 }
 
-/// Lets everything go on.
+/// Releases everything that was stopped at once.
 pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure> {
     each(
         context,
@@ -30,7 +31,8 @@ pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure>
     )
 }
 
-/// Has all of them do it at the same time, and tells what came of it as it comes: one that does not answer keeps nobody waiting.
+/// Sends the action to all applications at the same time and prints each answer as it arrives. One that does
+/// not answer does not delay the others.
 fn each(context: &Context, target: &Target, action: Action, done: &str, then: &str) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
@@ -54,7 +56,7 @@ fn each(context: &Context, target: &Target, action: Action, done: &str, then: &s
                 said
             }
         };
-        // Whether anybody reads it or not, all are waited for.
+        // Wait for all answers even if the output is closed.
         let said = said.and_then(|()| out.flush());
         told = std::mem::replace(&mut told, Ok(())).and(said);
     })?;

@@ -1,4 +1,4 @@
-//! `jde apps`: which applications run.
+//! `jde apps`: lists the running applications.
 
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -15,7 +15,7 @@ use crate::cli::print_json;
 use crate::failure::{Failure, shown};
 use crate::terminal::{self, FAINT, GOOD, TITLE, WARN};
 
-/// List the applications that run.
+/// List the running applications.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde apps
@@ -23,7 +23,7 @@ use crate::terminal::{self, FAINT, GOOD, TITLE, WARN};
 pub(crate) struct Apps {
     #[command(flatten)]
     target: Target,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }
@@ -32,7 +32,7 @@ pub(crate) struct Apps {
 struct Listed {
     #[serde(flatten)]
     about: About,
-    /// Who acts, from the roots down; none if the application does not answer.
+    /// The winners, from the roots down; `None` if the application does not answer.
     acting: Option<Vec<String>>,
 }
 
@@ -40,7 +40,7 @@ impl Apps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let client = context.client(&self.target)?;
         let abouts = client.applications()?;
-        // One that is stopped must not keep the others waiting.
+        // Ask in parallel: an application that is suspended must not delay the others.
         let listed: Vec<Listed> = thread::scope(|scope| {
             let asked: Vec<_> = abouts
                 .into_iter()
@@ -122,7 +122,8 @@ fn table(listed: &[Listed]) -> Table {
     table
 }
 
-/// The winners from the roots down, as far as there is one in the first group of each.
+/// Returns the winners from the roots down. Follows the first group of each winner, as long as that group has
+/// a winner.
 fn acting(snapshot: &Snapshot) -> Vec<String> {
     let mut names = Vec::new();
     let mut father = None;
@@ -139,7 +140,7 @@ fn acting(snapshot: &Snapshot) -> Vec<String> {
     names
 }
 
-/// "45s", "2m 14s", "3h 20m", "2d 4h".
+/// Formats a duration: "45s", "2m 14s", "3h 20m", "2d 4h".
 fn duration(time: Duration) -> String {
     let seconds = time.as_secs();
     let (minutes, hours, days) = (seconds / 60, seconds / 3600, seconds / 86_400);

@@ -1,4 +1,4 @@
-//! `jde events`: what happens in a running application.
+//! `jde events`: prints the events of a running application.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,33 +18,35 @@ use crate::queue::{Queue, Taken};
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
 use crate::why;
 
-/// Lines of each kind that an application keeps.
+/// Number of lines of each kind that an application keeps.
 const KEPT: usize = 1000;
-/// Lines that may wait to be shown: all that were kept, and some that come meanwhile. Of more the oldest are dropped, counted and said.
+/// The most lines that may wait to be shown: all kept ones, and some that arrive meanwhile. Beyond that, the
+/// oldest are dropped, counted and reported.
 const WAITING: usize = 8192;
 
-/// Show what happens: takeovers with their reasons, faults, overruns, operators; the last ones first, then as they come.
+/// Show events: takeovers with their reasons, faults, overruns and operators' actions; first the last ones,
+/// then new ones as they occur.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde events
   jde events --last 20 --once
   jde events --all --json | jq 'select(.stream == \"decisions\")'")]
 pub(crate) struct Events {
-    /// The application, where several run.
+    /// The application, if several run.
     #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
     application: Option<String>,
     #[command(flatten)]
     target: Target,
-    /// Begin with so many of each kind that happened before.
+    /// Start with this many earlier events of each kind.
     #[arg(long, value_name = "N", default_value_t = 10)]
     last: usize,
-    /// End after what happened before.
+    /// End after the earlier events.
     #[arg(long)]
     once: bool,
-    /// Also selections that changed nothing, and changes of state.
+    /// Also show selections that changed nothing, and changes of state.
     #[arg(long)]
     all: bool,
-    /// A line of JSON each.
+    /// Print each event as one line of JSON.
     #[arg(long)]
     json: bool,
 }
@@ -70,7 +72,8 @@ impl Events {
             let told = Arc::clone(&told);
             remote.on_gone(move || told.close());
         }
-        // Most selections change nothing and are not shown: the last takeovers may be anywhere among those that are kept.
+        // Most selections change nothing and are not shown, so the last takeovers may be anywhere among the
+        // kept lines.
         let last = if self.all || self.last == 0 {
             self.last
         } else {
@@ -107,7 +110,7 @@ impl Events {
         Err(jde_link::Error::Gone(remote.about().name.clone()).into())
     }
 
-    /// Shows the last of each kind of what happened before.
+    /// Shows the last earlier lines of each kind.
     fn earlier(&self, happened: &[Happened]) -> Result<(), Failure> {
         let happened = happened.iter();
         let wanted: Vec<_> = happened.filter(|happened| self.wants(&happened.line)).collect();
@@ -136,7 +139,7 @@ impl Events {
         }
     }
 
-    /// Shows a line, and how many of whatever kind before it nobody read in time.
+    /// Shows a line, and how many lines of all kinds were dropped before it.
     fn show(&self, happened: &Happened, unread: u64) -> Result<(), Failure> {
         if self.json {
             let (number, missed) = (happened.number, happened.missed + unread);

@@ -1,4 +1,4 @@
-//! `jde get`: the newest value of a variable.
+//! `jde get`: prints the newest value of a variable.
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -20,12 +20,12 @@ use crate::terminal::{self, FAINT};
   jde get pioneer.odometry.pose.pose.position.x
   jde get robot2:pioneer.laser.ranges[90] --json")]
 pub(crate) struct Get {
-    /// The variables: SCHEMA.VARIABLE, with .FIELD behind it and APP: before it if need be.
+    /// The variables: SCHEMA.VARIABLE, with .FIELD after it and APP: before it if needed.
     #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
     variables: Vec<String>,
     #[command(flatten)]
     target: Target,
-    /// As a line of JSON each, with when it was measured and by whom.
+    /// Print each value as one line of JSON, with its time of measurement and its writer.
     #[arg(long)]
     json: bool,
 }

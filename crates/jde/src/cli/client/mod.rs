@@ -1,6 +1,7 @@
-//! The verbs that look into a running application and steer it: clients of the link.
+//! The verbs that inspect and control a running application: clients of the link.
 //!
-//! A verb here reads its options, asks, and tells the answer; how it looks is `attached`'s business.
+//! A verb parses its options, sends requests and prints the answers. `attached` formats what the application
+//! sends.
 
 mod all;
 mod apps;
@@ -26,7 +27,7 @@ use clap::Subcommand;
 use crate::failure::Failure;
 pub(crate) use target::{Context, Target};
 
-/// What clients of the link can do.
+/// The verbs of clients of the link.
 #[derive(Subcommand)]
 pub(crate) enum Client {
     Apps(apps::Apps),
@@ -51,7 +52,7 @@ pub(crate) enum Client {
 }
 
 impl Client {
-    /// Does it.
+    /// Runs the verb.
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         match self {
             Self::Apps(apps) => apps.run(context),

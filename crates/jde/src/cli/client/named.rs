@@ -1,5 +1,5 @@
-//! Which application a name is of. `robot2:pioneer.odometry` is a variable that the application meant imports from `robot2`, if
-//! it does, and else one of the application `robot2` itself.
+//! Finds the application of a name. `robot2:pioneer.odometry` is a variable that the chosen application
+//! imports from `robot2`, if there is one. Otherwise it is a variable of the application `robot2` itself.
 
 use jde_link::{Error, Remote};
 use jde_log::Selection;
@@ -8,16 +8,16 @@ use super::{Context, Target};
 use crate::attached::name::{self, split_application};
 use crate::failure::Failure;
 
-/// How to ask several applications.
+/// The advice for names of several applications.
 const ONE_BY_ONE: &str = "ask one after the other";
 
 impl Context {
-    /// The application that a variable, a field of it or a pattern is of, and what it is called there.
+    /// Returns the application of a variable, a field or a pattern, with its name there.
     pub(super) fn of<'n>(&self, target: &Target, asked: &'n str) -> Result<(Remote, &'n str), Failure> {
         let (Some(named), rest) = split_application(asked) else {
             return Ok((self.remote(target, None)?, asked));
         };
-        // Where several run and none is meant, it can only be the name of one.
+        // If several applications run and none is chosen, the prefix can only be an application's name.
         let usual = self.remote(target, None).ok();
         let known = usual.as_ref().and_then(|usual| usual.variables(false).ok());
         let known = known.unwrap_or_default();
@@ -29,7 +29,8 @@ impl Context {
         }
         let imports = format!("{named}:");
         match (self.remote(target, Some(named)), usual) {
-            // A slip in the name of something imported: whoever looks for it there names the nearest.
+            // The variable's name is misspelt: the later look-up in this application suggests the nearest
+            // one.
             (Err(Failure::Link(Error::UnknownApplication { .. })), Some(usual))
                 if names().any(|name| name.starts_with(&imports)) =>
             {
@@ -39,7 +40,8 @@ impl Context {
         }
     }
 
-    /// As [`Self::of`] for several that must all be of one application; without any, of the one that is meant.
+    /// As [`Self::of`] for several names, which must all be of one application. Without names, the chosen
+    /// application.
     pub(super) fn of_one(&self, target: &Target, asked: &[String]) -> Result<(Remote, Vec<String>), Failure> {
         let Some((first, others)) = asked.split_first() else {
             return Ok((self.remote(target, None)?, Vec::new()));
@@ -63,7 +65,7 @@ impl Context {
         Ok((remote, names))
     }
 
-    /// The application that is named by itself and not by `--app` as well, unless both say the same.
+    /// Returns the application that an argument names. `--app` must not name another one.
     pub(super) fn by_name(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
         if let (Some(named), Some(app)) = (named, target.typed_app())
             && named != app
@@ -77,7 +79,7 @@ impl Context {
     }
 }
 
-/// The application that words name, if they do, and the words without it.
+/// Returns the application that the words name, if any, and the words without it.
 pub(super) fn one_application(words: &[String]) -> Result<(Option<&str>, Vec<String>), Failure> {
     let mut named = None;
     let mut rest = Vec::with_capacity(words.len());
@@ -97,7 +99,7 @@ pub(super) fn one_application(words: &[String]) -> Result<(Option<&str>, Vec<Str
     Ok((named, rest))
 }
 
-/// Whether a variable is meant that there is: by its name, a field of it, or a pattern.
+/// Whether a name, a field or a pattern matches an existing variable.
 fn is_there<'v>(asked: &str, names: impl Iterator<Item = &'v str> + Clone) -> bool {
     let all: Vec<_> = names.clone().map(str::to_owned).collect();
     name::variable(asked, names).is_ok() || Selection::new(vec![asked.to_owned()], &all).is_ok()

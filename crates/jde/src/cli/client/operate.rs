@@ -1,4 +1,5 @@
-//! What an operator does to one schema (R14): plays, forces, re-times, unloads and loads it; and how verbs carry that out.
+//! The verbs by which an operator plays, forces, re-times, unloads and loads one schema (R14), and the common
+//! code of all operators' actions.
 
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -18,35 +19,35 @@ use crate::interrupt::Interrupts;
 use crate::terminal::{self, FAINT, GOOD};
 use crate::{complete, top};
 
-/// How long a hold outlives its client.
+/// How long a hold stays in force without its client.
 const LEASE: Duration = Duration::from_secs(1);
-/// How often a hold is looked at.
+/// The interval at which a hold is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Which schema, of which application.
+/// A schema, and its application.
 #[derive(Args)]
 pub(super) struct Schema {
-    /// The schema; APP:SCHEMA names the application too.
+    /// The schema, or APP:SCHEMA.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
     pub(super) schema: String,
     #[command(flatten)]
     pub(super) target: Target,
 }
 
-/// How long it lasts.
+/// The duration of an action.
 #[derive(Args)]
 pub(super) struct Lasting {
-    /// Let go after this time, at Ctrl-C, or a second after this program or the network is gone; without it, it stands until
-    /// it is released.
+    /// End the action after this time, at Ctrl-C, or one second after this program ends or the network fails.
+    /// Without it, the action stays until it is released.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
     pub(super) time: Option<Nanos>,
 }
 
-/// What is said.
+/// The messages of an action.
 pub(super) struct Saying {
-    /// Once it is done.
+    /// Printed when the action is in force.
     pub(super) done: String,
-    /// Once it is over.
+    /// Printed when it is over.
     pub(super) over: String,
 }
 
@@ -82,7 +83,7 @@ verbs! {
     Force, |schema| Action::Force { schema }, "is forced to win";
 }
 
-/// Give a schema another period.
+/// Set another period of a schema.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde period vff 50ms
@@ -97,7 +98,8 @@ pub(crate) struct Period {
     lasting: Lasting,
 }
 
-/// End a schema's instance between two iterations, and keep it away until it is loaded; its variables stay.
+/// End a schema's instance between two iterations, and keep it unloaded until it is loaded; its variables
+/// stay.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde unload vff
@@ -107,7 +109,7 @@ pub(crate) struct Unload {
     schema: Schema,
 }
 
-/// Make a fresh instance of a schema that was unloaded, and leave it to its father.
+/// Make a new instance of an unloaded schema, and return control of it to its father.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde load vff
@@ -160,7 +162,7 @@ impl Schema {
     }
 }
 
-/// Has the application do it; with a time, stays until that is over.
+/// Performs an action. With a duration, holds it and returns at its end.
 pub(super) fn carry_out(
     remote: &Remote,
     action: Action,
@@ -186,7 +188,7 @@ pub(super) fn carry_out(
     };
     let (interrupt, interrupted) = channel();
     let _interrupts = Interrupts::call(move || {
-        // Asked twice it is the same.
+        // The receiver outlives the listener.
         let _ = interrupt.send(());
     })?;
     let hold = remote.hold(&request, LEASE)?;

@@ -1,20 +1,21 @@
-//! Fewer of what comes at one of the rates that a link offers: as many a second as were asked for. It waits for nothing.
+//! Reduces the values that arrive at a rate of the link to the requested rate. Waits for nothing.
 
 use jde_core::Nanos;
 use jde_link::Rate;
 
-/// Lets through what comes on the grid of a rate, so that what is a little early or late costs no other.
+/// Selects values on the time grid of a rate. A value that is slightly early or late does not cost another
+/// one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     every: Nanos,
-    /// Half the time between two that come: so much early is on time.
+    /// Half the time between two arriving values: a value early by at most this is on time.
     slack: Nanos,
-    /// When the next is on time; the first always is.
+    /// When the next value is on time. The first value always is.
     due: Nanos,
 }
 
 impl Pace {
-    /// So many a second of those that come at a rate that is not below it.
+    /// Selects `hz` values per second of those that arrive at a rate not below `hz`.
     pub(super) fn new(hz: f64, from: Rate) -> Self {
         Self {
             every: (1e9 / hz) as Nanos,
@@ -26,12 +27,12 @@ impl Pace {
         }
     }
 
-    /// Whether what comes at this time is let through.
+    /// Whether the value of this time is selected.
     pub(super) fn lets(&mut self, time: Nanos) -> bool {
         if time.saturating_add(self.slack) < self.due {
             return false;
         }
-        // Who is later than that begins a grid of his own.
+        // A value that is later than that starts a new grid.
         let on_time = time <= self.due.saturating_add(self.slack);
         let from = if on_time { self.due } else { time };
         self.due = from.saturating_add(self.every);
@@ -43,7 +44,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Of those that come at these times, ms, those that are let through.
+    /// The selected ones of values that arrive at these times, in ms.
     fn kept(hz: f64, times: impl IntoIterator<Item = u64>) -> Vec<u64> {
         let mut pace = Pace::new(hz, Rate::at_least(hz));
         let times = times.into_iter();

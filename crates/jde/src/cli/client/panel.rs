@@ -1,4 +1,4 @@
-//! `jde panel`: a schema's own panel in words, and its widgets touched from the command line.
+//! `jde panel`: prints a schema's own panel as text, and touches its widgets from the command line.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -17,12 +17,13 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::terminal::{self, FAINT, GOOD, TITLE};
 
-/// How long a schema may take to draw its panel.
+/// The longest time that a schema may take to draw its panel.
 const DRAWING: Duration = Duration::from_secs(5);
 
-/// Show the panel that a schema draws of itself, in words; or touch what is on it. Without a name, list the schemas that have one.
+/// Show a schema's own panel as text, or touch its widgets. Without a name, list the schemas that have a
+/// panel.
 ///
-/// Behind a widget stands the name by which it is touched. Pictures are described; `jde view` draws them.
+/// The name after each widget is the one to touch it by. Pictures are described; `jde view` draws them.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde panel
@@ -32,12 +33,13 @@ const DRAWING: Duration = Duration::from_secs(5);
   jde panel vff --touch ahead=2.5
   jde panel robot2:example --json")]
 pub(crate) struct Panel {
-    /// The schema; APP:SCHEMA names the application too.
+    /// The schema, or APP:SCHEMA.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::panels))]
     schema: Option<String>,
     #[command(flatten)]
     target: Target,
-    /// Press a button, switch a toggle (on, off, or to the other), move a slider or take a choice.
+    /// Press a button, switch a toggle (on, off, or without a value to the other state), move a slider or
+    /// select a choice.
     #[arg(long, value_name = "WIDGET[=VALUE]", requires = "schema", conflicts_with_all = ["click", "json"],
           add = ArgValueCompleter::new(complete::widgets))]
     touch: Option<String>,
@@ -45,7 +47,7 @@ pub(crate) struct Panel {
     #[arg(long, value_names = ["WIDGET", "X", "Y"], num_args = 3..=4, allow_negative_numbers = true, requires = "schema",
           conflicts_with = "json", add = ArgValueCompleter::new(complete::widgets))]
     click: Vec<String>,
-    /// As one line of JSON: the whole list.
+    /// Print the whole panel as one line of JSON.
     #[arg(long)]
     json: bool,
 }
@@ -110,7 +112,7 @@ impl Panel {
     }
 }
 
-/// That the schema has a panel.
+/// Checks that the schema has a panel.
 fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
     let schemas = remote.schemas()?.schemas;
     let with = || {
@@ -130,13 +132,13 @@ fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
     }
 }
 
-/// What a panel shows now.
+/// Returns the next drawing of a panel, at most [`DRAWING`] later.
 fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     let (tell, told) = channel();
     let gone = tell.clone();
     remote.on_gone(move || drop(gone.send(None)));
     let _watching = remote.watch_panel(schema, Rate::Full, move |sample| {
-        // Nobody listens any more after the first.
+        // The receiver is gone after the first drawing.
         let _ = tell.send(Some(sample));
     })?;
     match told.recv_timeout(DRAWING) {
@@ -151,7 +153,7 @@ fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     }
 }
 
-/// The widget that is meant.
+/// Returns the widget with this id.
 fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
     panel::find(list, id).ok_or_else(|| {
         let names = panel::touchable(list).filter_map(Item::id);
@@ -159,7 +161,7 @@ fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
     })
 }
 
-/// What `WIDGET` or `WIDGET=VALUE` does.
+/// Returns the gesture of `WIDGET` or `WIDGET=VALUE`.
 fn touch(list: &List, text: &str) -> Result<Gesture, Failure> {
     let (id, value) = match text.split_once('=') {
         Some((id, value)) => (id.trim(), Some(value.trim())),
@@ -235,7 +237,7 @@ fn touch(list: &List, text: &str) -> Result<Gesture, Failure> {
     })
 }
 
-/// What a click at a place does.
+/// Returns the gesture of a click at a place.
 fn click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failure> {
     let wants = match widget(list, id)? {
         Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. } => wants,

@@ -1,4 +1,4 @@
-//! `jde ps`: the hierarchy of a running application.
+//! `jde ps`: prints the hierarchy of a running application.
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -9,18 +9,18 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::{attached, terminal};
 
-/// Show the hierarchy: who is awake, who wins, how each schema is doing.
+/// Show the hierarchy: the state, the health and the timing of each schema.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde ps
   jde ps robot2 --json")]
 pub(crate) struct Ps {
-    /// The application, where several run.
+    /// The application, if several run.
     #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
     application: Option<String>,
     #[command(flatten)]
     target: Target,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `jde record`: records an application that runs elsewhere, from here.
+//! `jde record`: records a running application from another process or machine.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -26,15 +26,17 @@ use crate::session::{self, Panels, Recorded};
 use crate::terminal::{self, FAINT};
 use crate::{complete, summary};
 
-/// Lines of each kind that happened before and are kept as well: why who acts now was chosen.
+/// Number of earlier lines of each kind that are recorded as well. They contain the reasons for the current
+/// winners.
 const EARLIER: usize = 1000;
-/// How often progress is told on a terminal.
+/// The interval of progress messages on a terminal.
 const TELL: Duration = Duration::from_millis(500);
 
-/// Record a running application from here: variables, selections and events, as `jde run --record` does it there.
+/// Record a running application from here: variables, selections and events, like `jde run --record`.
 ///
-/// Ends at Ctrl-C, after --for, or with the application. What the network or this machine is too slow for is lost, counted and
-/// said; a recording made by `jde run --record` on the robot loses less, and only that can be replayed decision by decision.
+/// Ends at Ctrl-C, after --for, or with the application. Data that arrives faster than the network or this
+/// machine can take is lost; the losses are counted and reported. A recording made by `jde run --record` on
+/// the robot loses less, and only such a recording can be replayed decision by decision.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde record drive.mcap
@@ -44,10 +46,10 @@ const TELL: Duration = Duration::from_millis(500);
   jde record drive.mcap --panels=example
   jde record drive.mcap --app robot2 --at tcp/robot2:7447")]
 pub(crate) struct Record {
-    /// The file.
+    /// The recording to write.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Only variables like these: full names with * for any letters.
+    /// Record only the variables that match: full names with * for any letters.
     #[arg(value_name = "PATTERN", add = ArgValueCompleter::new(complete::variables))]
     only: Vec<String>,
     #[command(flatten)]
@@ -55,7 +57,7 @@ pub(crate) struct Record {
     /// End after this time.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
     time: Option<Nanos>,
-    /// Write over a recording that is there.
+    /// Overwrite an existing recording.
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
@@ -74,7 +76,7 @@ impl Record {
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
-        // Before the file is made, which may be one that is written over.
+        // Check the panels before the file is created, because that may overwrite another one.
         let panels = self.panels.wanted().map(|panels| chosen(&remote, panels));
         let panels = panels.transpose()?;
         let options = options(&remote, self.overwrite);
@@ -114,7 +116,7 @@ impl Record {
             }
         }
         let story = Arc::clone(&recorder);
-        // The application's clock counts from its start, and the recording begins now.
+        // The application's clock starts with the application, but the recording starts now.
         let beginning = remote.hierarchy()?.time;
         watching.push(remote.events(&Kind::ALL, EARLIER, move |happened| {
             if happened.line.time() < beginning {
@@ -144,7 +146,7 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
             application: about.application.clone(),
             seed: 0,
             started: SystemTime::UNIX_EPOCH + Duration::from_nanos(about.started_ns),
-            // Its file is on its own machine.
+            // The application's file may be on another machine.
             folder: None,
             file: None,
             cast: None,
@@ -156,7 +158,7 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
     }
 }
 
-/// What conditions may name.
+/// Returns the names that conditions may contain.
 fn names_of(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failure> {
     let Schemas { schemas, groups } = remote.schemas()?;
     let types = variables
@@ -169,7 +171,7 @@ fn names_of(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failur
     })
 }
 
-/// Goes on until it is to end.
+/// Waits until the recording has to end.
 fn wait(
     remote: &Remote,
     recorder: &Recorder,
@@ -187,7 +189,7 @@ fn wait(
     remote.on_gone(move || {
         let _ = tell.send(());
     });
-    // The recording goes on, whether anybody reads how far it is or not.
+    // The recording must not wait for a reader of the progress messages.
     let _no_waiting = terminal::wait_for_nobody();
     let mut out = terminal::err();
     let live = terminal::is_interactive();
@@ -231,19 +233,19 @@ fn wait(
     Ok(())
 }
 
-/// Has every value of a variable go to a topic of the recording.
+/// Records every value of a variable in a topic.
 fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watching, Failure> {
     let mut last = None;
     let watching = remote.watch(&variable.name, Rate::Full, move |sample| {
         let published = sample.time.saturating_add(sample.age);
         let Some(bytes) = &sample.bytes else {
-            // What never had a value has none to be taken back.
+            // Without an earlier value there is none to retract.
             if last.is_some() {
                 topic.retract(published);
             }
             return;
         };
-        // What comes from a peer need not be in order.
+        // The sequence numbers of another application need not increase.
         let missed = last.map_or(0, |last| sample.sequence.saturating_sub(last).saturating_sub(1));
         topic.lose(missed);
         last = Some(sample.sequence);
@@ -257,7 +259,7 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
     Ok(watching)
 }
 
-/// The schemas whose panels are to be recorded, and how often.
+/// Returns the schemas whose panels to record, and the rate.
 fn chosen(remote: &Remote, panels: Panels) -> Result<(Vec<String>, f64), Failure> {
     let schemas = remote.schemas()?.schemas.into_iter();
     let names: Vec<_> = schemas
@@ -268,7 +270,7 @@ fn chosen(remote: &Remote, panels: Panels) -> Result<(Vec<String>, f64), Failure
     Ok((places.map(|place| names[place].clone()).collect(), panels.rate))
 }
 
-/// Has a panel go to a topic of the recording.
+/// Records a panel in a topic.
 fn watch_panel(remote: &Remote, recorder: &Recorder, schema: &str, rate: f64) -> Result<Watching, Failure> {
     let topic = recorder.panel(schema);
     let offered = Rate::at_least(rate);
@@ -293,7 +295,7 @@ fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {
     Ok(Arc::new(read?))
 }
 
-/// What the recording says of a variable.
+/// Returns a variable's metadata for the recording.
 fn about(variable: &VariableInfo) -> BTreeMap<String, String> {
     BTreeMap::from([
         ("variable".to_owned(), variable.name.clone()),

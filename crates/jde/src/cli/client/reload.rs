@@ -1,4 +1,4 @@
-//! `jde reload`: has new builds take over in a running application.
+//! `jde reload`: makes new builds take over in a running application.
 
 use std::io::{self, Write};
 
@@ -15,11 +15,12 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN, Words};
 
-/// Replace the code of a schema while it runs: the build that is now in its plugin's file takes over between two iterations.
+/// Replace the code of a schema while it runs: the current build in its plugin's file takes over between two
+/// iterations.
 ///
-/// The schema keeps its state in the hierarchy, its authority and its variables, and what it remembers if it hands that on. The
-/// build is checked first: if it does not fit the application nothing is touched, and all reasons are listed. If it fails in its
-/// first seconds the build before goes on by itself.
+/// The schema keeps its state in the hierarchy, its authority and its variables. It also keeps its memory if
+/// the old build saves it. The build is checked first: if it does not fit the application, nothing changes
+/// and all reasons are listed. If it fails in its first seconds, the previous build takes over again.
 ///
 /// The exit status is 0 if every schema runs what is in the file, 1 if not.
 #[derive(Args)]
@@ -29,18 +30,18 @@ use crate::terminal::{self, BAD, FAINT, GOOD, WARN, Words};
   jde reload robot2:vff --probation 10s
   jde reload vff --fresh --json")]
 pub(crate) struct Reload {
-    /// The schema, or a plugin for all schemas of it; APP:NAME names the application too.
+    /// The schema, or a plugin for all its schemas; also APP:NAME.
     #[arg(value_name = "NAME", add = ArgValueCompleter::new(complete::schemas_and_plugins))]
     name: String,
     #[command(flatten)]
     target: Target,
-    /// How long the build before is kept to go back to; 0s for not at all.
+    /// How long the previous build is kept for a return to it; 0s for not at all.
     #[arg(long, value_name = "TIME", value_parser = quantity::time_or_none, default_value = "3s")]
     probation: Nanos,
-    /// Begin anew, whatever the build before remembers.
+    /// Start without the memory of the previous build.
     #[arg(long)]
     fresh: bool,
-    /// As one line of JSON.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
 }
@@ -87,7 +88,7 @@ impl Reload {
     }
 }
 
-/// What became of each schema.
+/// Prints the result of each schema.
 fn tell(reloaded: &Reloaded, words: &mut Words) -> io::Result<()> {
     for (schema, became) in &reloaded.schemas {
         match became {

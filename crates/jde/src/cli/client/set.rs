@@ -18,7 +18,8 @@ use crate::top;
 
 /// Write a modulation of a schema, with its unit; `period` is one of every schema.
 ///
-/// It stands until the father or another operator writes it, or until it is released; with --for, no longer than that.
+/// The value stays until the father or another operator writes it, or until it is released. With --for it
+/// stays at most for that time.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde set goon.fast '0.3 m/s'
@@ -26,10 +27,10 @@ use crate::top;
   jde set example.start '{x = 1.0, y = 2.0, theta = 0.0}'
   jde set robot2:goon.fast=0.2 --for 10s")]
 pub(crate) struct Set {
-    /// The modulation: SCHEMA.MODULATION, or with =VALUE behind it.
+    /// The modulation: SCHEMA.MODULATION, or SCHEMA.MODULATION=VALUE.
     #[arg(value_name = "MODULATION", add = ArgValueCompleter::new(complete::modulations))]
     modulation: String,
-    /// The value; TOML, or a text without its quotes.
+    /// The value, in TOML, or a text without quotes.
     #[arg(value_name = "VALUE", allow_hyphen_values = true)]
     value: Option<String>,
     #[command(flatten)]
@@ -79,7 +80,7 @@ impl Set {
             over: format!("{name} is let go of"),
         };
         if info.variable == "period" {
-            // As in an application's file, a bare number counts seconds.
+            // As in an application's file, a number without a unit is in seconds.
             let bare = value.parse::<f64>().map(|_| format!("{value}s"));
             let period = top::text::period(bare.as_deref().unwrap_or(value)).map_err(|error| {
                 Failure::usage(error, format!("a period is a time {RANGE}, or a frequency"))
@@ -117,7 +118,7 @@ impl Set {
     }
 }
 
-/// The value alone where a type has but one field, as people give it and events tell it.
+/// Replaces a structure with one field by that field, as in arguments and events.
 fn only(value: Value) -> Value {
     match value {
         Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,

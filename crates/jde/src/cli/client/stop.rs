@@ -13,15 +13,15 @@ use crate::failure::Failure;
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct Which {
-    /// The schema; APP:SCHEMA names the application too.
+    /// The schema, or APP:SCHEMA.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
     schema: Option<String>,
-    /// All roots of all applications, or of the one that --app names.
+    /// All roots of all applications, or of the application that --app names.
     #[arg(long)]
     all: bool,
 }
 
-/// Of which application.
+/// What to stop or release, in which application.
 #[derive(Args)]
 struct Whom {
     #[command(flatten)]
@@ -32,8 +32,9 @@ struct Whom {
 
 /// Keep a schema asleep, or stop everything at once.
 ///
-/// With --all every root sleeps, and with it all that acts, and every command of every driver is neutral: nothing is ended, and
-/// `jde release --all` lets it go on. The exit status is 0 only if everything was stopped.
+/// With --all every root sleeps, and so does every schema below it; every command of every driver is neutral.
+/// No application ends, and `jde release --all` releases everything. The exit status is 0 only if everything
+/// was stopped.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde stop goon
@@ -47,7 +48,8 @@ pub(crate) struct Stop {
     lasting: Lasting,
 }
 
-/// Let go of a schema: undo what operators did to it, whoever they are. With --all, let everything go on that was stopped at once.
+/// Release a schema: undo the actions of all operators on it. With --all, release everything that was stopped
+/// at once.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde release goon
@@ -91,7 +93,7 @@ impl Release {
 }
 
 impl Whom {
-    /// The one, or where all are looked for.
+    /// Returns the one schema, or the target whose applications are all meant.
     fn one(self) -> Result<Schema, Target> {
         let Self { which, target } = self;
         match which.schema {

@@ -1,4 +1,4 @@
-//! Which application a verb is for, and the way there.
+//! Selects the application of a verb and the connection to it.
 
 use std::cell::RefCell;
 use std::fs;
@@ -12,28 +12,29 @@ use serde::Deserialize;
 use crate::complete;
 use crate::failure::Failure;
 
-/// Which application, and where it is.
+/// The application, and where it runs.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Target {
-    /// The application, where several run; a name may also say it itself, as in robot2:goon.
+    /// The application, if several run. A name may contain it too, as in robot2:goon.
     #[arg(short, long, env = "JDE_APP", value_name = "NAME", add = ArgValueCompleter::new(complete::applications))]
     pub(crate) app: Option<String>,
-    /// Look there instead of on this machine: an endpoint such as tcp/robot2:7447 or tls/robot2:7447 (repeatable).
+    /// Look for it at this endpoint instead of on this machine, such as tcp/robot2:7447 or tls/robot2:7447
+    /// (repeatable).
     #[arg(long, env = "JDE_AT", value_name = "ENDPOINT", value_delimiter = ',')]
     pub(crate) at: Vec<String>,
-    /// How to get in there: a file with user and password-file, or tls, as in an application that opens its link.
+    /// The credentials: a file with user and password-file, or tls, as in an application that opens its link.
     #[arg(long, env = "JDE_KEY", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) key: Option<PathBuf>,
 }
 
 impl Target {
-    /// The application, if it was typed and not only set in the environment.
+    /// The application, if it was typed and is not only set in the environment.
     pub(crate) fn typed_app(&self) -> Option<&str> {
         let usual = std::env::var("JDE_APP").ok();
         self.app.as_deref().filter(|app| Some(*app) != usual.as_deref())
     }
 
-    /// Whether it was typed where to look.
+    /// Whether an endpoint was typed, and is not only set in the environment.
     #[cfg(feature = "view")]
     pub(crate) fn is_elsewhere(&self) -> bool {
         let usual = std::env::var("JDE_AT").unwrap_or_default();
@@ -41,19 +42,19 @@ impl Target {
     }
 }
 
-/// What several verbs in a row share: connections, and the application that is meant unless they say otherwise.
+/// What consecutive verbs share: the connection, and the defaults for the application.
 #[derive(Default)]
 pub(crate) struct Context {
-    /// What is meant where a verb says nothing; a shell sets it.
+    /// The defaults for options that a verb does not have. `jde shell` sets them.
     pub(crate) target: RefCell<Target>,
-    /// The application spoken to last, by what it was asked for as.
+    /// The last application, with the options that selected it.
     last: RefCell<Option<(Asked, Remote)>>,
 }
 
-/// How an application was asked for.
+/// The options that select an application: name, endpoints, key file.
 type Asked = (Option<String>, Vec<String>, Option<PathBuf>);
 
-/// A file that says how to get in.
+/// The content of a key file.
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Key {
@@ -71,24 +72,24 @@ struct KeyTls {
 }
 
 impl Context {
-    /// Looks for applications.
+    /// Connects a client that looks for applications.
     pub(crate) fn client(&self, target: &Target) -> Result<Client, Failure> {
         let (_, at, key) = self.asked(target, None);
         Ok(Client::connect(&reach(&at, key.as_deref())?)?)
     }
 
-    /// The application that is named, if one is.
+    /// Returns the name of the chosen application, if there is one.
     pub(crate) fn named(&self, target: &Target) -> Option<String> {
         self.asked(target, None).0
     }
 
-    /// Where applications are looked for.
+    /// Returns where to look for applications.
     pub(crate) fn reach(&self, target: &Target) -> Result<Reach, Failure> {
         let (_, at, key) = self.asked(target, None);
         reach(&at, key.as_deref())
     }
 
-    /// The application that is meant; `named` is what a name before a colon says.
+    /// Connects to the chosen application. `named` is the part of a name before its colon.
     pub(crate) fn remote(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
         let asked = self.asked(target, named);
         if let Some((before, remote)) = &*self.last.borrow()
@@ -116,7 +117,7 @@ impl Context {
                 .map(str::to_owned)
                 .or_else(|| target.app.clone())
                 .or_else(|| usual.app.clone()),
-            // A variable that is set to nothing says nothing.
+            // An empty environment variable counts as unset.
             at.iter()
                 .filter(|endpoint| !endpoint.is_empty())
                 .cloned()
@@ -148,7 +149,8 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
     })
 }
 
-/// `tcp:host:port` and a bare `host:port` are understood as well.
+/// Converts an endpoint. Also accepts `tcp:host:port`, a bare `host:port` and a bare host, whose port is
+/// 7447.
 fn endpoint_of(text: &str) -> String {
     if text.contains('/') {
         return text.to_owned();

@@ -1,4 +1,4 @@
-//! `jde top`: the oscilloscope on an application that runs elsewhere.
+//! `jde top`: the oscilloscope for an application of another process.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,14 +14,14 @@ use crate::interrupt::Interrupts;
 use crate::terminal;
 use crate::top::{self, Application as _, Left};
 
-/// Watch a running application in the oscilloscope; `q` leaves it running, `?` shows the keys.
+/// Watch a running application in the oscilloscope; `q` leaves without ending it, `?` shows the keys.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde top
   jde top robot2 --at tls/robot2:7447 --key lab.toml
   ssh -t robot2 jde top")]
 pub(crate) struct Top {
-    /// The application, where several run.
+    /// The application, if several run.
     #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
     application: Option<String>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `jde vars`: the shared variables of a running application.
+//! `jde vars`: lists the shared variables of a running application.
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -12,22 +12,22 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::terminal::{self, FAINT, TITLE, WARN};
 
-/// List the shared variables: what they are, how fresh, and who writes them.
+/// List the shared variables: type, age and writer.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde vars
   jde vars 'pioneer.*' '*.speed' --docs
   jde vars robot2:pioneer.laser --json")]
 pub(crate) struct Vars {
-    /// Only variables like these: full names with * for any letters.
+    /// List only the variables that match: full names with * for any letters.
     #[arg(value_name = "PATTERN", add = ArgValueCompleter::new(complete::variables))]
     patterns: Vec<String>,
     #[command(flatten)]
     target: Target,
-    /// Also what each means, and the range of modulations.
+    /// Also print the meaning of each variable, and the range of modulations.
     #[arg(long)]
     docs: bool,
-    /// As one line of JSON, with the definition of every type.
+    /// Print one line of JSON, with the definition of every type.
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `jde watch`: values as they come, in lines or drawn over time.
+//! `jde watch`: prints or plots values as they arrive.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -21,47 +21,48 @@ use crate::queue::{Queue, Taken};
 use crate::strip;
 use crate::terminal::{self, FAINT, WARN};
 
-/// How often a plot wants values: twice for each of its redraws.
+/// The rate of values for a plot: two for each redraw.
 const PLOT: Rate = Rate::Hz(50);
-/// Values that may wait to be shown: a few seconds of the fastest variable. Of more the oldest are dropped, counted and said.
+/// The most values that may wait to be shown: a few seconds of the fastest variable. Beyond that, the oldest
+/// are dropped, counted and reported.
 const WAITING: usize = 4096;
 
-/// Show values as they come, of variables or of fields of them.
+/// Show values of variables or of their fields as they arrive.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde watch pioneer.odometry.pose.pose.position.x --rate 2
   jde watch example.mission --count 1 --json
   jde watch --plot pioneer.odometry.twist.twist.linear.x pioneer.velocity.linear.x")]
 pub(crate) struct Watch {
-    /// The variables: SCHEMA.VARIABLE, with .FIELD behind it and APP: before it if need be.
+    /// The variables: SCHEMA.VARIABLE, with .FIELD after it and APP: before it if needed.
     #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
     variables: Vec<String>,
     #[command(flatten)]
     target: Target,
-    /// At most so many a second of each, the newest; without it every value.
+    /// Show at most this many values of each variable per second, the newest ones. By default, every value.
     #[arg(long, value_name = "HZ", value_parser = quantity::rate)]
     rate: Option<f64>,
-    /// End after so many.
+    /// End after this many values.
     #[arg(long, value_name = "N")]
     count: Option<u64>,
-    /// Draw numbers over time.
+    /// Plot numbers over time.
     #[arg(long, conflicts_with_all = ["json", "count"])]
     plot: bool,
-    /// A line of JSON each.
+    /// Print each value as one line of JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// What comes from those who watch.
+/// Input from the subscriptions and signals.
 struct Told {
-    /// Values, with the number of their variable.
+    /// Values, with the index of their variable.
     samples: Arc<Queue<(usize, Sample)>>,
-    /// An application that is gone.
+    /// The first application that is gone.
     gone: Arc<OnceLock<String>>,
     interrupted: Arc<AtomicBool>,
 }
 
-/// One of the variables.
+/// A watched variable.
 struct Watched {
     application: String,
     variable: String,
@@ -130,7 +131,7 @@ impl Watch {
             let (application, gone) = (application.clone(), Arc::clone(&told.gone));
             let samples = Arc::clone(&told.samples);
             move || {
-                // The first is told.
+                // Only the first one is reported.
                 let _ = gone.set(application);
                 samples.close();
             }
@@ -166,7 +167,7 @@ impl Watch {
 
     fn line(&self, watched: &Watched, several: bool, sample: &Sample, missed: u64) -> Result<(), Failure> {
         let part = &watched.part;
-        // An element past the end of a list is none.
+        // An element past the end of a list has no value.
         let value = sample.bytes.as_deref().and_then(|bytes| part.value(bytes).ok());
         if self.json {
             return print_json(&json!({
@@ -221,11 +222,11 @@ impl Watch {
     }
 }
 
-/// Values on their way into a plot.
+/// Values that arrive for a plot.
 struct Incoming<'w> {
     told: Told,
     watched: &'w [Watched],
-    /// Of several applications.
+    /// Whether the variables are of several applications.
     several: bool,
     start: Instant,
 }
@@ -233,7 +234,7 @@ struct Incoming<'w> {
 impl strip::Source for Incoming<'_> {
     fn take(&mut self) -> Vec<strip::Sample> {
         let mut samples = Vec::new();
-        // What was dropped meanwhile came between two pictures, and would have had no place in them.
+        // Ignore how many values were dropped: they arrived between two redraws and would not be visible.
         while let Taken::Next {
             what: (trace, sample),
             ..
@@ -244,10 +245,11 @@ impl strip::Source for Incoming<'_> {
                 .as_deref()
                 .and_then(|bytes| self.watched[trace].part.number(bytes));
             let time = if self.several {
-                // Each application counts from its own start: here all count from when this began.
+                // Each application's clock starts with it. Use the common time since the start of this
+                // command.
                 self.start.elapsed().as_secs_f64() - sample.age as f64 / 1e9
             } else if sample.sequence == 0 {
-                // What has been there since the start is drawn from now on.
+                // A value from the start of the application is drawn from now on.
                 (sample.time + sample.age) as f64 / 1e9
             } else {
                 sample.time as f64 / 1e9
@@ -255,7 +257,7 @@ impl strip::Source for Incoming<'_> {
             samples.push(strip::Sample {
                 trace,
                 time,
-                // A value that is none breaks the line.
+                // A missing value interrupts the line.
                 value: number.unwrap_or(f64::NAN),
             });
         }

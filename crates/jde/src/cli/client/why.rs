@@ -1,4 +1,4 @@
-//! `jde why`: why somebody won, lost, or did not act; asked of a running application or of a recording.
+//! `jde why`: why a schema won, lost or did not act, in a running application or a recording.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,14 @@ use crate::failure::{Failure, shown};
 use crate::terminal;
 use crate::why::{self, Answer, Known, Question};
 
-/// Selections that are looked at in a running application: all that it keeps.
+/// Number of selections requested from a running application: all that it keeps.
 const LAST: usize = 1000;
 
-/// Say why somebody won, lost or did not act.
+/// Say why a schema won, lost or did not act.
 ///
-/// A question names schemas, and a group or a time if need be; the words between them may be left out. Without a time the last
-/// takeover like that is meant; a time alone asks for what was in force then. A running application remembers its last
-/// thousand selections; a recording has all of them.
+/// A question names schemas, and a group or a time if needed; the words between them are optional. Without a
+/// time it means the last such takeover; a time alone means the choice in force then. A running application
+/// keeps its last thousand selections; a recording has all of them.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde why vff
@@ -37,17 +37,17 @@ pub(crate) struct Why {
     /// The question.
     #[arg(value_name = "QUESTION", add = ArgValueCompleter::new(complete::schemas))]
     question: Vec<String>,
-    /// Ask a recording, whatever application is meant otherwise.
+    /// Ask this recording instead of an application.
     #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath)]
     recording: Option<PathBuf>,
     #[command(flatten)]
     target: Target,
-    /// The selection as one line of JSON.
+    /// Print the selection as one line of JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// What is answered, for programs.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Found<'d> {
     decision: &'d Decision,
@@ -82,10 +82,10 @@ impl Why {
     }
 }
 
-/// Selections, and of when they are.
+/// Selections, and the time range that they cover.
 type Selections = (Vec<Decision>, Known);
 
-/// All selections of a recording, up to where it is damaged.
+/// Returns all selections of a recording, up to its damage if it has any.
 fn of_recording(file: &Path) -> Result<Selections, Failure> {
     let recording = Recording::open(file)?;
     if let Some(damage) = recording.damage() {
@@ -117,7 +117,7 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
             "`jde run APP --record FILE` records them",
         ));
     }
-    // Of one that was begun later, also what was in force then is known.
+    // A recording that started later also contains the choice in force at its start.
     let from = first.saturating_sub(start) as f64 / 1e9;
     let known = Known {
         from: from.min(decisions[0].time_s),
@@ -126,16 +126,16 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
     Ok((decisions, known))
 }
 
-/// The last selections of a running application.
+/// Returns the last selections of a running application.
 fn of_application(remote: &Remote) -> Result<Selections, Failure> {
     let (tell, told) = channel();
     let watching = remote.events(&[Kind::Decision], LAST, move |happened| {
         if let Line::Decision(decision) = happened.line {
-            // Nobody listens any more once it has been answered.
+            // The receiver is gone after the answer.
             let _ = tell.send(decision);
         }
     })?;
-    // What was told before has been, when this returns.
+    // All earlier selections have arrived when this returns.
     drop(watching);
     let decisions: Vec<Decision> = told.try_iter().collect();
     let known = Known {
