@@ -1,4 +1,4 @@
-//! The verbs for running applications, as their users meet them: real processes that find each other.
+//! The verbs for running applications, as users see them: real processes that find each other.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -10,13 +10,13 @@ use tempfile::TempDir;
 
 use crate::support::{Said, jde, jde_with_plugins, pair, plugins, root, said};
 
-/// A place where applications of one test find each other, and no others.
+/// A folder in which the applications of one test find each other, and no others.
 pub(crate) struct Place {
     folder: TempDir,
     _watchdog: Watchdog,
 }
 
-/// An application that runs; killed when dropped.
+/// A running application. It is killed when dropped.
 pub(crate) struct Running {
     process: Child,
 }
@@ -33,12 +33,12 @@ impl Place {
         self.folder.path()
     }
 
-    /// Starts an application and goes on once tools find it.
+    /// Starts an application, and returns once tools find it.
     pub(crate) fn start(&self, application: &str, more: &[&str]) -> Running {
         self.found(jde_with_plugins(&["run", application, "--plain"]), more)
     }
 
-    /// Plays a recording, and goes on once tools find it.
+    /// Plays a recording, and returns once tools find it.
     pub(crate) fn replay(&self, file: &Path, more: &[&str]) -> Running {
         let mut command = jde(&["replay", "--plain"]);
         command.arg(file);
@@ -78,7 +78,7 @@ impl Place {
         said(&mut self.command(jde(args)))
     }
 
-    /// What a verb that must work says.
+    /// Runs a verb that must succeed, and returns its output.
     pub(crate) fn told(&self, args: &[&str]) -> String {
         let said = self.says(args);
         assert_eq!(said.status, Some(0), "jde {args:?}: {said:?}");
@@ -99,7 +99,7 @@ impl Place {
             .collect()
     }
 
-    /// Asks until the answer is as wanted.
+    /// Repeats a verb until its JSON is as wanted.
     pub(crate) fn until(&self, args: &[&str], wanted: impl Fn(&Value) -> bool) -> Value {
         loop {
             let answer = self.json(args);
@@ -120,13 +120,13 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // It may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// A robot in the office, driven by four schemas.
+/// Starts a robot in the office, driven by four schemas.
 pub(crate) fn navigation(place: &Place) -> Running {
     place.start("apps/safe-navigation.toml", &[])
 }
@@ -231,7 +231,7 @@ fn r14_what_an_operator_does_is_shown_told_and_undone() {
     assert!(why.contains("example/base at"), "{why}");
     place.told(&["release", "goon"]);
     place.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
-    // For a while only.
+    // For a limited time.
     let held = place.told(&["force", "stop", "--for", "300ms"]);
     assert!(held.contains("is let go of"), "{held}");
     place.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
@@ -309,7 +309,7 @@ fn whoever_watches_is_told_that_the_application_is_gone() {
     watch.stderr.take().unwrap().read_to_string(&mut words).unwrap();
     assert_eq!(watch.wait().unwrap().code(), Some(1));
     assert!(words.contains("`pair` is gone"), "{words}");
-    // What it left is cleared away.
+    // The killed application is no longer listed.
     assert!(place.apps().is_empty());
 }
 
@@ -438,7 +438,7 @@ fn a_run_can_be_closed_to_tools() {
         .spawn()
         .unwrap();
     let mut line = String::new();
-    // It runs.
+    // Its first line shows that it runs.
     BufReader::new(quiet.stdout.take().unwrap())
         .read_line(&mut line)
         .unwrap();

@@ -1,25 +1,25 @@
-//! What a driver and its robot are connected by, for tests that cut it.
+//! The connection of a driver and its robot, for tests that interrupt it.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A cable between a driver and its robot, which can be cut: then nothing passes, and nobody is told.
+/// A cable between a driver and its robot. Once cut, it drops all data, and neither end gets an error.
 pub(crate) struct Cable {
     pub(crate) address: String,
     cut: Arc<AtomicBool>,
 }
 
 impl Cable {
-    /// To a robot that listens there.
+    /// Connects a cable to a robot that listens at `address`.
     pub(crate) fn to(address: &str) -> Self {
         let robot = address.trim_start_matches("tcp:").to_owned();
         let plug = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = format!("tcp:{}", plug.local_addr().expect("an address"));
         let cut = Arc::new(AtomicBool::new(false));
         let held = Arc::clone(&cut);
-        // Its threads end with the sockets, which end with the processes at both ends.
+        // The threads end with the sockets, which end with the processes at both ends.
         std::thread::spawn(move || {
             let (driver, _) = plug.accept().expect("the driver comes");
             let robot = TcpStream::connect(robot).expect("the robot is there");
@@ -42,7 +42,7 @@ impl Cable {
         Self { address, cut }
     }
 
-    /// From now on nothing passes.
+    /// Drops all data from now on.
     pub(crate) fn cut(&self) {
         self.cut.store(true, Ordering::SeqCst);
     }

@@ -1,4 +1,5 @@
-//! Libraries that end whoever maps them: each is named, and nobody who only wants to know what there is ends with it. Made by cc.
+//! Libraries that end every process which maps them. Each is reported, and verbs that only list or check
+//! plugins survive. The libraries are built by cc.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use crate::attached::{Place, schema};
 use crate::reloading::Shelf;
 use crate::support::{Said, jde, root, said};
 
-/// A plugin of one motor schema, and what its library does when it is mapped.
+/// Builds a plugin of one motor schema, whose library runs `constructor` when it is mapped.
 pub(crate) fn library(folder: &Path, name: &str, constructor: &str) -> PathBuf {
     let (source, file) = (
         folder.join(format!("{name}.c")),
@@ -85,7 +86,7 @@ fn a_library_that_ends_whoever_maps_it_is_named_and_hides_no_other() {
             "{args:?}: {told:?}"
         );
     }
-    // A slip makes it look at all that there are, for what was meant.
+    // A misspelt name makes `check` look at all plugins for a suggestion.
     let slip = in_folder(place, &["check", &application(place, "a_sund")]);
     assert!(slip.err.contains("did you mean `a_sound`?"), "{slip:?}");
 }
@@ -118,7 +119,7 @@ fn whatever_bits_of_a_library_are_turned_the_others_are_listed() {
             .iter()
             .any(|plugin| plugin["path"].as_str().unwrap().ends_with("libsound.so"))
     );
-    // Otherwise nothing was tried.
+    // Otherwise the mutants were rejected without being loaded.
     let deaths = unusable
         .iter()
         .filter(|file| file["reason"].as_str().unwrap().contains("its process"));

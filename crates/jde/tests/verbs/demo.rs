@@ -1,4 +1,4 @@
-//! The demonstration as a script meets it.
+//! The demonstration as a script runs it.
 
 use crate::support::{jde_with_plugins, json, said};
 

@@ -1,5 +1,6 @@
-//! Recordings on disks that fail and disks that fill: said, counted, and in the exit status. The disk is a library that is loaded
-//! before the system's (`tests/c/disk.c`), so that nobody need be root.
+//! Recordings on disks that fail or fill up: the error is reported, the loss counted, and the exit status
+//! set. The disk is a library that is loaded before the system's (`tests/c/disk.c`), so that the tests need
+//! no root.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +9,7 @@ use jde_log::Recording;
 
 use crate::support::{Said, app, jde_with_plugins, json, said};
 
-/// Records a run on a disk that does what is said.
+/// Records a run on a disk that behaves as `how` states, an environment variable and its value.
 fn record(folder: &Path, how: (&str, &str), more: &[&str]) -> Said {
     let disk = folder.join("disk.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c/disk.c");
@@ -25,7 +26,8 @@ fn record(folder: &Path, how: (&str, &str), more: &[&str]) -> Said {
     said(jde_with_plugins(&args).env("LD_PRELOAD", &disk).env(how.0, how.1))
 }
 
-/// The disk's words were told, the loss was counted, and the exit status tells of it although the mission is done.
+/// Checks that the disk's error was reported, the loss counted, and the exit status set although the mission
+/// is done.
 fn is_told(run: &Said, words: &str) {
     assert_eq!(run.status, Some(1), "{}", run.err);
     assert!(run.err.contains(words), "{}", run.err);
@@ -50,7 +52,7 @@ fn a_disk_that_could_not_keep_what_it_took_is_told_once_and_believed() {
         &["--when", "operator", "--when", "guide.mission.reached >= 1u"],
     ] {
         let folder = tempfile::tempdir().unwrap();
-        // The only one of so short a run, or the first of several.
+        // The only sync of such a short run, or the first of several.
         let run = record(folder.path(), ("DISK_BAD_SYNC", "1"), more);
         is_told(&run, "Input/output error");
     }

@@ -1,5 +1,5 @@
-//! What schemas say before anything starts: problems of their modulations, with file and line; and inspections that go wrong
-//! themselves, which name their plugin and keep nobody from the others. Plugins are made by cc.
+//! Inspections before the start. Problems of modulations are reported with file and line. An inspection that
+//! fails is reported with its plugin, and does not keep the others from running. The plugins are built by cc.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use crate::support::{Said, app, jde, jde_with_plugins, root, said};
 
-/// Makes a plugin of one driver with a modulation `name`, whose inspection does what `body` says.
+/// Builds a plugin of one driver with a modulation `name` and an inspection with the code `body`.
 fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
     let (source, file) = (
         folder.join(format!("{name}.c")),
@@ -51,7 +51,7 @@ fn today() -> std::path::PathBuf {
     root().join("include")
 }
 
-/// An application of a beat that always wins, and a driver of each of these plugins.
+/// Writes an application of a beat that always wins, and a driver of each of these plugins.
 fn application(folder: &Path, drivers: &[&str]) -> String {
     let mut text = String::from("roots = [\"root\"]\n[schemas.root]\ntype = \"beat\"\n");
     for driver in drivers {

@@ -1,4 +1,5 @@
-//! A schema in a process of its own, by one word in the application's file: shown, killed, missed, started again, reloaded.
+//! A schema in a process of its own, requested by one word in the application's file: shown, killed,
+//! restarted and reloaded.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use crate::attached::{Place, schema};
 use crate::reloading::{Shelf, version};
 use crate::support::{jde_with_plugins, root, said};
 
-/// The robot in the office, with the schema that avoids things in a process of its own.
+/// Writes an application: the robot in the office, with the avoiding schema in a process of its own.
 fn application(folder: &Path) -> PathBuf {
     let app = fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("it is there");
     let world = format!("{}/worlds/", root().display());

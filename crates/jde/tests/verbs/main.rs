@@ -1,4 +1,4 @@
-//! The executable as a user meets it: real processes, real files, exit statuses.
+//! The executable as a user sees it: real processes, real files, exit statuses.
 
 mod attached;
 mod cable;

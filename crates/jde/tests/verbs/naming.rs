@@ -1,4 +1,4 @@
-//! Which application a name is of, of when something is known, and what is recorded from outside: real processes.
+//! The names of applications, the times for which data is known, and recordings from outside: real processes.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::attached::{Place, navigation, schema};
 use crate::support::{Said, jde, jde_with_plugins, pair, said};
 
-/// An application whose listener hears the talker of `robot3`.
+/// Writes an application whose listener imports from the talker of `robot3`.
 fn importer(place: &Place) -> String {
     let file = place.folder().join("importer.toml");
     let text = "name = \"importer\"\nroots = [\"listener\"]\n\n[schemas.listener]\ntype = \"pair/listener\"\n\
@@ -65,7 +65,7 @@ fn an_application_is_not_called_as_the_one_it_imports_from() {
             .contains("imports from another application called `robot3`"),
         "{called:?}"
     );
-    // And conditions may name what it imports.
+    // Conditions may also name an import.
     let recording = place.folder().join("heard.mcap");
     let recording = recording.to_str().unwrap();
     let more = ["--record", recording, "--when", "robot3:talker.count > 3u"];
@@ -207,14 +207,15 @@ fn a_recording_from_outside_begins_when_it_began() {
     assert!(late >= 1_500_000_000, "it begins {late} ns after the start");
     let words = place.told(&["info", file]);
     assert!(words.contains(" s after its start"), "{words}");
-    // It plays from there, and not from a start that it does not know.
+    // Playback begins at the recording's beginning, not at the application's start, which it does not
+    // contain.
     let playing = place.replay(file.as_ref(), &["--paused", "--name", "later"]);
     let position = place.json(&["get", "replay.position", "--app", "later"]);
     assert!(position["value"].as_f64() >= Some(1.5), "{position}");
     let start = place.says(&["set", "replay.position", "0", "--app", "later"]);
     assert!(start.err.contains("` takes "), "{start:?}");
     drop(playing);
-    // What was decided before is in it all the same, and says when.
+    // The recording contains earlier selections too, with their times.
     let why = place.told(&["why", "goon", "--in", file]);
     assert!(why.contains("example/base at "), "{why}");
 }
@@ -227,7 +228,7 @@ fn r14_a_recording_from_outside_waits_for_its_moment() {
     let name = file.to_str().expect("UTF-8");
     let wrong = refused(&place, &["record", name, "--when", "goon.fst > 0.1"]);
     assert!(wrong.err.contains("goon.fast"), "{wrong:?}");
-    // What was done before is no moment.
+    // An action before the recording is not a moment to record.
     place.told(&["set", "goon.fast", "0.35"]);
     let mut record = place.command(jde(&["record"]));
     record

@@ -1,4 +1,4 @@
-//! What `jde new` writes builds, passes its own test and runs, outside this repository.
+//! The project that `jde new` writes builds, passes its own test and runs, outside this repository.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Schemas' own panels without a window: shown in words, touched, recorded and played.
+//! Panels of schemas without a window: printed as text, operated, recorded and played.
 
 use serde_json::Value;
 
@@ -15,7 +15,7 @@ fn topics(place: &Place, file: &str) -> Vec<String> {
         .collect()
 }
 
-/// Whether a list says this in one of its texts.
+/// Whether a list contains this text.
 fn says(panel: &Value, words: &str) -> bool {
     let items = panel["list"]["items"].as_array();
     items.is_some_and(|items| {
@@ -87,7 +87,7 @@ fn panels_are_recorded_on_request_and_shown_again_at_their_time() {
     let playing = place.replay(file.as_ref(), &["--loop"]);
     place.until(&["panel", "example"], |panel| says(panel, "To target 1"));
     let touched = place.says(&["panel", "example", "--click", "field", "1", "1"]);
-    // At the very beginning there is nothing to touch.
+    // At the beginning the panel has no buttons yet.
     if touched.status == Some(2) {
         assert!(touched.err.contains("this is a recording"), "{touched:?}");
     } else {

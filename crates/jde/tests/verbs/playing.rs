@@ -1,4 +1,4 @@
-//! `jde replay` as a user meets it: a recording that tools look into like an application that runs.
+//! `jde replay` as a user sees it: a recording that tools can read like a running application.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::attached::{Place, schema};
 use crate::support::{jde, jde_with_plugins, root, said};
 
-/// Half a minute of the demonstration.
+/// Records half a minute of the demonstration.
 fn record(folder: &Path) -> PathBuf {
     let file = folder.join("drive.mcap");
     let name = file.to_str().expect("a name in UTF-8");
@@ -44,7 +44,7 @@ fn a_recording_is_looked_into_and_steered() {
     assert_eq!(schema(&ps, "goon")["period"], 75_000_000);
     let pose = place.json(&["get", "pioneer.odometry.pose.pose.position.x"]);
     assert!(pose["value"].is_number(), "{pose}");
-    // It stands, and goes on to the next takeover and no further.
+    // Playback is paused. A step moves to the next takeover and no further.
     place.told(&["set", "replay.step", "true"]);
     let stepped = place.until(&["get", "replay.position"], |now| now["value"] != 19.0);
     assert!(stepped["value"].as_f64() > Some(19.0), "{stepped}");

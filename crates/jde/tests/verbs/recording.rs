@@ -1,4 +1,4 @@
-//! `jde run --record` as a user meets it: what is in the file, what is said of it, and what is refused.
+//! `jde run --record` as a user sees it: the content of the file, the messages, and the refusals.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use jde_types::{LaserScan, Mission, Value};
 
 use crate::support::{app, jde, jde_with_plugins, json, said};
 
-/// The messages of a topic.
+/// Returns the messages of a topic.
 fn of<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
     let of_topic = messages.iter().filter(|message| message.channel.topic == topic);
     of_topic.collect()
@@ -163,7 +163,7 @@ fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
             "--record-only",
             "*.laser",
             "*.period",
-            // Not recorded, and looked at all the same.
+            // A condition reads this variable, although it is not recorded.
             "--when",
             "guide.mission.reached >= 1u",
             "--when",

@@ -1,4 +1,4 @@
-//! Code that changes while an application runs: files of plugins that are replaced, with real processes.
+//! Code that changes while an application runs: the files of plugins are replaced under real processes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::attached::{Place, Running, schema};
 use crate::support::{jde, plugins, root};
 
-/// Plugins of a test's own, which come before those of the workspace.
+/// A folder of plugins for one test, which precedes the plugins of the workspace.
 pub(crate) struct Shelf {
     folder: tempfile::TempDir,
     original: Vec<u8>,
@@ -29,14 +29,14 @@ impl Shelf {
         self.folder.path().join("libvff.so")
     }
 
-    /// Writes the file as a linker does: a new one in its place.
+    /// Writes the library as a linker does: as a new file that replaces the old one.
     pub(crate) fn write(&self, bytes: &[u8]) {
         let beside = self.folder.path().join("new");
         fs::write(&beside, bytes).expect("it is written");
         fs::rename(beside, self.file()).expect("it takes the place");
     }
 
-    /// The same code under another version.
+    /// Returns the same code with another version.
     pub(crate) fn build(&self, version: &str) -> Vec<u8> {
         let mark = concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes();
         let new = format!("{version}\0");
@@ -52,7 +52,7 @@ impl Shelf {
         bytes
     }
 
-    /// Starts that application with these plugins before all others.
+    /// Starts an application with these plugins before all others.
     pub(crate) fn start(&self, place: &Place, app: &Path, more: &[&str]) -> Running {
         let mut command = jde(&["run", app.to_str().expect("it is UTF-8"), "--plain"]);
         let folders = std::env::join_paths([self.folder.path(), plugins()]).expect("no colons");

@@ -1,4 +1,4 @@
-//! `jde replay --decide` as a user meets it: a drive that is decided as it was, one that is not, and what cannot be replayed.
+//! `jde replay --decide` as a user sees it: a drive that is decided as before, one that is not, and refusals.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::damaged::library;
 use crate::support::{Said, app, jde_with_plugins, json, said};
 
-/// Records a drive, in lockstep.
+/// Records a drive in lockstep.
 fn recorded(folder: &Path, more: &[&str]) -> String {
     let file = folder.join("drive.mcap").display().to_string();
     let room = app("room.toml");
@@ -52,7 +52,7 @@ fn what_was_set_for_the_recorded_run_is_in_force_again() {
     let file = recorded(folder.path(), &["--set", "goon.fast=0.3 m/s"]);
     let same = replay(&file, &[]);
     assert_eq!(same.status, Some(0), "{}{}", same.out, same.err);
-    // The file alone does not have it.
+    // The application's file does not contain the value given by --set.
     let room = replay(&file, &["--app", &app("room.toml")]);
     assert!(
         room.out.contains("differs: goon.fast starts with"),
@@ -82,7 +82,7 @@ fn a_changed_constant_is_found_and_explained() {
     let first = &verdict["first"][0];
     assert!(first["recorded"]["reason"].is_string() || first["replayed"]["reason"].is_string());
     assert!(verdict["different"].as_u64().unwrap() > 0);
-    // Nothing is compared before the first of them.
+    // Everything before the first difference is equal.
     let time = first["time_s"].as_f64().unwrap();
     let until = format!("{}ms", (time * 1e3).floor() - 1.0);
     let same = replay(&file, &[&set[..], &["--to", &until]].concat());
@@ -93,7 +93,7 @@ fn a_changed_constant_is_found_and_explained() {
 fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
     let folder = tempfile::tempdir().unwrap();
     let file = recorded(folder.path(), &[]);
-    // What goon wants is what it wanted; only how fast it drives is another.
+    // goon wins as before. Only its speed differs.
     let set = ["--set", "goon.fast=0.39 m/s"];
     let different = replay(&file, &set);
     assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);
@@ -175,7 +175,7 @@ fn what_cannot_be_replayed_is_named() {
     assert!(other.err.contains("is no MCAP file"), "{}", other.err);
 }
 
-/// A recording names folders in three ways, and somebody else may have written all of them.
+/// A recording names folders in three ways, and any of them may come from an untrusted source.
 #[test]
 fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
     let home = tempfile::tempdir().unwrap();
@@ -197,7 +197,7 @@ fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
     let run = said(&mut jde_with_plugins(&run));
     assert_eq!(run.status, Some(0), "{}", run.err);
 
-    // From here on each of the folders has a library that leaves a mark when it is mapped.
+    // From here on each of the folders contains a library that creates the file `mark` when it is mapped.
     let mark = home.path().join("mark");
     let leave = format!("fclose(fopen(\"{}\", \"w\"));", mark.display());
     for folder in [stood.join("lib"), stood.clone(), home.path().to_owned()] {

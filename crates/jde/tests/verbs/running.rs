@@ -1,4 +1,4 @@
-//! `jde run` as a user or a script meets it: lines, summaries, files, exit statuses, and being asked to stop.
+//! `jde run` as a user or a script sees it: lines, summaries, files, exit statuses, and requests to stop.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -292,7 +292,7 @@ fn what_a_run_would_write_over_stays_if_it_does_not_begin() {
     for picture in [&picture, &other] {
         let mut run = jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]);
         run.args(["--picture", &path(picture), "--decisions", &path(&decisions)]);
-        // It exists already, and nobody said that it may be written over.
+        // The file exists, and `--overwrite` is not given.
         let refused = said(run.args(["--record", &path(&drive)]));
         assert_eq!(refused.status, Some(2), "{refused:?}");
     }

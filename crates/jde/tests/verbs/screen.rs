@@ -1,4 +1,4 @@
-//! The oscilloscope and the shell on a terminal of their own, made by `script` of util-linux.
+//! The oscilloscope and the shell on a terminal of their own, which `script` of util-linux creates.
 
 use jde_watchdog::Watchdog;
 use std::io::{Read, Write};
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use crate::attached::Place;
 use crate::support::{pair, plugins};
 
-/// What a terminal is sent to show its alternate screen, and to leave it.
+/// The sequences that show the alternate screen of a terminal, and leave it.
 const ENTER: &str = "\u{1b}[?1049h";
 const LEAVE: &str = "\u{1b}[?1049l";
 
@@ -53,7 +53,7 @@ fn on_a_terminal_it_shows_the_oscilloscope_and_gives_the_terminal_back() {
     assert!(enter < leave && leave < summary, "{shown}");
 }
 
-/// What a program asks of a terminal to know where the cursor is, and an answer.
+/// The request for the cursor's position, and a response.
 const WHERE: &str = "\u{1b}[6n";
 const HERE: &[u8] = b"\x1b[1;1R";
 
@@ -74,8 +74,8 @@ fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
         .expect("script of util-linux is there");
     let mut keys = child.stdin.take().unwrap();
     let mut screen = child.stdout.take().unwrap();
-    // Half a line and Ctrl-X; once that is done and the line editor asks again, what was typed is wiped away and the shell left.
-    // Before it asks the terminal is not the editor's, and would take the keys for its own.
+    // Types half a line and Ctrl-X. Once that is handled and the line editor asks again, it deletes the line
+    // and leaves the shell. Keys sent before the editor asks would reach the terminal instead of the editor.
     let mut to_press = [
         ("", &b"get talk\x18"[..]),
         ("every command is neutral", b"\x15exit\r"),

@@ -1,4 +1,4 @@
-//! `jde sim` as a user meets it, and robots that lose the process that drives them: stopped, killed, gone.
+//! `jde sim` as a user sees it, and robots whose driving process is stopped, killed or gone.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -9,7 +9,7 @@ use jde_watchdog::Watchdog;
 use crate::cable::Cable;
 use crate::support::{jde, jde_with_plugins, json, root, said};
 
-/// A world that is served; it ends when this is dropped.
+/// A served world. The server ends when this is dropped.
 struct Server {
     process: Child,
     words: BufReader<ChildStdout>,
@@ -38,12 +38,12 @@ impl Server {
         }
     }
 
-    /// Goes on once it has said so.
+    /// Waits for a line that contains `part`.
     fn until(&mut self, part: &str) -> String {
         until(&mut self.words, |line| line.contains(part))
     }
 
-    /// Ends it as Ctrl-C does; gives the rest of what it says.
+    /// Ends the server as Ctrl-C does, and returns the rest of its output.
     fn end(mut self) -> String {
         signal("INT", &self.process);
         let mut rest = String::new();
@@ -55,13 +55,13 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // It may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// The first line that is as wanted.
+/// Returns the first line that is as wanted.
 fn until(words: &mut impl BufRead, wanted: impl Fn(&str) -> bool) -> String {
     loop {
         let mut line = String::new();
@@ -82,7 +82,7 @@ fn signal(name: &str, process: &Child) {
     assert!(kill.status().expect("there is a kill").success());
 }
 
-/// The application of the demonstration, on a robot behind TCP: only the lines of its driver differ.
+/// Writes the application of the demonstration for a robot behind TCP. Only the lines of its driver differ.
 fn safe_navigation(folder: &Path, address: &str) -> String {
     let text = std::fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("it is there");
     let simulated = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
@@ -93,7 +93,7 @@ fn safe_navigation(folder: &Path, address: &str) -> String {
     file.display().to_string()
 }
 
-/// A robot that is driven by another process.
+/// Starts an application that drives the server's robot.
 fn driven(folder: &Path, server: &mut Server) -> (Child, BufReader<ChildStdout>) {
     let app = safe_navigation(folder, &server.address);
     let mut driver = jde_with_plugins(&["run", &app, "--plain"])
@@ -111,7 +111,8 @@ fn what_a_script_starts_in_the_background_says_how_it_ends() {
     let _watchdog = Watchdog::of_a_test();
     let sim = jde(&["sim", "worlds/office.toml", "--p2os", "127.0.0.1:0"]);
     let mut script = Command::new("sh");
-    // Not `&`: its process would be nobody's child here. The shell ignores for it what it would ignore for that.
+    // A process started with `&` would not be a child of this test. `trap` ignores the signal that the shell
+    // would ignore for it.
     script
         .args(["-c", "trap '' INT; exec \"$0\" \"$@\""])
         .arg(sim.get_program());
@@ -177,7 +178,7 @@ fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows()
     until(&mut words, |line| line.contains("nobody -> goon"));
     cable.cut();
     server.until("nothing heard for 2.0 s, its motors stop");
-    // What the driver exported is taken back, so nobody is ready, and nobody wins (R9).
+    // The driver's exports are withdrawn, so no schema is ready, and nobody wins (R9).
     until(&mut words, |line| line.contains("goon -> nobody"));
     signal("KILL", &driver);
     driver.wait().expect("it ends");
@@ -203,7 +204,7 @@ fn an_application_tells_of_a_robot_that_goes_and_drives_it_when_it_comes_back() 
     signal("KILL", &server.process);
     drop(server);
     until(&mut log, |line| line.contains("pioneer"));
-    // Without a scan nobody is ready, and nobody wins (R9).
+    // Without a scan no schema is ready, and nobody wins (R9).
     until(&mut words, |line| line.contains("goon -> nobody"));
     let mut again = jde(&["sim", "worlds/office.toml", "--p2os", &address])
         .current_dir(root())

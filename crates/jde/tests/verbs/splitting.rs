@@ -1,4 +1,5 @@
-//! `--split` and `--keep` as a user meets them: the files, what reads them as one, and what is refused.
+//! `--split` and `--keep` as a user sees them: the files, the verbs that read them as one recording, and the
+//! refusals.
 
 use std::fs::File;
 use std::path::Path;
@@ -51,7 +52,7 @@ fn a_split_drive_is_told_drawn_and_decided_again_like_one() {
     let over = said(&mut jde(&["plot", second, "-o", first.to_str().unwrap()]));
     assert_eq!(over.status, Some(2), "another part is the recording too");
 
-    // Without its beginning it can be told, and not decided again.
+    // Without its first part a recording can be described, but not decided again.
     std::fs::remove_file(first).unwrap();
     let told = said(&mut jde(&["info", second]));
     assert!(
@@ -87,7 +88,7 @@ fn what_another_run_writes_is_left_alone_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let part = folder.path().join("drive-001.mcap");
     assert_eq!(record(folder.path(), &["--split", "2s"]).status, Some(0));
-    // As whoever writes it does.
+    // A recording that is being written holds this lock.
     let written = File::open(&part).unwrap();
     written.lock().unwrap();
     let run = record(folder.path(), &["--split", "2s", "--overwrite"]);

@@ -10,15 +10,15 @@ use serde_json::Value;
 use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
-/// Plugins that the tests use.
+/// The plugins that the tests use.
 const PLUGINS: [&str; 10] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop",
 ];
 
-/// What the executable said, and how it ended.
+/// The output of the executable, and its exit status.
 #[derive(Debug)]
 pub(crate) struct Said {
-    /// Exit status; none if a signal ended it.
+    /// Exit status; `None` if a signal ended the process.
     pub(crate) status: Option<i32>,
     /// Standard output.
     pub(crate) out: String,
@@ -26,23 +26,23 @@ pub(crate) struct Said {
     pub(crate) err: String,
 }
 
-/// An application of these tests.
+/// Returns the path of an application of these tests.
 pub(crate) fn app(name: &str) -> String {
     format!("{}/tests/apps/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// An application without a mission, whose listener takes over again and again.
+/// Returns the path of an application without a mission, whose listener takes over again and again.
 pub(crate) fn pair() -> String {
     root().join("apps/pair.toml").display().to_string()
 }
 
-/// The object of JSON in the last line.
+/// Parses the JSON object in the last line.
 pub(crate) fn json(out: &str) -> Value {
     let line = out.lines().last().expect("there is output");
     serde_json::from_str(line).expect("the last line is JSON")
 }
 
-/// The root of the checkout.
+/// Returns the root of the checkout.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .ancestors()
@@ -50,7 +50,8 @@ pub(crate) fn root() -> &'static Path {
         .expect("crates/jde is two folders down")
 }
 
-/// The executable, without plugins but those beside it; no colours, no settings of the one who runs the tests.
+/// Returns a command for the executable, with no plugins but those beside it, no colours, and none of the
+/// tester's settings.
 pub(crate) fn jde(args: &[&str]) -> Command {
     heed_interrupts();
     let mut command = Command::new(env!("CARGO_BIN_EXE_jde"));
@@ -61,8 +62,9 @@ pub(crate) fn jde(args: &[&str]) -> Command {
     command
 }
 
-/// A shell without jobs has those that it starts in the background ignore Ctrl-C, and they all that they start: a test that
-/// interrupts the executable would wait for ever. What is handled here, though as it is by default, is not ignored there.
+/// Handles SIGINT and SIGQUIT with their default effect. A shell without job control makes background
+/// processes ignore them, and every process that these start inherits that: a test that interrupts the
+/// executable would wait forever. Signals that are handled here are not ignored there.
 fn heed_interrupts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -73,14 +75,14 @@ fn heed_interrupts() {
     });
 }
 
-/// The executable with the plugins of the workspace.
+/// Returns a command for the executable with the plugins of the workspace.
 pub(crate) fn jde_with_plugins(args: &[&str]) -> Command {
     let mut command = jde(args);
     command.env("JDE_PLUGIN_PATH", plugins());
     command
 }
 
-/// Runs it to its end.
+/// Runs a command to its end.
 pub(crate) fn said(command: &mut Command) -> Said {
     let _watchdog = Watchdog::of_a_test();
     let Output {
@@ -96,7 +98,7 @@ pub(crate) fn said(command: &mut Command) -> Said {
     }
 }
 
-/// The folder of the plugins, built if need be. Depends on nothing that another test left behind.
+/// Returns the folder of the plugins, which it builds if needed. It depends on no files of other tests.
 pub(crate) fn plugins() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {

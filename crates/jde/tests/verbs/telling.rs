@@ -1,4 +1,5 @@
-//! `jde plot` and `jde report` as a user meets them: which recordings they tell of, where the result goes, and what is refused.
+//! `jde plot` and `jde report` as a user sees them: the recordings that they accept, the destination of the
+//! result, and the refusals.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -14,7 +15,7 @@ use mcap::records::MessageHeader;
 
 use crate::support::{Said, app, jde, jde_with_plugins, root, said};
 
-/// A short mission, recorded in virtual time.
+/// Records a short mission in virtual time.
 fn record(folder: &Path, options: &[&str]) -> PathBuf {
     let options = [&["--lockstep"], options].concat();
     record_of(&app("room.toml"), folder, &options)
@@ -25,7 +26,7 @@ fn record_of(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
     let mut args = vec!["run", app, "--record", file.to_str().unwrap()];
     args.extend(options);
     let run = said(&mut jde_with_plugins(&args));
-    // Cut short, its mission is not done.
+    // A run that is cut short does not complete its mission.
     assert!(
         matches!(run.status, Some(0 | 1)) && run.out.contains("recorded "),
         "{run:?}"
@@ -39,7 +40,7 @@ fn tell(verb: &str, file: &Path, options: &[&str]) -> Said {
     said(&mut jde(&args))
 }
 
-/// Tells of a recording that can be told of, and gives what became of it.
+/// Runs a verb on a recording, which must succeed, and returns the content of the result.
 fn told(verb: &str, file: &Path, ending: &str) -> Vec<u8> {
     let said = tell(verb, file, &[]);
     assert_eq!((said.status, said.err.as_str()), (Some(0), ""));
@@ -52,13 +53,13 @@ fn told(verb: &str, file: &Path, ending: &str) -> Vec<u8> {
     fs::read(told).unwrap()
 }
 
-/// Width and height of a PNG.
+/// Returns the width and height of a PNG.
 fn size(png: &[u8]) -> [u32; 2] {
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
     [16, 20].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().unwrap()))
 }
 
-/// A page as a browser reads it.
+/// A page as a browser parses it.
 struct Page {
     dom: RcDom,
     html: String,
@@ -73,7 +74,7 @@ impl Page {
         Self { dom, html }
     }
 
-    /// The text of a part.
+    /// Returns the text of a part.
     fn text(&self, id: &str) -> String {
         let mut text = String::new();
         gather(&self.part(id), &mut |node| {
@@ -84,7 +85,7 @@ impl Page {
         text
     }
 
-    /// Elements of a name in a part.
+    /// Returns the number of elements of a name in a part.
     fn count(&self, id: &str, name: &str) -> usize {
         let mut count = 0;
         gather(&self.part(id), &mut |node| {
@@ -95,7 +96,7 @@ impl Page {
         count
     }
 
-    /// The text of the cells of each row in a part.
+    /// Returns the text of the cells of each row in a part.
     fn rows(&self, id: &str) -> Vec<Vec<String>> {
         let named = |node: &Handle, name: &str| match &node.data {
             NodeData::Element { name: found, .. } => &*found.local == name,
@@ -241,7 +242,7 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     let switches: Vec<_> = switches.collect();
     assert!(switches.len() > 2);
     let page = Page::of(&file);
-    // A row each, and the heads of the table.
+    // One row each, and the head of the table.
     assert_eq!(page.count("switches", "tr"), switches.len() + 1);
     let told = page.text("switches");
     for switch in &switches {
@@ -264,8 +265,8 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     assert!(page.html.contains("2 of 2 reached"));
 }
 
-/// `stop`, `vff` and `goon` are triggered by scans, one of them is WINNER, and it commands once in each iteration: what they command
-/// counts their iterations, and the times between commands are their periods.
+/// `stop`, `vff` and `goon` are triggered by scans, one of them is WINNER, and it commands once in each
+/// iteration. So the commands count the iterations, and the times between commands are the periods.
 #[test]
 fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
     for options in [&["--lockstep"][..], &["--for", "2s"]] {
@@ -275,7 +276,7 @@ fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
         let messages = recording.messages().unwrap().map(Result::unwrap);
         let velocities = messages.filter(|message| message.channel.topic == "/pioneer/velocity");
         // The application itself commands the neutral velocity before the first WINNER and after the last.
-        // All of its numbers are 0, behind the header of CDR.
+        // All numbers of the neutral velocity are 0, after the header of CDR.
         let commands = velocities.filter(|message| message.data[4..].iter().any(|byte| *byte != 0));
         let times: Vec<u64> = commands.map(|message| message.publish_time).collect();
         let rows = Page::of(&file).rows("schemas");
@@ -322,7 +323,7 @@ fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
         page.html
     );
     assert!(page.html.contains("turns were not recorded") && page.has("path"));
-    // Who is in it is known, though turns are not.
+    // The members of groups are known, although the recording has no turns.
     assert!(page.text("groups").contains("155 ms"), "{}", page.text("groups"));
     size(&told("plot", &around, "png"));
 }
@@ -330,7 +331,7 @@ fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
 #[test]
 fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    // Long enough for several chunks, of which only whole ones can be read.
+    // Long enough for several chunks, of which only complete ones can be read.
     let app = root().join("apps/safe-navigation.toml");
     let file = record_of(
         app.to_str().unwrap(),
@@ -358,7 +359,7 @@ fn a_recording_by_others_shows_what_it_has() {
     let mut writer = WriteOptions::new()
         .create(BufWriter::new(File::create(&file).unwrap()))
         .unwrap();
-    // Texts without a bound, as ROS 2 writes them.
+    // Strings without a bound, as ROS 2 writes them.
     let definition = "std_msgs/Header header\nstring child_frame_id\n";
     let schema = writer
         .add_schema("nav_msgs/msg/Odometry", "ros2msg", definition.as_bytes())

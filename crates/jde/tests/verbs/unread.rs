@@ -1,4 +1,5 @@
-//! Readers that never read, and terminals that vanish: nobody who drives notices, and who is asked to end does.
+//! Output that is never read, and terminals that vanish: running schemas are not delayed, and a request to
+//! end is obeyed.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -15,7 +16,7 @@ use rustix::termios::{Winsize, tcsetwinsize};
 use crate::attached::Place;
 use crate::support::{jde, jde_with_plugins, pair};
 
-/// A pipe that is full, and nobody reads.
+/// A full pipe that is not read.
 struct Unread {
     _reader: std::io::PipeReader,
     writer: std::io::PipeWriter,
@@ -28,7 +29,7 @@ impl Unread {
         fcntl_setfl(&writer, flags | OFlags::NONBLOCK).unwrap();
         let mut filling = &writer;
         while filling.write(&[b'.'; 4096]).is_ok() {}
-        // What is left is less than was tried at once.
+        // Less room remains than the first writes needed.
         while filling.write(b".").is_ok() {}
         fcntl_setfl(&writer, flags).unwrap();
         Self {
@@ -42,7 +43,7 @@ impl Unread {
     }
 }
 
-/// A process that is killed when the test is over, however it ends.
+/// A process that is killed at the end of the test, even if it fails.
 struct Process(Child);
 
 impl Process {
@@ -56,7 +57,7 @@ impl Process {
         assert!(sent.expect("there is a kill").success());
     }
 
-    /// Waits for its end.
+    /// Waits until the process ends. Returns its exit status.
     fn ended(&mut self) -> Option<i32> {
         self.0.wait().expect("it can be asked").code()
     }
@@ -64,15 +65,15 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // It may have ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// A terminal that a test holds the other end of.
+/// A terminal whose other end the test holds.
 struct Terminal {
-    /// What shows; closed, the terminal is gone.
+    /// The other end. Closing it makes the terminal vanish.
     shows: File,
     path: PathBuf,
 }
@@ -105,7 +106,7 @@ impl Terminal {
         .unwrap()
     }
 
-    /// One that takes nothing any more.
+    /// Creates a terminal that accepts no more output.
     fn full() -> Self {
         let terminal = Self::new();
         let mut filling: File = terminal.open(OFlags::NONBLOCK).into();
@@ -114,7 +115,8 @@ impl Terminal {
         terminal
     }
 
-    /// Starts a process here. With a session of its own it is told of the terminal's end by a signal, without by nobody.
+    /// Starts a process on this terminal. With a session of its own, a signal informs the process when the
+    /// terminal vanishes; without, nothing does.
     fn start(&self, mut command: Command, session: bool) -> Process {
         let ends = [0; 3].map(|_| Stdio::from(self.open(OFlags::empty())));
         let [input, out, err] = ends;
@@ -141,7 +143,7 @@ impl Terminal {
         Process::start(&mut command)
     }
 
-    /// Reads until it shows something.
+    /// Reads the output until it contains `what`.
     fn shows(&mut self, what: &str) {
         let mut shown = String::new();
         let mut piece = [0; 4096];
@@ -152,12 +154,12 @@ impl Terminal {
     }
 }
 
-/// Asks until it is so.
+/// Repeats a check until it is true.
 fn until(so: impl Fn() -> bool) {
     while !so() {}
 }
 
-/// Iterations of all schemas so far.
+/// Returns the iterations of all schemas so far.
 fn iterations(place: &Place) -> u64 {
     let now = place.json(&["ps"]);
     let schemas = now["schemas"].as_array().expect("a list").iter();
@@ -166,7 +168,8 @@ fn iterations(place: &Place) -> u64 {
         .sum()
 }
 
-/// Has it begun, goes on, and ends when it is asked to, with everything that it prints on pipes that nobody reads.
+/// Checks that an application starts, keeps iterating, and ends at a signal, while all of its output goes to
+/// full pipes.
 fn runs_and_ends(place: &Place, signal: &str, more: &[&str]) {
     let (out, err) = (Unread::new(), Unread::new());
     let mut command = place.command(jde_with_plugins(&["run", &pair()]));
@@ -255,7 +258,7 @@ fn tools_whose_reader_does_not_read_end_when_they_are_asked_to() {
     );
 }
 
-/// A second of an application.
+/// Records one second of an application.
 fn recorded(place: &Place) -> String {
     let drive = place.folder().join("drive.mcap").to_str().unwrap().to_owned();
     let mut run = place.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]));
@@ -264,7 +267,7 @@ fn recorded(place: &Place) -> String {
     drive
 }
 
-/// Whether a process has begun to listen to signals, as Linux tells it.
+/// Whether a process handles SIGTERM yet, according to Linux.
 fn is_told(process: &Process) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{}/status", process.0.id())).expect("it is there");
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
@@ -272,7 +275,7 @@ fn is_told(process: &Process) -> bool {
     caught & (1 << (signal_hook::consts::SIGTERM - 1)) != 0
 }
 
-/// What a view shows first, and what the line editor asks first.
+/// The first output of a view, and the first query of the line editor.
 const VIEW: &str = "\u{1b}[?1049h";
 const ASKS: &str = "\u{1b}[6n";
 
@@ -330,7 +333,7 @@ fn a_shell_that_is_asked_to_end_ends_with_the_verb_that_runs() {
         .shows
         .write_all(b"\x1b[1;1Rwatch talker.count\r")
         .unwrap();
-    // The line editor has let go of the terminal.
+    // The line editor has released the terminal.
     terminal.shows(" s\u{1b}[0m  ");
     shell.signal("TERM");
     assert_eq!(shell.ended(), Some(143));

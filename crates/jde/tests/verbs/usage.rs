@@ -116,7 +116,7 @@ fn completions_are_there_for_every_shell() {
             script.out
         );
     }
-    // The script asks the executable, each time a key is pressed.
+    // The completion script runs the executable at each press of the key.
     let mut asked = jde(&["--", "jde", ""]);
     asked
         .env("COMPLETE", "bash")

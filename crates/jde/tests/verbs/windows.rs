@@ -1,5 +1,5 @@
-//! Windows, real ones on a screen without a monitor: opened, clicked, stalled and killed, while the robot keeps its
-//! rules. Where the programs for it are missing, `cargo xtask test` installs them or says which.
+//! Real windows on a virtual screen: opened, clicked, stalled and killed, while the robot keeps its rules. If
+//! the required programs are missing, `cargo xtask test` installs them or names them.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -10,21 +10,22 @@ use serde_json::Value;
 use crate::attached::Place;
 use crate::support::{jde, said};
 
-/// Set by `cargo xtask test` where a window can be opened: then a test that opens none has failed.
+/// Set by `cargo xtask test` where windows can be opened. A test that opens none then fails.
 const WANTED: &str = "JDE_TEST_SCREEN";
 
-/// A screen of its own; gone when dropped. One at a time: a processor that draws for two is too slow for hands.
+/// A virtual screen, closed when dropped. Only one at a time: a processor that draws for two is too slow for
+/// the simulated mouse.
 struct Screen {
     server: Child,
     name: String,
     _alone: MutexGuard<'static, ()>,
 }
 
-/// A program that shows windows; killed when dropped.
+/// A process that shows windows. It is killed when dropped.
 struct Windows(Child);
 
 impl Screen {
-    /// None where there is no program for it.
+    /// Returns `None` if the programs for it are missing.
     fn new() -> Option<Self> {
         static ALONE: Mutex<()> = Mutex::new(());
         let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -71,7 +72,8 @@ impl Screen {
             .spawn()
             .expect("the executable starts");
         let windows = Windows(view);
-        // It has its title once the application is open in it; what has the keyboard may drive.
+        // The window has its title once the application is open in it. Only the window with the keyboard
+        // focus can drive.
         let title = format!("{application} - jde");
         self.hand(&[
             "search",
@@ -85,7 +87,7 @@ impl Screen {
         windows
     }
 
-    /// Moves the pointer, presses and releases.
+    /// Moves or clicks the mouse, or presses keys, with xdotool.
     fn hand(&self, what: &[&str]) {
         let mut hand = Command::new("xdotool");
         let done = said(hand.args(what).env("DISPLAY", &self.name));
@@ -97,7 +99,7 @@ impl Screen {
         self.hand(&["click", "1"]);
     }
 
-    /// Clicks until it has come of it what should: a window may not have drawn yet what is clicked.
+    /// Clicks until the expected effect occurs: the window may not have drawn the target of the click yet.
     fn click_until(&self, x: u32, y: u32, mut so: impl FnMut() -> bool) {
         for _ in 0..10 {
             self.click(x, y);
@@ -117,7 +119,7 @@ impl Drop for Screen {
 }
 
 impl Windows {
-    /// Has it stand still, as a program does that hangs.
+    /// Stops the process, as if it hung.
     fn stall(&self) {
         let stopped = Command::new("kill")
             .args(["-STOP", &self.0.id().to_string()])
@@ -127,7 +129,7 @@ impl Windows {
 }
 
 impl Windows {
-    /// Waits for its end: with which status, and with what words.
+    /// Waits until the process ends. Returns its exit status and its standard error.
     fn end(&mut self) -> (Option<i32>, String) {
         let mut words = String::new();
         let mut said = self.0.stderr.take().expect("it is piped");
@@ -169,15 +171,15 @@ fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
     let place = Place::new();
     let robot = place.start("apps/safe-navigation.toml", &["--set", "example.rounds=0"]);
     let windows = screen.open(&place, "safe-navigation");
-    // Stop everything, and let it go on.
+    // Stops everything and releases it.
     screen.click_until(1383, 13, || state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
-    // So do two keys, whatever has the focus.
+    // Two keys do the same, wherever the focus is.
     screen.hand(&["key", "ctrl+space"]);
     wait(|| state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
     drive(&screen, &place);
-    // The panel of `example`, and a target in it; its tab comes to the front in a frame of its own.
+    // Opens the panel of `example` and clicks a target in it. The tab comes to the front one frame before.
     let sent = || place.told(&["panel", "example"]).contains("To the target of");
     let came = (0..20).any(|_| {
         screen.click(992, 37);
@@ -186,12 +188,12 @@ fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
         (0..40).any(|_| sent())
     });
     assert!(came, "a click in the panel sets no target");
-    // A viewer that stalls, and one that is killed, is nothing to the robot.
+    // A viewer that stalls or is killed has no effect on the robot.
     windows.stall();
     goes_on(&place);
     drop(windows);
     goes_on(&place);
-    // It can be looked at again.
+    // The application can be viewed again.
     drop(screen.open(&place, "safe-navigation"));
     goes_on(&place);
     let all = place.json(&["ps"]);
@@ -205,11 +207,12 @@ fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
     drop(robot);
 }
 
-/// Drives by hand, with the mouse and then with a key, and lets go each time.
+/// Drives by hand, with the mouse and then with a key, and releases the control each time.
 fn drive(screen: &Screen, place: &Place) {
     let driven = || state(place, "teleop") == "winner";
     let given_back = || state(place, "example") == "winner";
-    // The switch may not be drawn yet, or the pad below it: then the next click turns it off, and the one after that on.
+    // The switch, or the pad below it, may not be drawn yet. Then the next click turns it off, and the one
+    // after that on.
     let taken = (0..20).any(|_| {
         screen.click(1137, 88);
         screen.hand(&["mousemove", "1200", "208", "mousedown", "1"]);
@@ -222,19 +225,19 @@ fn drive(screen: &Screen, place: &Place) {
     assert!(taken, "a hand on the pad does not drive");
     screen.hand(&["mouseup", "1"]);
     wait(given_back);
-    // What was touched last has the keyboard.
+    // The widget that was clicked last has the keyboard focus.
     screen.hand(&["keydown", "Left"]);
     wait(driven);
     screen.hand(&["keyup", "Left"]);
     wait(given_back);
 }
 
-/// Waits until something is so.
+/// Waits until a condition is true.
 fn wait(mut so: impl FnMut() -> bool) {
     assert!((0..20_000).any(|_| so()), "it did not come to be so");
 }
 
-/// Waits until `example` has acted for another second, as WINNER.
+/// Waits until `example` has acted as WINNER for another second.
 fn goes_on(place: &Place) {
     let enough = iterations(place, "example") + 14;
     place.until(&["ps"], |all| {
@@ -303,7 +306,7 @@ fn of_two_things_to_look_at_neither_is_left_out_without_a_word() {
         assert_eq!(refused.status, Some(status), "{args:?}: {refused:?}");
         assert!(refused.err.contains(why), "{args:?}: {refused:?}");
     }
-    // What is only set for all tools is no second word, and a file in the folder does not hide an application.
+    // A setting for all tools is no second name, and a file in the folder does not hide an application.
     std::fs::write(place.folder().join("one"), "").expect("it can be written");
     let mut view = place.command(jde(&["view", "one"]));
     view.env("JDE_APP", "other").current_dir(place.folder());
@@ -319,7 +322,7 @@ fn without_a_graphics_card_it_says_what_to_install() {
     let refused = said(
         view.env("DISPLAY", &screen.name)
             .env_remove("WAYLAND_DISPLAY")
-            // Of another system, so that none of them draws here.
+            // A backend of another system, so that no adapter can draw here.
             .env("WGPU_BACKEND", "dx12"),
     );
     assert_eq!(refused.status, Some(1), "{refused:?}");
