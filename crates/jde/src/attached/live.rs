@@ -85,7 +85,7 @@ impl Live {
                     Progress::read(Read { value_type, bytes })
                 });
                 let mut seen = lock(&seen);
-                // A mission of places keeps this flag at its last target.
+                // Once a target was a place, `of_places` stays set, also after the last target.
                 let places = seen.mission.as_ref().is_some_and(|mission| mission.of_places);
                 seen.mission = read.map(|mission| Progress {
                     of_places: mission.of_places || places,

@@ -34,7 +34,7 @@ impl Completions {
                 format!("there are for {}", known.join(", ")),
             )
         })?;
-        // Build the whole script first: clap's writer would fail on a closed pipe.
+        // Build the whole script before writing it: standard output may be a closed pipe.
         let mut script = Vec::new();
         shell.write_registration(ASKED_BY, "jde", "jde", "jde", &mut script)?;
         terminal::raw_out().write_all(&script)?;

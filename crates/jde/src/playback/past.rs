@@ -13,7 +13,7 @@ use crate::failure::Failure;
 
 /// Number of times at which the hierarchy is kept. Going back reads up to two of the intervals between them.
 const MARKS: Nanos = 64;
-/// Number of lines kept: as many of a kind as the link keeps for later readers.
+/// Number of lines kept: as many as the link keeps of all three kinds together.
 const RECENT: usize = 3000;
 
 /// The state before a place.

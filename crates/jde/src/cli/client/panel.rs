@@ -132,7 +132,7 @@ fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
     }
 }
 
-/// Returns the next drawing of a panel, at most [`DRAWING`] later.
+/// Returns the newest drawing of a panel. Waits for it for at most [`DRAWING`].
 fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     let (tell, told) = channel();
     let gone = tell.clone();

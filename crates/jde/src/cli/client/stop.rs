@@ -32,7 +32,7 @@ struct Whom {
 
 /// Keep a schema asleep, or stop everything at once.
 ///
-/// With --all every root sleeps, and so does every schema below it; every command of every driver is neutral.
+/// With --all every root sleeps, with everything below it, and every command of every driver is neutral.
 /// No application ends, and `jde release --all` releases everything. The exit status is 0 only if everything
 /// was stopped.
 #[derive(Args)]

@@ -45,7 +45,7 @@ impl Target {
 /// What consecutive verbs share: the connection, and the defaults for the application.
 #[derive(Default)]
 pub(crate) struct Context {
-    /// The defaults for options that a verb does not have. `jde shell` sets them.
+    /// The defaults for options that are not given. `jde shell` sets them.
     pub(crate) target: RefCell<Target>,
     /// The last application, with the options that selected it.
     last: RefCell<Option<(Asked, Remote)>>,

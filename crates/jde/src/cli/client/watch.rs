@@ -21,7 +21,7 @@ use crate::queue::{Queue, Taken};
 use crate::strip;
 use crate::terminal::{self, FAINT, WARN};
 
-/// The rate of values for a plot: two for each redraw.
+/// The rate of values for a plot: at least two for each redraw.
 const PLOT: Rate = Rate::Hz(50);
 /// The most values that may wait to be shown: a few seconds of the fastest variable. Beyond that, the oldest
 /// are dropped, counted and reported.
