@@ -70,7 +70,7 @@ impl<T> Queue<T> {
         self.lock().take()
     }
 
-    /// Takes the oldest element, and waits for it for at most `most`.
+    /// Takes the oldest element, after waiting at most `most` for one.
     pub(crate) fn take_within(&self, most: Duration) -> Taken<T> {
         let waited = self
             .changed
@@ -78,8 +78,8 @@ impl<T> Queue<T> {
         waited.unwrap_or_else(PoisonError::into_inner).0.take()
     }
 
-    /// Takes the oldest element, with the number dropped before it, and waits until there is one. Returns
-    /// `None` once the queue is closed and empty.
+    /// Waits for an element and takes the oldest, with the number dropped before it. Returns `None` once the
+    /// queue is closed and empty.
     pub(crate) fn take(&self) -> Option<(T, u64)> {
         let waited = self.changed.wait_while(self.lock(), |state| state.waits());
         match waited.unwrap_or_else(PoisonError::into_inner).take() {

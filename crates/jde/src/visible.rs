@@ -1,6 +1,6 @@
 //! Foreign text on a terminal. Characters that would move the cursor, change the reading direction or ring
 //! the bell appear as their code points. New lines, carriage returns and tabs pass. Colour sequences pass,
-//! because the program's own output uses them. Nothing is dropped.
+//! because the program's own output uses them. Only an unfinished colour sequence at the very end is lost.
 
 use std::io::{self, Write};
 

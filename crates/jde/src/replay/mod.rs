@@ -101,8 +101,8 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
     }
 }
 
-/// Reports a missing plugin as the cause. A recorded application ran once, so its other faults follow from
-/// that.
+/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once, so
+/// the missing plugin is what is wrong.
 fn plugins_first(failure: Failure) -> Failure {
     match failure {
         Failure::Application {

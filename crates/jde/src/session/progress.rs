@@ -17,7 +17,8 @@ pub(crate) enum Telling {
     Nothing,
     /// Every takeover with its reason.
     Takeovers,
-    /// At this interval, ns, the share of time that each schema won since; no single takeovers.
+    /// A status line at this interval, ns, with the share of time that each schema won since the last line.
+    /// Single takeovers are not printed.
     Status(Nanos),
 }
 

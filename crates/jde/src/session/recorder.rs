@@ -72,8 +72,8 @@ impl Drop for Hearing {
 }
 
 impl Recorder {
-    /// Creates a recorder, and the observer that feeds it. In lockstep one thread does both, so the queue has
-    /// no bound and no event is dropped.
+    /// Creates a recorder, and the observer that feeds its queue. In lockstep one thread fills and empties the
+    /// queue, which has no bound there, so no event is dropped.
     pub(crate) fn new(
         application: &Application,
         decisions: Digested,

@@ -1,6 +1,6 @@
 //! `jde run --watch`: watches the files of an application's plugins, and reloads every complete new build.
 //!
-//! It compares times, sizes and file numbers ten times a second instead of using notifications of the kernel.
+//! It compares times, sizes and inode numbers ten times a second instead of using notifications of the kernel.
 //! This works on every file system and needs no library, at ten calls of `stat` a second for each plugin.
 //! Files that a linker has not finished are left alone.
 

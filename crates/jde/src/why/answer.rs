@@ -93,7 +93,7 @@ impl Question {
             .map(|(place, _)| place)
     }
 
-    /// Returns the last selection of the schema's group, up to the question's time, in which the schema was not
+    /// Returns the last selection of the schema's group up to the question's time in which the schema was not
     /// chosen, even if it was not awake then.
     fn standing(&self, decisions: &[Decision]) -> Option<usize> {
         let loser = self.winner.as_deref()?;

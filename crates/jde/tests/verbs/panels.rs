@@ -87,7 +87,7 @@ fn panels_are_recorded_on_request_and_shown_again_at_their_time() {
     let playing = place.replay(file.as_ref(), &["--loop"]);
     place.until(&["panel", "example"], |panel| says(panel, "To target 1"));
     let touched = place.says(&["panel", "example", "--click", "field", "1", "1"]);
-    // At the beginning the panel has no buttons yet.
+    // At the beginning of the loop no drawing of the panel has been recorded yet.
     if touched.status == Some(2) {
         assert!(touched.err.contains("this is a recording"), "{touched:?}");
     } else {

@@ -93,7 +93,7 @@ fn a_changed_constant_is_found_and_explained() {
 fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
     let folder = tempfile::tempdir().unwrap();
     let file = recorded(folder.path(), &[]);
-    // goon wins as before. Only its speed differs.
+    // The selections are the same as in the recording. Only the speed that goon commands differs.
     let set = ["--set", "goon.fast=0.39 m/s"];
     let different = replay(&file, &set);
     assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);

@@ -1,4 +1,4 @@
-//! Stopping everything at once, here and on linked robots (R14).
+//! Stopping everything at once, on this machine and on robots at given addresses (R14).
 
 use serde_json::Value;
 
@@ -38,7 +38,7 @@ fn r14_everything_is_stopped_at_once_in_all_applications_and_let_go_on() {
     );
     while winners("safe-navigation").iter().any(Value::is_null) {}
     assert!(winners("pair").iter().all(Value::is_null), "only what was named");
-    // A robot that does not respond is named, and the others are stopped all the same.
+    // An application that does not respond is named, and the others are stopped all the same.
     other.signal("STOP");
     let said = place.says(&["stop", "--all"]);
     assert_eq!(said.status, Some(1), "{said:?}");

@@ -171,15 +171,15 @@ fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
     let place = Place::new();
     let robot = place.start("apps/safe-navigation.toml", &["--set", "example.rounds=0"]);
     let windows = screen.open(&place, "safe-navigation");
-    // Stops everything and releases it.
+    // The button stops everything, and then releases it.
     screen.click_until(1383, 13, || state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
-    // Two keys do the same, wherever the focus is.
+    // Ctrl+Space stops everything too, wherever the focus is.
     screen.hand(&["key", "ctrl+space"]);
     wait(|| state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
     drive(&screen, &place);
-    // Opens the panel of `example` and clicks a target in it. The tab comes to the front one frame before.
+    // Opens the panel of `example` and clicks a target in it, once a frame has brought its tab to the front.
     let sent = || place.told(&["panel", "example"]).contains("To the target of");
     let came = (0..20).any(|_| {
         screen.click(992, 37);
