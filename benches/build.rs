@@ -1,4 +1,4 @@
-//! Tells the benches which compiler builds them.
+//! Passes the version of the compiler to the benches.
 
 use std::process::Command;
 

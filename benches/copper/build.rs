@@ -1,4 +1,4 @@
-//! Tells the macros of copper-rs where they keep things.
+//! Sets up the build for the macros of copper-rs.
 
 fn main() {
     cu29_build::setup();

@@ -1,5 +1,5 @@
-//! What the system offers to whoever does without a framework: threads that sleep until a deadline, and threads that wait on a
-//! futex. Written as its manual pages have it, with the finest timers.
+//! The yardsticks without a framework: threads that sleep until a deadline, and threads that wait on a futex.
+//! Written as the system's manual pages recommend, with the finest timers.
 
 use std::num::NonZeroU64;
 use std::sync::Arc;
@@ -12,15 +12,16 @@ use rustix::time::{ClockId, Timespec, clock_gettime};
 
 use crate::live::START;
 
-/// What threads did that sleep until deadlines.
+/// The result of threads that slept until deadlines.
 pub(crate) struct Slept {
-    /// By how much each sleep of each was too long, ns.
+    /// For each thread, how much too long each sleep was, ns.
     pub(crate) late: Vec<Vec<u64>>,
-    /// Processor time of the process meanwhile, ns.
+    /// Processor time of the process during the measurement, ns.
     pub(crate) processor: u64,
 }
 
-/// Has threads sleep until deadlines, a thread a grid, for that long, once all are there.
+/// Runs one thread per grid that sleeps until its deadlines. The measurement of processor time begins after
+/// the common start.
 pub(crate) fn sleepers(grids: &[Grid], time: Duration) -> Slept {
     let over = Arc::new(AtomicBool::new(false));
     let start = now() + nanos(START);
@@ -52,13 +53,13 @@ fn sleeper(mut due: u64, period: u64, over: &AtomicBool) -> Vec<u64> {
         if late.len() < late.capacity() {
             late.push(after);
         }
-        // Whoever was late for more than a period skips, as schemas do.
+        // A thread that is late by more than a period skips deadlines, as schemas do.
         due += (after / period + 1) * period;
     }
     late
 }
 
-/// Hands over between two threads once a period, for that long; answers how long each took, ns.
+/// Wakes one thread from another once per period, for `time`. Returns how long each wake-up took, ns.
 pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
     let (bell, sent, over) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
     let mut took = Vec::with_capacity(10_000);
@@ -78,7 +79,7 @@ pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
         let mut seen = 0;
         loop {
             while bell.load(Ordering::Acquire) == seen {
-                // Woken, interrupted or rung before: it looks again in any case.
+                // The loop checks the value again after any return: a wake-up, a signal, or an earlier ring.
                 let _ = futex::wait(&bell, futex::Flags::PRIVATE, seen, None);
             }
             seen = bell.load(Ordering::Acquire);
@@ -94,21 +95,21 @@ pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
 
 fn ring(bell: &AtomicU32) {
     bell.fetch_add(1, Ordering::Release);
-    // Nobody may be waiting yet.
+    // It does not matter whether the other thread waits already.
     let _ = futex::wake(bell, futex::Flags::PRIVATE, 1);
 }
 
-/// Processor time of the whole process, ns.
+/// Returns the processor time of the whole process, ns.
 pub(crate) fn processor_time() -> u64 {
     of(clock_gettime(ClockId::ProcessCPUTime))
 }
 
 fn sharpen_timers() {
-    // A kernel that refuses leaves them as they are, for both sides.
+    // A kernel that refuses leaves the timers as they are, for both sides of the comparison.
     let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
 }
 
-/// The system's monotonic time, ns: the same for all processes.
+/// Returns the system's monotonic time, ns, which is the same for all processes.
 pub(crate) fn now() -> u64 {
     of(clock_gettime(ClockId::Monotonic))
 }
@@ -118,7 +119,7 @@ fn sleep_until(due: u64) {
         tv_sec: (due / 1_000_000_000) as i64,
         tv_nsec: (due % 1_000_000_000) as i64,
     };
-    // Interrupted by nobody.
+    // No signal interrupts the sleep.
     let _ = rustix::thread::clock_nanosleep_absolute(rustix::thread::ClockId::Monotonic, &due);
 }
 

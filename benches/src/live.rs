@@ -1,4 +1,5 @@
-//! Applications of linked-in schemas in real time, for so long. Measures nothing itself.
+//! Runs applications of linked-in schemas in real time for a given time. Measures only processor time and
+//! missed deadlines.
 
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -10,22 +11,22 @@ use jde_host::{Options, Running};
 
 use crate::{loaded, schemas};
 
-/// How long it may take until all are awake and on their grids: what happens meanwhile is not counted.
+/// The time until all schemas are awake and on their grids. It is not part of the measurement.
 pub(crate) const START: Duration = Duration::from_millis(200);
 
-/// What a run left.
+/// The result of a run.
 pub(crate) struct Run {
-    /// What its schemas noted, one list each.
+    /// The notes of its schemas, one list each.
     pub(crate) notes: Vec<Vec<u64>>,
-    /// When the first of them was woken, ns of the application's time.
+    /// When the first schema was woken, ns of the application's time.
     pub(crate) woken: Nanos,
-    /// Processor time of the process while it ran, ns.
+    /// Processor time of the process during the measurement, ns.
     pub(crate) processor: u64,
-    /// Deadlines that were missed meanwhile.
+    /// Deadlines that were missed during the measurement.
     pub(crate) missed: u64,
 }
 
-/// Notes when the first schema is woken.
+/// Records when the first schema is woken.
 struct FirstWoken(Arc<OnceLock<Nanos>>);
 
 impl Observer for FirstWoken {
@@ -36,13 +37,13 @@ impl Observer for FirstWoken {
             ..
         } = event
         {
-            // The others are woken at the same instant.
+            // Only the first time is kept. The others are woken at the same instant.
             let _ = self.0.set(*time);
         }
     }
 }
 
-/// Runs an application until everybody is there, and for that long.
+/// Runs an application for [`START`] and then for `time`.
 pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
     let plugins = schemas::plugins()?;
     let application = loaded::application(text, &plugins)?;

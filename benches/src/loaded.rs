@@ -1,4 +1,5 @@
-//! The plugin of the benches, loaded from its file as any is, and applications of it. Builds nothing: `cargo xtask bench` does.
+//! Loads the plugin of the benches from its file as any plugin, and applications of it. Builds nothing:
+//! `cargo xtask bench` does.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,27 +10,27 @@ use jde_host::plugin::{Plugins, SearchPath};
 
 use crate::scope::Scope;
 
-/// Its name, which is also in its file.
+/// The name of the plugin, which is also in its file.
 const NAME: &str = "bench-000";
 
-/// Its file.
+/// Returns the path of the plugin's file.
 pub(crate) fn file(scope: &Scope) -> PathBuf {
     scope.built.join("libbench_000.so")
 }
 
-/// Plugins in that folder.
+/// Returns a catalogue of the plugins in a folder.
 pub(crate) fn plugins(folder: &Path) -> Plugins {
     let mut path = SearchPath::default();
     path.push(folder, "of the benches");
     Plugins::new(path)
 }
 
-/// An application from its text.
+/// Reads an application from its text.
 pub(crate) fn application(text: &str, plugins: &Plugins) -> Result<Application> {
     parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))
 }
 
-/// Writes so many plugins into a folder, which differ in their names.
+/// Writes `count` plugins into a folder. They differ only in their names.
 pub(crate) fn copies(scope: &Scope, count: usize, folder: &Path) -> Result<Vec<PathBuf>> {
     let original = fs::read(file(scope)).context("the plugin of the benches is not built")?;
     (0..count)
@@ -42,7 +43,7 @@ pub(crate) fn copies(scope: &Scope, count: usize, folder: &Path) -> Result<Vec<P
         .collect()
 }
 
-/// The same library with another name of the same length in its table.
+/// Returns the library with another name of the same length in its table.
 fn renamed(library: &[u8], name: &str) -> Result<Vec<u8>> {
     let old = format!("{NAME}\0");
     let places: Vec<usize> = (0..library.len() - old.len())

@@ -1,24 +1,24 @@
-//! What machine this is, for whoever reads figures later. Changes nothing.
+//! Describes the machine on which the figures were measured. Changes nothing.
 
 use std::fs;
 
 use serde::Serialize;
 
-/// Facts without which a figure says little.
+/// The facts that a reader needs to judge the figures.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Machine {
-    /// As the processor calls itself.
+    /// The name of the processor's model.
     processor: String,
-    /// Processors that this process may use.
+    /// The number of processors that this process may use.
     processors: usize,
-    /// Bytes of memory.
+    /// The size of the memory, bytes.
     memory: u64,
     /// The version of the kernel.
     kernel: String,
-    /// The compiler of the benches.
+    /// The compiler that built the benches.
     compiler: String,
-    /// Processes that wanted to run during the last minute, on average, before anything was measured: figures of a machine that is
-    /// busy with something else are worth less.
+    /// The load average of the last minute before the measurement. Figures of a machine that is busy
+    /// otherwise are less reliable.
     load: f64,
 }
 
@@ -50,7 +50,7 @@ impl Machine {
         }
     }
 
-    /// In a line.
+    /// Returns the description as one line.
     pub(crate) fn words(&self) -> String {
         format!(
             "{} processors of {}, {} GB, Linux {}, {}; load {} before",
@@ -64,7 +64,7 @@ impl Machine {
     }
 }
 
-/// The version alone: what follows it is whoever built the kernel.
+/// Returns the version number alone, without the suffix of the kernel's builder.
 fn version(release: &str) -> &str {
     let other = |letter: char| letter != '.' && !letter.is_ascii_digit();
     release.split(other).next().unwrap_or_default()

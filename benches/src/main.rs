@@ -1,6 +1,6 @@
-//! Measures jde against the best there is, in the same run, and prints one table. `cargo xtask bench` builds all that it needs and
-//! starts it; what each row does is in `docs/performance.md`. It fails over a row that cannot be measured, and over no figure:
-//! figures are for people to read.
+//! Measures jde against the best alternatives in the same run, and prints one table. `cargo xtask bench`
+//! builds everything and starts this program. `docs/performance.md` describes each row. A row that cannot be
+//! measured is a failure; a missed goal is not, since the figures are for people to judge.
 
 mod bare;
 mod live;
@@ -28,37 +28,37 @@ use crate::machine::Machine;
 use crate::rows::{ROWS, Row};
 use crate::scope::Scope;
 
-/// Measures jde against the best there is.
+/// Measures jde against the best alternatives.
 #[derive(Parser)]
 #[command(name = "cargo xtask bench", disable_version_flag = true)]
 struct Cli {
-    /// Run this row alone (may be repeated).
+    /// Measure only this row (may be repeated).
     #[arg(long, value_name = "NAME", value_parser = names())]
     row: Vec<String>,
-    /// Only say which rows there are.
+    /// Only print the names of the rows.
     #[arg(long)]
     list: bool,
-    /// A look: a tenth of the time, and figures that are worth less.
+    /// Take a tenth of the time, for less reliable figures.
     #[arg(long)]
     quick: bool,
-    /// Keep the table and what machine this is in a file of JSON.
+    /// Save the table and the description of the machine as JSON.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Put the table in this page, in place of the one that it has.
+    /// Replace the table in this page.
     #[arg(long, value_name = "FILE", hide = true)]
     page: Option<PathBuf>,
     /// The root of the product's source.
     #[arg(long, hide = true)]
     root: PathBuf,
-    /// Where the product is built.
+    /// The folder with the built product.
     #[arg(long, hide = true)]
     built: PathBuf,
-    /// A Python that has what jde is compared with there.
+    /// A Python interpreter with the package that one row compares with.
     #[arg(long, hide = true)]
     python: Option<PathBuf>,
 }
 
-/// What `--save` keeps.
+/// The content of the file of `--save`.
 #[derive(Serialize)]
 struct Kept<'a> {
     machine: &'a Machine,
@@ -132,7 +132,7 @@ fn main() -> Result<ExitCode> {
     }
     println!("\n{}\n", machine.words());
     println!("{}", table(&measured, Paint(paints())));
-    // A table that lacks a row takes nobody's place.
+    // An incomplete table does not replace the project's table.
     if cli.page.is_some() && !whole {
         eprintln!("nothing is kept: a row could not be measured");
         return Ok(ExitCode::FAILURE);

@@ -1,4 +1,4 @@
-//! The executable as users have it, started in a private place. Builds nothing.
+//! Starts the executable as users have it, in a private folder. Builds nothing.
 
 use std::fs::{DirBuilder, File};
 use std::io::{Seek as _, Write as _};
@@ -10,10 +10,10 @@ use anyhow::{Context as _, Result, ensure};
 
 use crate::scope::Scope;
 
-/// `jde` with its plugins, whose sockets are in `folder` and nowhere else.
+/// Returns a command for `jde` with its plugins. All its sockets are in `folder`.
 pub(crate) fn jde(scope: &Scope, folder: &Path) -> Command {
     let private = folder.join("run");
-    // There already after the first time.
+    // The folder exists after the first call.
     let _ = DirBuilder::new().mode(0o700).create(&private);
     let mut command = Command::new(scope.built.join("jde"));
     command
@@ -24,7 +24,7 @@ pub(crate) fn jde(scope: &Scope, folder: &Path) -> Command {
     command
 }
 
-/// Runs it to its end; what it wrote to standard output. Its words appear only if it fails.
+/// Runs a command to its end and returns its standard output. Its output is shown only if it fails.
 pub(crate) fn read(command: &mut Command) -> Result<String> {
     let output = command
         .output()
@@ -38,7 +38,7 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8(output.stdout)?)
 }
 
-/// As [`read`], for one that reads `text` from its standard input.
+/// Like [`read`], with `text` as the standard input.
 pub(crate) fn tell(command: &mut Command, text: &str) -> Result<String> {
     let mut file = tempfile::tempfile()?;
     file.write_all(text.as_bytes())?;
@@ -46,7 +46,7 @@ pub(crate) fn tell(command: &mut Command, text: &str) -> Result<String> {
     read(command.stdin(file))
 }
 
-/// Where what a process says that nobody asked for goes.
+/// Opens `/dev/null`, for output that is not needed.
 pub(crate) fn nowhere() -> Result<File> {
     Ok(File::options().write(true).open("/dev/null")?)
 }

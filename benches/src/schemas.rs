@@ -1,6 +1,7 @@
-//! The schemas that are linked into the benches, and what they note: when they woke, and how long it took until they acted.
+//! The schemas that are linked into the benches. They record when their periods begin and how long they take
+//! to act.
 //!
-//! What is noted is kept by each instance for itself until it sleeps, so that noting costs no lock.
+//! Each instance keeps its notes for itself until it sleeps, so that recording takes no lock.
 
 use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
@@ -11,29 +12,30 @@ use jde_measure::pairs::{Effort, Rounds, interleave, see};
 use jde_paths::Periods;
 use jde_schema::prelude::*;
 
-/// What instances noted, one list each.
+/// The notes of all instances that have slept, one list each.
 static NOTES: Mutex<Vec<Vec<u64>>> = Mutex::new(Vec::new());
 
-/// Most notes of one instance.
+/// The greatest number of notes of one instance.
 const ROOM: usize = 10_000;
 
-/// Notes the number in its name, and then when each period begins, ns of the application's time.
+/// Records the number in its name, and then the beginning of each period, ns of the application's time.
 #[derive(Describe)]
 #[schema(motor, period = "1ms")]
 pub(crate) struct Beat {
     woke: Vec<u64>,
 }
 
-/// Wants to act, and does nothing.
+/// Is always ready, and does nothing.
 #[derive(Describe)]
 #[schema(motor, period = "50ms")]
 pub(crate) struct Leaf {}
 
-/// A sensor and an actuator. Its value is the time of its publication, positive when there is something to act upon.
+/// A sensor and an actuator. Each value is the time of its publication, ns; it is positive if a reaction is
+/// wanted.
 #[derive(Describe)]
 #[schema(driver, period = "20ms")]
 pub(crate) struct Robot {
-    /// What is seen.
+    /// The sensor's value.
     #[export]
     seen: Export<f64>,
     /// Speeds.
@@ -42,11 +44,11 @@ pub(crate) struct Robot {
     quiet: bool,
 }
 
-/// Acts as soon as something is seen, and notes how long after.
+/// Acts on each positive value of the sensor, and records the delay, ns.
 #[derive(Describe)]
 #[schema(motor, period = "1s")]
 pub(crate) struct Brake {
-    /// What is seen.
+    /// The sensor's value.
     #[import(trigger)]
     seen: Import<f64>,
     /// Speeds.
@@ -56,7 +58,7 @@ pub(crate) struct Brake {
     took: Vec<u64>,
 }
 
-/// Acts otherwise.
+/// Acts while `Brake` does not.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
 pub(crate) struct Cruise {
@@ -70,9 +72,9 @@ pub(crate) struct Cruise {
 #[repr(C)]
 #[value(name = "bench_msgs/msg/Small")]
 pub(crate) struct Small {
-    /// When it was sent, by the system's clock.
+    /// When it was sent, by the system's monotonic clock, ns.
     sent: u64,
-    /// Something.
+    /// Padding.
     rest: [u64; 7],
 }
 
@@ -81,13 +83,13 @@ pub(crate) struct Small {
 #[repr(C)]
 #[value(name = "bench_msgs/msg/Large")]
 pub(crate) struct Large {
-    /// When it was sent, by the system's clock.
+    /// When it was sent, by the system's monotonic clock, ns.
     sent: u64,
-    /// Something.
+    /// Padding.
     rest: [u8; 640 * 480 * 3],
 }
 
-/// Says something small and something large in turn.
+/// Publishes a small and a large value in turn.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
 pub(crate) struct Teller {
@@ -100,7 +102,7 @@ pub(crate) struct Teller {
     turn: bool,
 }
 
-/// Times looks at what others say.
+/// Times reads of other schemas' exports.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
 pub(crate) struct Gazer {
@@ -196,7 +198,7 @@ impl Schema for Teller {
 }
 
 impl Schema for Gazer {
-    /// While its values are there, and before it acts, which it never does.
+    /// Times the reads once, as soon as both values exist. Is never ready.
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         if let (Some(seen), Some(small)) = (self.seen.get(cx), self.small.get(cx)) {
             let effort = EFFORT.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -216,7 +218,7 @@ impl Schema for Gazer {
     }
 }
 
-/// What it took a schema to look at a value again and again.
+/// The times of a schema's repeated reads of one value.
 pub(crate) struct Looks {
     pub(crate) bytes: usize,
     /// By its port.
@@ -225,12 +227,12 @@ pub(crate) struct Looks {
     pub(crate) locked: Rounds,
 }
 
-/// How long the next schema that can is to look.
+/// The effort for the next `Gazer` that has both values.
 static EFFORT: Mutex<Option<Effort>> = Mutex::new(None);
-/// What came of it.
+/// The results of `Gazer`.
 static LOOKS: Mutex<Vec<Looks>> = Mutex::new(Vec::new());
 
-/// Has a schema look at values of 8 and of 64 bytes, in an application in lockstep.
+/// Times a schema's reads of values of 8 and 64 bytes, in an application in lockstep.
 pub(crate) fn looks(effort: Effort) -> anyhow::Result<Vec<Looks>> {
     const GAZER: &str = r#"
         roots = ["teller", "gazer"]
@@ -268,15 +270,15 @@ fn timed<T: Copy>(effort: Effort, ask: impl Fn() -> T, value: T) -> Looks {
     }
 }
 
-/// A father of very many.
+/// Defines a father with very many children.
 macro_rules! crowd {
     ($($child:ident)+) => {
-        /// Wakes all its children, and leaves the rest to them.
+        /// Wakes all its children once.
         #[derive(Describe)]
         #[schema(motor, period = "50ms")]
         pub(crate) struct Crowd {
             $(
-                /// One of many.
+                /// One of many children.
                 #[child(group = "all", optional)]
                 $child: Child,
             )+
@@ -298,7 +300,7 @@ macro_rules! crowd {
             }
         }
 
-        /// The roles for its children.
+        /// The roles of its children.
         pub(crate) const ROLES: &[&str] = &[$(stringify!($child)),+];
     };
 }
@@ -316,14 +318,14 @@ static PLUGIN: raw::Plugin = jde_schema::plugin!(
     [Beat, Leaf, Robot, Brake, Cruise, Teller, Gazer, Crowd]
 );
 
-/// The plugin of all these.
+/// Returns a catalogue with the plugin of these schemas.
 pub(crate) fn plugins() -> anyhow::Result<Plugins> {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN)?;
     Ok(plugins)
 }
 
-/// Takes what was noted since the last call.
+/// Takes the notes that were stored since the last call.
 pub(crate) fn notes() -> Vec<Vec<u64>> {
     std::mem::take(&mut *NOTES.lock().unwrap_or_else(PoisonError::into_inner))
 }

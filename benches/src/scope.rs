@@ -1,25 +1,25 @@
-//! What every row is told: how much effort to make, and where the product is. Decides nothing.
+//! The parameters of every row: the effort, and the places of the product. Decides nothing.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use jde_measure::pairs::Effort;
 
-/// What a row is told.
+/// The parameters of a row.
 #[derive(Clone, Debug)]
 pub(crate) struct Scope {
-    /// A look rather than a measurement: a tenth of the time.
+    /// Whether to take a tenth of the time, for less reliable figures.
     pub(crate) quick: bool,
-    /// The product's source.
+    /// The root of the product's source.
     pub(crate) root: PathBuf,
-    /// Where the product is built: its executable and its plugins.
+    /// The folder with the built product: its executable and its plugins.
     pub(crate) built: PathBuf,
-    /// A Python that has what jde is compared with there, if there is one.
+    /// A Python interpreter with the package that one row compares with, if any.
     pub(crate) python: Option<PathBuf>,
 }
 
 impl Scope {
-    /// For what takes nanoseconds or microseconds.
+    /// Returns the effort for operations that take nanoseconds or microseconds.
     pub(crate) fn effort(&self) -> Effort {
         Effort {
             rounds: if self.quick { 11 } else { 61 },
@@ -27,7 +27,7 @@ impl Scope {
         }
     }
 
-    /// One of these, by the effort.
+    /// Returns one of two values, by the effort.
     pub(crate) fn either<T>(&self, quick: T, full: T) -> T {
         if self.quick { quick } else { full }
     }

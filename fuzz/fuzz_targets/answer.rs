@@ -1,4 +1,4 @@
-//! Payloads for every reader of what robots say. What must hold is said in the checks.
+//! Fuzzes every reader of a robot's packets with payloads. The checks define what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::answer(data));

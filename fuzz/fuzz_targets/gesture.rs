@@ -1,4 +1,4 @@
-//! Bytes for the reader of what people do to panels. What must hold is said in the checks.
+//! Fuzzes the reader of operators' gestures on panels. The checks define what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::gesture(data));

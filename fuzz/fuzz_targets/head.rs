@@ -1,4 +1,4 @@
-//! Streams of bytes for the reader of the camera's frames. What must hold is said in the checks.
+//! Fuzzes the reader of the camera's frames with streams of bytes. The checks define what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::head(data));

@@ -1,4 +1,4 @@
-//! Bytes for the reader of panels. What must hold is said in the checks.
+//! Fuzzes the reader of panels. The checks define what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::list(data));

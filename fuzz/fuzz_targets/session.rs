@@ -1,4 +1,4 @@
-//! Robots that say anything, for the client's session. What must hold is said in the checks.
+//! Fuzzes the client's session with robots that send arbitrary bytes. The checks define what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::session(data));

@@ -1,41 +1,41 @@
-//! The checks that the targets run: those of the ordinary tests, and no others.
+//! The checks that the fuzz targets run. They are the checks of the ordinary tests, and no others.
 
 #[path = "../../crates/p2os/tests/it/checks.rs"]
 mod checks;
 #[path = "../../crates/panel/tests/common/checks.rs"]
 mod panel;
 
-/// Streams of bytes for the receiver of packets.
+/// Checks the receiver of packets with a stream of bytes.
 pub fn receiver(data: &[u8]) {
     checks::receiver(data);
 }
 
-/// Payloads for the reader of commands.
+/// Checks the reader of commands with a payload.
 pub fn command(data: &[u8]) {
     checks::command(data);
 }
 
-/// Payloads for every reader of what robots say.
+/// Checks every reader of a robot's packets with a payload.
 pub fn answer(data: &[u8]) {
     checks::answer(data);
 }
 
-/// Robots that say anything, for the client's session.
+/// Checks the client's session with a robot that sends arbitrary bytes.
 pub fn session(data: &[u8]) {
     checks::session(data);
 }
 
-/// Streams of bytes for the reader of the camera's frames.
+/// Checks the reader of the camera's frames with a stream of bytes.
 pub fn head(data: &[u8]) {
     checks::head(data);
 }
 
-/// Bytes for the reader of panels.
+/// Checks the reader of panels with arbitrary bytes.
 pub fn list(data: &[u8]) {
     panel::list(data);
 }
 
-/// Bytes for the reader of what people do to panels.
+/// Checks the reader of operators' gestures on panels with arbitrary bytes.
 pub fn gesture(data: &[u8]) {
     panel::gesture(data);
 }

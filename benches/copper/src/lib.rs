@@ -1,20 +1,21 @@
-//! A row of tasks of copper-rs that hand a value on, as schemas do beside them: the manner of its example `caterpillar`. The graph is in
-//! `caterpillar.ron`, from which its macro makes the code that runs it. Measures nothing.
+//! A row of copper-rs tasks that pass a value on, for comparison with schemas that do the same. It follows
+//! copper-rs's example `caterpillar`. Its macro generates the code from the graph in `caterpillar.ron`.
+//! Measures nothing.
 
 use anyhow::{Result, anyhow};
 use cu29::prelude::*;
 
-/// The first: says yes and no in turn.
+/// The first task. Its output alternates between 0 and 1.
 #[derive(Reflect)]
 struct Head {
     said: f64,
 }
 
-/// One of the row: says what the one before it says.
+/// A task in the middle: outputs its input.
 #[derive(Reflect)]
 struct Segment;
 
-/// The last: hears what the one before it says, which is never the same twice.
+/// The last task. It fails if its input is the same as in the pass before.
 #[derive(Reflect)]
 struct Tail {
     heard: f64,
@@ -75,19 +76,19 @@ impl CuSinkTask for Tail {
     }
 }
 
-/// What copper-rs notes the beginning and the end of every task with.
+/// The clock with which copper-rs records the beginning and the end of every task.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
-    /// The processor's, as in a robot.
+    /// The processor's clock, as in a robot.
     Running,
-    /// One that stands still, as in its tests.
+    /// A clock that does not advance, as in copper-rs's tests.
     Held,
 }
 
-/// The tasks, ready to pass so many times from the first to the last.
+/// Starts the tasks. The returned function runs the given number of passes from the first task to the last.
 ///
 /// # Errors
-/// What copper-rs says when it cannot start.
+/// The error of copper-rs if it cannot start.
 pub fn caterpillar(clock: Clock) -> Result<impl FnMut(u64)> {
     let clock = match clock {
         Clock::Running => RobotClock::new(),

@@ -1,4 +1,4 @@
-//! What was measured and what was wanted: figures with their units, goals, and whether they are met. Measures nothing.
+//! Measured figures with their units, goals, and whether the goals are met. Measures nothing.
 
 use std::fmt;
 
@@ -12,17 +12,17 @@ pub enum Figure {
     Time(f64),
     /// Times as fast as real time.
     Speed(f64),
-    /// Of one processor, in percent.
+    /// A share of one processor, in percent.
     Processor(f64),
-    /// Of all, in percent.
+    /// A share of a total, in percent.
     Share(f64),
     /// Bytes.
     Bytes(f64),
-    /// How many.
+    /// A number of things.
     Count(f64),
 }
 
-/// What is wanted of a line.
+/// The goal of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind", content = "value")]
 pub enum Goal {
@@ -36,18 +36,18 @@ pub enum Goal {
     Below(Figure),
     /// Ours is at least this.
     Least(Figure),
-    /// Nothing: it is only told.
+    /// No goal: the figure is only reported.
     Told,
 }
 
-/// What a line is compared with.
+/// The other side of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Yardstick {
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// What it took.
+    /// Its figure.
     pub figure: Figure,
-    /// Measured elsewhere, on a machine of the same kind, and not in this run.
+    /// Whether it was measured elsewhere, on a machine of the same kind, and not in this run.
     pub given: bool,
 }
 
@@ -56,30 +56,30 @@ pub struct Yardstick {
 pub struct Line {
     /// What was measured.
     pub what: String,
-    /// What ours took.
+    /// The figure of jde.
     pub ours: Figure,
-    /// What it is compared with.
+    /// The figure to compare with.
     pub yardstick: Option<Yardstick>,
-    /// Ours by the yardstick: the median of pairs, where they were measured in pairs.
+    /// The figure of jde divided by the yardstick: the median over pairs if they were measured in pairs.
     pub ratio: Option<f64>,
-    /// What is wanted.
+    /// The goal.
     pub goal: Goal,
 }
 
-/// Whether a line is as wanted.
+/// Whether the goal of a line is met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It is.
+    /// The goal is met.
     Met,
-    /// It is not.
+    /// The goal is missed.
     Missed,
-    /// Nothing was wanted.
+    /// There is no goal.
     Told,
 }
 
 impl Figure {
-    /// The number without its unit.
+    /// Returns the number without its unit.
     pub fn value(self) -> f64 {
         match self {
             Self::Time(value)
@@ -91,14 +91,14 @@ impl Figure {
         }
     }
 
-    /// Nanoseconds of so many milliseconds.
+    /// Returns a time from milliseconds.
     pub fn millis(millis: f64) -> Self {
         Self::Time(millis * 1e6)
     }
 }
 
 impl Line {
-    /// A line that is compared with nothing.
+    /// Makes a line without a yardstick.
     pub fn alone(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
         Self {
             what: what.into(),
@@ -109,7 +109,7 @@ impl Line {
         }
     }
 
-    /// A line that is compared with what was measured in the same run.
+    /// Makes a line with a yardstick of the same run.
     pub fn beside(
         what: impl Into<String>,
         ours: Figure,
@@ -130,7 +130,7 @@ impl Line {
         }
     }
 
-    /// A line that is compared with a figure from elsewhere.
+    /// Makes a line with a yardstick from elsewhere.
     pub fn given(
         what: impl Into<String>,
         ours: Figure,
@@ -143,7 +143,7 @@ impl Line {
         line
     }
 
-    /// The same with the median of the ratios of pairs.
+    /// Sets the ratio to the median of the ratios of pairs.
     pub fn paired(self, ratio: f64) -> Self {
         Self {
             ratio: Some(ratio),
@@ -151,18 +151,19 @@ impl Line {
         }
     }
 
-    /// Ours by the yardstick; nothing where a difference is wanted.
+    /// Returns the figure of jde divided by the yardstick, or `None` if the goal is a difference or the ratio
+    /// is not finite.
     pub fn ratio(&self) -> Option<f64> {
         if matches!(self.goal, Goal::Above(_)) {
             return None;
         }
         let yardstick = self.yardstick.as_ref()?;
         let ratio = self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value());
-        // Of nothing there is none.
+        // A yardstick of 0 gives no ratio.
         Some(ratio).filter(|ratio| ratio.is_finite())
     }
 
-    /// Whether it is as wanted.
+    /// Returns whether the goal is met.
     pub fn verdict(&self) -> Verdict {
         let ours = self.ours.value();
         let theirs = self.yardstick.as_ref().map(|it| it.figure.value());
@@ -215,7 +216,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// The number with three digits, in the largest unit of which it has at least one.
+/// Formats a number with three digits, in the largest unit in which it is at least 1.
 fn scaled(value: f64, units: &[(f64, &str)]) -> String {
     let fits = units.iter().rev().find(|(size, _)| value.abs() >= *size);
     let (size, unit) = *fits.unwrap_or(&units[0]);

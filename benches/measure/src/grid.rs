@@ -1,22 +1,23 @@
-//! Where the deadlines of schemas of one kind lie that are woken at once (R11): what schemas keep is measured by it, and threads
-//! beside them keep it too. It asks the product for nothing: it is what the product promises.
+//! The deadlines of schemas of one kind that are woken at the same time (R11). The delays of schemas are
+//! measured against these deadlines, and the threads beside them use them too. They follow from the product's
+//! rules, not from its code.
 
 use std::time::Duration;
 
-/// Most time between two that follow each other.
+/// The greatest time between two schemas that follow each other.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The deadlines of one: the first, and then a period after each other.
+/// The deadlines of one schema: the first, and then one every period.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid {
-    /// Since all were woken, ns.
+    /// The time of the first deadline since all were woken, ns.
     pub first: u64,
-    /// ns.
+    /// The period, ns.
     pub period: u64,
 }
 
 impl Grid {
-    /// Of as many as there are periods, in that order.
+    /// Returns the grids of schemas with these periods, in the same order.
     pub fn all(periods: &[Duration]) -> Vec<Self> {
         let shortest = periods.iter().min().copied().unwrap_or_default();
         let step = (shortest / periods.len() as u32).min(STEP);
@@ -28,8 +29,9 @@ impl Grid {
         grids.map(grid).collect()
     }
 
-    /// By how much turns that began at these times came after their deadlines, ns, if all were woken then: each has the first deadline
-    /// after the turn before it. Those before `from` are left out.
+    /// Returns the delays of turns after their deadlines, ns. `woken` is when all schemas were woken, `times`
+    /// is when the turns began. The deadline of a turn is the first one after the turn before it. Turns that
+    /// follow one before `from` are left out.
     pub fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
         let first = woken + self.first;
         let due = |before: u64| match before.checked_sub(first) {
@@ -37,21 +39,23 @@ impl Grid {
             None => first,
         };
         let turns = times.windows(2).filter(|turn| turn[0] >= from);
-        // Who looks twice in a period looked for another reason the second time.
+        // A turn before its deadline had another cause, and is skipped.
         turns
             .filter_map(|turn| turn[1].checked_sub(due(turn[0])))
             .collect()
     }
 }
 
-/// How much later in their periods things were than whichever was earliest, ns: where the grid lies is seen by those that were in time.
+/// Returns how much later than the earliest each event was within its period, ns. The earliest one shows
+/// where the grid lies.
 pub fn after_the_earliest(times: &[u64], period: u64) -> Vec<f64> {
     let mut places: Vec<u64> = times.iter().map(|time| time % period).collect();
     places.sort_unstable();
     let (Some(first), Some(last)) = (places.first(), places.last()) else {
         return Vec::new();
     };
-    // They lie close together, somewhere on the circle of a period: the widest gap is before the earliest.
+    // The events lie close together somewhere on the circle of a period: the widest gap precedes the
+    // earliest.
     let gaps = places.windows(2).map(|two| (two[1] - two[0], two[1]));
     let around = (first + period - last, *first);
     let (_, earliest) = gaps.fold(around, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
@@ -69,7 +73,7 @@ mod tests {
             first: 90,
             period: 100,
         };
-        // Woken at 1000: due at 1090, 1190, 1290 and so on.
+        // Woken at 1000, so the deadlines are 1090, 1190, 1290 and so on.
         let times = [1001, 1095, 1390, 1391, 1491];
         assert_eq!(grid.late(1000, &times, 0), [5, 200, 1]);
         assert_eq!(grid.late(1000, &times, 1391), [1]);

@@ -1,5 +1,5 @@
-//! How things are measured side by side, and judged and shown. It knows neither what is measured nor what that is compared with, so that
-//! its tests need none of either.
+//! Side-by-side measurement, and how its results are judged and shown. This crate does not depend on what is
+//! measured or on the yardsticks, so its tests need neither.
 
 pub mod figure;
 pub mod grid;

@@ -1,14 +1,14 @@
-//! The table in Markdown, and its place in the page that explains it. Judges nothing: lines do.
+//! The table in Markdown, and its place in the page that explains it. Judges nothing; the lines do.
 
 use std::fmt::Write as _;
 
 use crate::figure::{Line, Verdict};
 use crate::table::cells;
 
-/// How the table begins in the page, which is how it is found.
+/// The first line of the table, by which it is found in the page.
 const HEAD: &str = "| what | ours | yardstick | its | ratio | goal | |";
 
-/// All lines of all rows.
+/// Returns all lines of all rows as one table.
 pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
     let mut text = format!("{HEAD}\n| --- | --- | --- | --- | --- | --- | --- |\n");
     for line in rows.iter().flat_map(|(_, lines)| lines) {
@@ -27,10 +27,10 @@ pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
     text
 }
 
-/// The page with that table where it has one; nothing if it has none.
+/// Returns the page with its table replaced, or `None` if it has no table.
 pub fn put_into(page: &str, table: &str) -> Option<String> {
     let (before, rest) = page.split_once(HEAD)?;
-    // Up to the first line that is no row of it.
+    // The old table ends before the first line that is not a row.
     let after = rest.split_inclusive('\n').skip(1);
     let after: String = after.skip_while(|line| line.starts_with('|')).collect();
     Some(format!("{before}{table}{after}"))

@@ -1,43 +1,43 @@
-//! Measures several things in turn, so that whatever the machine does meanwhile it does to all of them, and compares what was
-//! measured in the same round. Never compares one run with another.
+//! Measures several operations in turn, so that the load of the machine affects all of them alike, and
+//! compares what was measured in the same round. Never compares one run with another.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// What is measured: does its operation so many times.
+/// A measured operation; the argument is the number of repetitions.
 pub type Side<'a> = &'a mut dyn FnMut(u64);
 
-/// Has a result be made, and forgets it.
+/// Forces the computation of a result, and discards it.
 #[inline(always)]
 pub fn see<T>(result: T) {
     let _ = black_box(result);
 }
 
-/// What one side took in each round.
+/// The times of one side, one per round.
 #[derive(Clone, Debug)]
 pub struct Rounds(Vec<f64>);
 
-/// How long is measured.
+/// The extent of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Rounds.
+    /// The number of rounds.
     pub rounds: usize,
-    /// Of each side in each round.
+    /// The time of each side in each round.
     pub batch: Duration,
 }
 
 impl Rounds {
-    /// Of what was measured elsewhere, in the order of the rounds, ns or whatever both sides have.
+    /// Wraps values that were measured elsewhere, in the order of the rounds, in ns or any common unit.
     pub fn of(values: Vec<f64>) -> Self {
         Self(values)
     }
 
-    /// The middle one.
+    /// Returns the median.
     pub fn median(&self) -> f64 {
         median(self.0.clone())
     }
 
-    /// The middle one of the ratios of what was measured in the same round.
+    /// Returns the median of the ratios of both sides in the same round.
     pub fn by(&self, other: &Self) -> f64 {
         median(
             self.0
@@ -49,7 +49,7 @@ impl Rounds {
     }
 }
 
-/// Nanoseconds that an operation of each side takes, round by round. Each round begins with another side.
+/// Returns the time of one operation of each side in each round, ns. Each round begins with a different side.
 pub fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDES]) -> [Rounds; SIDES] {
     let batches = sides.each_mut().map(|side| batch(effort.batch, side));
     let mut all = [const { Vec::new() }; SIDES];
@@ -64,7 +64,7 @@ pub fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDE
     all.map(Rounds)
 }
 
-/// How many operations of a side take that long.
+/// Returns how many operations of a side take about the wanted time.
 fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
     let mut count = 1;
     loop {
@@ -79,12 +79,12 @@ fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
     }
 }
 
-/// The middle one; of nothing, not a number.
+/// Returns the median, or NaN if there are no values.
 pub fn median(values: Vec<f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The one below which such a share lies.
+/// Returns the value below which the given share of values lies, or NaN if there are no values.
 pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_ratio_is_that_of_the_same_round() {
-        // A machine that is ten times as slow in one round is so for both.
+        // A machine that is ten times slower in one round slows both sides.
         let ours = Rounds(vec![2.0, 20.0, 2.0]);
         let theirs = Rounds(vec![1.0, 10.0, 1.0]);
         assert_eq!(ours.by(&theirs), 2.0);

@@ -1,4 +1,4 @@
-//! The table as people read it. Judges nothing: lines do.
+//! The table as plain text. Judges nothing; the lines do.
 
 use std::fmt::Write as _;
 
@@ -25,7 +25,7 @@ impl Paint {
 
 const HEAD: [&str; 7] = ["what", "ours", "yardstick", "theirs", "ratio", "goal", "met"];
 
-/// All lines of all rows, and how many met their goals.
+/// Returns all lines of all rows, and how many met their goals.
 pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
     let lines: Vec<&Line> = rows.iter().flat_map(|(_, lines)| lines).collect();
     let cells: Vec<[String; 7]> = lines.iter().map(|line| cells(line)).collect();
@@ -61,7 +61,7 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
     text
 }
 
-/// What a line says in each column.
+/// Returns the text of a line in each column.
 pub(crate) fn cells(line: &Line) -> [String; 7] {
     let (name, theirs) = match &line.yardstick {
         None => (String::from("-"), String::from("-")),
@@ -80,7 +80,7 @@ pub(crate) fn cells(line: &Line) -> [String; 7] {
     ]
 }
 
-/// Words to the left, numbers to the right.
+/// Aligns words to the left and numbers to the right.
 fn row(cells: &[String], widths: &[usize]) -> String {
     let aligned = cells
         .iter()

@@ -1,4 +1,4 @@
-//! A selection with its record: what a winner's iteration leads to, and what a change of readiness does.
+//! A selection with its record, after an iteration of the winner or after a change of readiness.
 
 use std::hint::black_box;
 
@@ -7,35 +7,35 @@ use jde_core::{Check, Effect, GroupSpec, Hierarchy, Kind, SchemaId, SchemaSpec, 
 
 const MS: u64 = 1_000_000;
 
-/// A group of candidates; the first that is ready wins.
+/// A group of candidates. The first candidate that is ready wins.
 pub struct Level {
     hierarchy: Hierarchy,
     effects: Vec<Effect>,
     time: u64,
     winner: SchemaId,
-    /// Whose readiness changes: the last.
+    /// The last candidate, whose readiness changes.
     last: SchemaId,
     ready: bool,
 }
 
 impl Level {
-    /// So many of them, all ready: the first wins.
+    /// Makes a group in which all candidates are ready: the first wins.
     ///
     /// # Errors
-    /// Nothing that can be tried again.
+    /// If the rules refuse the group. A retry fails too.
     pub fn new(candidates: u32) -> Result<Self> {
         Self::of(candidates, 0)
     }
 
-    /// So many, of whom only the last is ready.
+    /// Makes a group in which only the last candidate is ready.
     ///
     /// # Errors
-    /// Nothing that can be tried again.
+    /// If the rules refuse the group. A retry fails too.
     pub fn of_the_last(candidates: u32) -> Result<Self> {
         Self::of(candidates, candidates - 1)
     }
 
-    /// So many, ready from that one on.
+    /// Makes a group in which all candidates from `winner` on are ready.
     fn of(candidates: u32, winner: u32) -> Result<Self> {
         let schemas =
             (0..candidates).map(|number| SchemaSpec::new(format!("s{number}"), Kind::Motor, 100 * MS));
@@ -64,10 +64,10 @@ impl Level {
         Ok(level)
     }
 
-    /// The winner iterates once, and competes again.
+    /// The winner iterates once and competes again.
     ///
     /// # Panics
-    /// If the rules do not let it, or leave no record.
+    /// If the rules do not permit the iteration, or leave no record.
     pub fn iterate(&mut self) {
         self.time += MS;
         let may = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
@@ -76,7 +76,7 @@ impl Level {
         self.told();
     }
 
-    /// The last candidate is ready, or is no longer.
+    /// The last candidate becomes ready, or stops being ready.
     ///
     /// # Panics
     /// If the rules leave no record.
@@ -96,7 +96,7 @@ impl Level {
         self.hierarchy.checked(self.time, id, check, &mut self.effects);
     }
 
-    /// There was a record, which whoever wanted it has seen.
+    /// Checks that the selection left a record, and discards all effects.
     fn told(&mut self) {
         let told = black_box(&self.effects)
             .iter()

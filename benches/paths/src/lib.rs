@@ -1,5 +1,5 @@
-//! The hot paths of jde, each to be passed so many times: by clocks, in the rows of the benches, and by counters of instructions, in
-//! the gate of `cargo xtask test`. It measures nothing itself.
+//! The hot paths of jde, for repeated runs: the benches time them, and the gate of `cargo xtask test` counts
+//! their instructions. This crate measures nothing itself.
 
 mod level;
 mod periods;

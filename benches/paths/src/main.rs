@@ -1,4 +1,5 @@
-//! Passes a hot path so many times, for whoever counts instructions: `jde-paths NAME TIMES`. Without a name it says which there are.
+//! Runs a hot path a given number of times, so that its instructions can be counted: `jde-paths NAME TIMES`.
+//! Without arguments it prints the names of the paths.
 
 use std::hint::black_box;
 
@@ -9,23 +10,23 @@ use jde_paths::{Level, Periods, ends, variable};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
-/// Wants to act always, and does nothing.
+/// Is always ready, and does nothing.
 #[derive(Describe)]
 #[schema(motor, period = "1ms")]
 struct Act {
-    /// What is kept awake for it.
+    /// An import that keeps another schema awake.
     #[import(optional)]
     input: Import<f64>,
 }
 
-/// Says what it is told.
+/// Exports its input.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 struct Echo {
-    /// What it is told.
+    /// The value to export.
     #[import(optional)]
     input: Import<f64>,
-    /// The same.
+    /// The same value.
     #[export]
     out: Export<f64>,
 }
@@ -49,7 +50,7 @@ static PLUGIN: raw::Plugin = jde_schema::plugin!("paths", "Schemas on the hot pa
 
 /// A motor schema that always wins.
 const MOTOR: &str = "roots = [\"act\"]\n[schemas.act]\ntype = \"paths/act\"\n";
-/// Two that perceive, the second of which says what the first says.
+/// Two perceptive schemas. The second exports the value of the first.
 const ECHOES: &str = r#"
     roots = ["hub"]
     [schemas.hub]
@@ -63,7 +64,7 @@ const ECHOES: &str = r#"
     imports = { input = "one.out" }
 "#;
 
-/// A path by its name.
+/// The name of a path, and the function that runs it.
 type Path = (&'static str, fn(u64) -> Result<()>);
 
 const PATHS: &[Path] = &[

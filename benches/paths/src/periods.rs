@@ -1,4 +1,4 @@
-//! An application in lockstep that goes on a period at a time.
+//! An application in lockstep that advances period by period.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub struct Periods {
 }
 
 impl Periods {
-    /// Of that text, with those plugins.
+    /// Starts the application of `text` with these plugins.
     ///
     /// # Errors
     /// What is wrong with the text.
@@ -28,7 +28,7 @@ impl Periods {
         Ok(Self { lockstep, now: 0 })
     }
 
-    /// What a variable is now.
+    /// Returns the current value of a variable.
     ///
     /// # Errors
     /// There is no such variable, or none of that type.
@@ -37,7 +37,7 @@ impl Periods {
         value.map_err(|error| anyhow!("{error}"))
     }
 
-    /// So many periods of 1 ms.
+    /// Runs the given number of periods of 1 ms.
     ///
     /// # Panics
     /// If the application ends.

@@ -1,4 +1,4 @@
-//! Variables of so many words, with whatever reads and writes them. For the rows about variables alone.
+//! Variables of a given number of words, with their readers and writers. Only for the rows about variables.
 
 use std::sync::Arc;
 
@@ -7,13 +7,13 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_board::{Access, Board, Declaration, Variable};
 
-/// So many words.
+/// The value of a variable: words of 8 bytes.
 pub type Words<const WORDS: usize> = [u64; WORDS];
 
-/// A variable of so many words that can be borrowed by so many readers.
+/// Makes a variable of `words` words that `readers` readers can borrow at the same time.
 ///
 /// # Errors
-/// Nothing that can be tried again.
+/// If the board refuses the variable. A retry fails too.
 pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Variable>> {
     let field = Field {
         name: String::from("data"),
@@ -47,10 +47,10 @@ pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Vari
         .context("a variable was refused")
 }
 
-/// Both ends of a variable, with a first value.
+/// Makes a variable with a first value, and returns its writer and a reader.
 ///
 /// # Errors
-/// Nothing that can be tried again.
+/// If the board refuses the variable. A retry fails too.
 pub fn ends<const WORDS: usize>(
     access: Access,
 ) -> Result<(TypedWriter<Words<WORDS>>, TypedReader<Words<WORDS>>)> {

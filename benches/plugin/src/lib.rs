@@ -1,62 +1,63 @@
-//! Schemas that do next to nothing, so that what is around them can be measured. They are loaded as any plugin is.
+//! Schemas that do almost nothing, so that the surrounding costs can be measured. They are loaded as any
+//! plugin.
 
 use std::fs;
 
 use jde_schema::prelude::*;
 
-/// The file that gets the notes of [`Clockwork`].
+/// The environment variable that names the file for the notes of [`Clockwork`].
 const NOTES: &str = "JDE_BENCH_NOTES";
-/// The file that hears of the first iteration of [`First`].
+/// The environment variable that names the file to which [`First`] writes at its first iteration.
 const HEARS: &str = "JDE_BENCH_FIRST";
 
-/// Perceives nothing.
+/// A perceptive schema that exports nothing.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 pub struct Idle {
-    /// Nothing.
+    /// Never written.
     #[export]
     out: Export<f64>,
 }
 
-/// Wants to act always, and does nothing.
+/// Is always ready, and does nothing.
 #[derive(Describe)]
 #[schema(motor, period = "1ms")]
 pub struct Act {
-    /// Something that is kept awake for it.
+    /// An import that keeps another schema awake.
     #[import(optional)]
     input: Import<f64>,
 }
 
-/// The first of a row: says yes and no in turn.
+/// The first of a row. Its output alternates between 0 and 1.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 pub struct Head {
-    /// Yes or no.
+    /// 0 or 1.
     #[export]
     out: Export<f64>,
     said: f64,
 }
 
-/// One of a row: says what the one before it says.
+/// One of a row. It exports its input.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 pub struct Segment {
-    /// What the one before says.
+    /// The export of the schema before.
     #[import]
     input: Import<f64>,
-    /// The same.
+    /// The same value.
     #[export]
     out: Export<f64>,
 }
 
-/// Tells whoever started the process that it has iterated.
+/// Reports its first iteration to the process that started this one.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub struct First {
     told: bool,
 }
 
-/// Notes when its periods begin, and never wants to act.
+/// Records when its periods begin, and is never ready.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub struct Clockwork {

@@ -1,4 +1,4 @@
-//! Commands, and the authority over them: what a schema, and whoever takes its authority, pay. Compared with nothing.
+//! The costs of a command, and of granting and withdrawing the authority for it. Compared with nothing.
 
 use anyhow::Result;
 use jde_board::Access;
@@ -8,7 +8,7 @@ use jde_paths::variable;
 
 use crate::scope::Scope;
 
-/// Words of a velocity.
+/// The size of a velocity, in words of 8 bytes.
 const TWIST: usize = 6;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {

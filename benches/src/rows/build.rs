@@ -1,4 +1,4 @@
-//! From a fresh clone to a robot that moves: how long whoever tries jde waits for the compiler.
+//! The time of a build from a fresh clone, which a new user waits for before a robot moves.
 
 use std::process::{Command, Stdio};
 use std::time::Instant;

@@ -1,4 +1,5 @@
-//! One writer and three readers of one value at the same time, ours and the best crates for it. Each takes what is newest.
+//! One writer and three readers of one value at the same time, in jde and in the best crates for it. Each
+//! read takes the newest value.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -17,27 +18,28 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::scope::Scope;
 
-/// Reads and writes between two looks at whether it is over.
+/// The number of reads or writes between two checks for the end.
 const BATCH: u64 = 64;
 
-/// Who writes, again and again: is given the number to write into every word.
+/// A writer. It writes the given number into every word.
 type Write<'a> = Box<dyn FnMut(u64) + Send + 'a>;
-/// Who reads: answers with the number that it found, or nothing if the words did not agree.
+/// A reader. It returns the number that it found, or `None` if the words differ.
 type Read<'a> = Box<dyn FnMut() -> Option<u64> + Send + 'a>;
 /// One way to share a value between a writer and readers.
 type Way = fn(Setting) -> Result<Window>;
 
-/// Who is at it, and for how long.
+/// The parameters of a measurement.
 #[derive(Clone, Copy)]
 struct Setting {
     readers: usize,
     time: Duration,
-    /// Each has a processor of its own.
+    /// Whether each thread has a processor of its own.
     apart: bool,
 }
 
-/// What a window came to: processor time of a read and of a write in ns, the share of reads that found another value than the one
-/// before, and the reads of the reader that had fewest.
+/// The result of one window. `read` and `write` are processor times of one operation, ns; `new` is the share
+/// of reads that found a newer value than the read before; `fewest` is the number of reads of the slowest
+/// reader.
 struct Window {
     read: f64,
     write: f64,
@@ -45,7 +47,7 @@ struct Window {
     fewest: u64,
 }
 
-/// What all windows of one way came to.
+/// The results of all windows of one way.
 struct Windows {
     read: Rounds,
     write: Rounds,
@@ -94,7 +96,8 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
         ..crowd
     };
     if processors().len() >= 2 {
-        // What a triple buffer is made for. A writer of arc-swap is slower, and its reader would find less that is new.
+        // The case for which triple buffers are made. arc-swap is left out: its writer is slower, so its
+        // reader would find fewer new values.
         let ways = &ways[..2];
         let all = in_turns(scope, pair, ways)?;
         let [read, write] = judged(ways, &all, Goal::Told);
@@ -114,7 +117,7 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
     Ok(lines)
 }
 
-/// Each way in each round, which begins with another one.
+/// Runs each way once per round. Each round begins with a different way.
 fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Way)]) -> Result<Vec<Windows>> {
     let mut windows: Vec<Vec<Window>> = ways.iter().map(|_| Vec::new()).collect();
     for round in 0..scope.either(3, 15) {
@@ -136,7 +139,7 @@ fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Way)]) -> Result<Vec
     Ok(all.collect())
 }
 
-/// How ours reads and writes beside the best of the others in either.
+/// Compares reads and writes of jde with the best other way for each.
 fn judged<'a>(
     ways: &'a [(&'a str, Way)],
     all: &'a [Windows],
@@ -161,7 +164,7 @@ fn judged<'a>(
     })
 }
 
-/// Those that this process may use.
+/// Returns the processors that this process may use.
 fn processors() -> Vec<usize> {
     let may = sched_getaffinity(None).unwrap_or_default();
     (0..CpuSet::MAX_CPU)
@@ -186,7 +189,7 @@ fn ours<const WORDS: usize>(setting: Setting) -> Result<Window> {
     window(setting, Box::new(write), reads)
 }
 
-/// One buffer a reader, since each has one consumer.
+/// One buffer per reader, since each buffer has one consumer.
 fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let (mut inputs, mut reads) = (Vec::new(), Vec::<Read>::new());
     for _ in 0..setting.readers {
@@ -203,7 +206,7 @@ fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
     window(setting, Box::new(write), reads)
 }
 
-/// A new allocation a value, and what `arc-swap` calls its fast way to read: a guard.
+/// A new allocation for each value, and reads through a guard, the fast way according to `arc-swap`.
 fn swapped<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let shared = Arc::new(ArcSwap::from_pointee([0u64; WORDS]));
     let mut reads: Vec<Read> = Vec::new();
@@ -215,7 +218,7 @@ fn swapped<const WORDS: usize>(setting: Setting) -> Result<Window> {
     window(setting, Box::new(write), reads)
 }
 
-/// The same, and what it calls the cache of a reader: what was read last, while that is the newest.
+/// The same, with reads through `arc-swap`'s cache, which keeps the last value while it is the newest.
 fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let shared = Arc::new(ArcSwap::from_pointee([0u64; WORDS]));
     let mut reads: Vec<Read> = Vec::new();
@@ -227,7 +230,7 @@ fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
     window(setting, Box::new(write), reads)
 }
 
-/// Has all of them at it for that long.
+/// Runs the writer and all readers for the time of the setting.
 fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window> {
     let over = AtomicBool::new(false);
     let over = &over;
@@ -243,7 +246,7 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
                     while !over.load(Ordering::Relaxed) {
                         for _ in 0..BATCH {
                             let number = black_box(read());
-                            // Whole, and never older than what it saw before.
+                            // A value must be whole, and never older than the one before.
                             sound &= number.is_some_and(|number| number >= last);
                             new += u64::from(number > Some(last));
                             last = number.unwrap_or(last);
@@ -286,7 +289,7 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
 }
 
 impl Setting {
-    /// Puts the calling thread where it belongs.
+    /// Binds the calling thread to its processor if each has its own.
     fn settle(self, number: usize) {
         if self.apart {
             let mut own = CpuSet::new();
@@ -296,13 +299,13 @@ impl Setting {
     }
 }
 
-/// The number in all words, if it is the same.
+/// Returns the number in all words, or `None` if they differ.
 fn agreed<const WORDS: usize>(words: &Words<WORDS>) -> Option<u64> {
     let differs = words.iter().fold(0, |differs, word| differs | (word ^ words[0]));
     (differs == 0).then_some(words[0])
 }
 
-/// That the calling thread has used, ns.
+/// Returns the processor time of the calling thread, ns.
 fn processor_time() -> u64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64

@@ -1,4 +1,5 @@
-//! One iteration of a schema from a loaded library in lockstep, all told: the executor, the rules, the call, the variables.
+//! One iteration of a schema from a loaded library in lockstep: the executor, the rules, the call and the
+//! variables together.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -12,10 +13,10 @@ use jde_paths::Periods;
 use crate::loaded;
 use crate::scope::Scope;
 
-/// Schemas in the row that hands a value on.
+/// The number of schemas in the row that passes a value on.
 const ROW: usize = 17;
 
-/// A schema that perceives, kept awake by one that looks once in an hour.
+/// A perceptive schema. Another schema with a period of one hour imports from it and so keeps it awake.
 const PERCEPTIVE: &str = r#"
     roots = ["hub"]
     [schemas.hub]
@@ -26,7 +27,7 @@ const PERCEPTIVE: &str = r#"
     type = "bench-000/idle"
 "#;
 
-/// A schema that competes, wins, iterates, and competes again.
+/// A motor schema that competes, wins, iterates, and competes again.
 const MOTOR: &str = r#"
     roots = ["act"]
     [schemas.act]
@@ -77,7 +78,8 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// What the first of the row says the last says too, or nothing was compared. copper-rs looks at that in each pass.
+/// Checks that the last schema's value is the first one's, since the figures would be worthless otherwise.
+/// copper-rs checks this in each pass.
 fn hands_on(row: &mut Periods) -> Result<()> {
     let last = format!("s{}.out", ROW - 1);
     let mut before = None;
@@ -94,12 +96,12 @@ fn hands_on(row: &mut Periods) -> Result<()> {
     Ok(())
 }
 
-/// What a bare call is.
+/// The empty function that a bare call calls.
 extern "C" fn nothing(_: *mut u8) -> i32 {
     0
 }
 
-/// A row of schemas, each of which says what the one before it says.
+/// An application with a row of schemas. Each exports the value of the one before.
 fn row() -> String {
     let last = ROW - 1;
     let mut text = format!(

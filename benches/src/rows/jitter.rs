@@ -1,4 +1,4 @@
-//! How late the periods of schemas begin, beside as many threads that only sleep until their deadlines.
+//! The delays of schemas' periods, beside as many threads that only sleep until their deadlines.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use jde_measure::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 
-/// Both ways in real time.
+/// The executors that run in real time.
 const EXECUTORS: [&str; 2] = ["threads", "pool"];
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
@@ -50,7 +50,7 @@ fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> R
     Ok(lines)
 }
 
-/// How late turns were beside threads' sleeps, a list for each run.
+/// Compares delays of turns with delays of threads' sleeps. Each list holds one run.
 pub(crate) fn late_by(what: &str, ours: &[Vec<f64>], bare: &[Vec<f64>], goal: Goal) -> [Line; 2] {
     let of =
         |runs: &[Vec<f64>], share| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
@@ -67,7 +67,7 @@ pub(crate) fn late_by(what: &str, ours: &[Vec<f64>], bare: &[Vec<f64>], goal: Go
     })
 }
 
-/// An application of schemas that all compete at the top.
+/// An application of schemas that are all roots of one group.
 pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
     let names: Vec<String> = (0..periods.len())
         .map(|number| format!("\"s{number}\""))
@@ -83,7 +83,7 @@ pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
     text
 }
 
-/// By how much turns came after their deadlines, ns, from when all were there.
+/// Returns the delays of turns after their deadlines, ns, without those of the start.
 pub(crate) fn lateness(run: &live::Run, grids: &[Grid]) -> Result<Vec<f64>> {
     let from = run.woken + live::START.as_nanos() as u64;
     let mut all = Vec::new();

@@ -1,5 +1,5 @@
-//! A value from one process to another: over the link, and over Zenoh alone with the settings and the niceness that the link gives it,
-//! in turns. The other process is this program again.
+//! The time of a value from one process to another, over the link and over Zenoh alone, in turns. Zenoh alone
+//! has the settings and the niceness that the link uses. The other process runs this program too.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -21,19 +21,19 @@ use crate::schemas::{Large, Small};
 use crate::scope::Scope;
 use crate::{bare, loaded, schemas};
 
-/// What the other process is started with, before the folder where everybody meets.
+/// The option that starts the other process, before the folder of the sockets.
 pub(crate) const LISTEN: &str = "--listen";
-/// Less urgent than the robot, as the link's threads are.
+/// The niceness of the link's threads, which are less urgent than the robot's.
 const NICE: i32 = 10;
-/// From one value to the next, of each kind.
+/// The interval between two values over Zenoh alone, small and large in turn.
 const PERIOD: Duration = Duration::from_millis(20);
-/// Values in a round.
+/// The number of values in a round.
 const ROUND: usize = 25;
 
 const APPLICATION: &str =
     "roots = [\"teller\"]\n[schemas.teller]\ntype = \"pace/teller\"\nperiod = \"20ms\"\n";
 
-/// How long values were under way, ns.
+/// The transfer times of values, ns.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Heard {
     small: Vec<u64>,
@@ -70,7 +70,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let time = Duration::from_secs(scope.either(2, 20));
     let mut turn = 0u32;
     while start.elapsed() < time {
-        // What a schema writes at the same instant is another round's.
+        // A schema's value that is written at the same instant belongs to another round.
         std::thread::sleep(PERIOD);
         turn += 1;
         let publisher = if turn.is_multiple_of(2) { &small } else { &large };
@@ -80,7 +80,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             size_of::<Large>()
         };
         let mut message = room[..bytes].to_vec();
-        // From here on the message is Zenoh's.
+        // The timer starts here: from here on Zenoh handles the message.
         message[..8].copy_from_slice(&bare::now().to_ne_bytes());
         publisher
             .put(message)
@@ -111,7 +111,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// The medians of so many values in a row each.
+/// Returns the medians of consecutive rounds.
 fn rounds(times: &[u64]) -> Rounds {
     let rounds = times
         .chunks(ROUND)
@@ -119,7 +119,7 @@ fn rounds(times: &[u64]) -> Rounds {
     Rounds::of(rounds.collect())
 }
 
-/// The other process: hears both until its standard input ends, and tells.
+/// The other process: receives both kinds until its standard input closes, and prints the times.
 pub(crate) fn listen(folder: &Path) -> Result<()> {
     let heard: Arc<Mutex<Heard>> = Arc::default();
     let note = |of: fn(&mut Heard) -> &mut Vec<u64>| {
@@ -132,7 +132,7 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
             }
         }
     };
-    // Zenoh's threads are as nice as whoever starts them.
+    // Zenoh's threads inherit the niceness of the thread that starts them.
     rustix::process::nice(NICE)?;
     let client = Client::connect(&Reach::Local(Folders::at(folder)))?;
     let remote = client.application(None)?;
@@ -162,14 +162,14 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Has every message of that key noted.
+/// Subscribes to a key and records every message.
 fn subscribe(
     session: &Session,
     key: &'static str,
     note: impl Fn(&[u8]) + Send + Sync + 'static,
 ) -> Result<Subscriber<()>> {
     let subscriber = session.declare_subscriber(key);
-    // Where it is: to have it in one piece would be a copy that Zenoh alone does not need.
+    // Read in place: a contiguous message would need a copy, which Zenoh alone does not make.
     let subscriber = subscriber.callback(move |sample| {
         let mut sent = [0; 8];
         if sample.payload().reader().read_exact(&mut sent).is_ok() {
@@ -179,7 +179,7 @@ fn subscribe(
     subscriber.wait().map_err(|error| anyhow!("{error}"))
 }
 
-/// A session with the settings of the link's, at a socket of its own in that folder.
+/// Opens a session with the link's settings on its own socket in the folder.
 fn session(folder: &Path, end: &'static str) -> Result<Session> {
     let endpoint = format!("unixsock-stream/{}", folder.join("bare.sock").display());
     let mut config = zenoh::Config::default();
@@ -199,7 +199,7 @@ fn session(folder: &Path, end: &'static str) -> Result<Session> {
             .map_err(|error| anyhow!("{key}: {error}"))?;
     }
     let open = std::thread::spawn(move || {
-        // A system that refuses it refuses it to the link as well.
+        // A system that refuses the niceness also refuses it to the link.
         let _ = rustix::process::nice(NICE);
         zenoh::open(config).wait()
     });
@@ -207,11 +207,11 @@ fn session(folder: &Path, end: &'static str) -> Result<Session> {
     opened.map_err(|error| anyhow!("{error}"))
 }
 
-/// The other process; ended when dropped.
+/// The other process; killed when dropped.
 struct Guest(Child);
 
 impl Guest {
-    /// Starts it, and waits until it listens.
+    /// Starts the process and waits until it listens.
     fn start(folder: &Path) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
         command
@@ -228,7 +228,7 @@ impl Guest {
         Ok(guest)
     }
 
-    /// Asks it what it heard, which ends it.
+    /// Ends the process and returns its times.
     fn end(&mut self) -> Result<Heard> {
         drop(self.0.stdin.take());
         let mut said = String::new();
@@ -243,7 +243,7 @@ impl Guest {
 
 impl Drop for Guest {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // The process may have ended before.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

@@ -1,4 +1,4 @@
-//! The rows of the table, in its order: each measures one claim, and says so in `docs/performance.md`.
+//! The rows of the table, in its order. Each measures one claim, which `docs/performance.md` explains.
 
 mod authority;
 mod build;
@@ -22,13 +22,13 @@ use jde_measure::figure::Line;
 
 use crate::scope::Scope;
 
-/// A row: one claim, in as many lines as it takes.
+/// A row: one claim, in one or more lines.
 pub(crate) struct Row {
-    /// What `--row` calls it.
+    /// The name for `--row`.
     pub(crate) name: &'static str,
     /// What it measures.
     pub(crate) title: &'static str,
-    /// Takes many minutes, and runs only when it is named.
+    /// Whether it takes many minutes and therefore runs only when it is named.
     pub(crate) long: bool,
     pub(crate) run: fn(&Scope) -> Result<Vec<Line>>,
 }

@@ -1,4 +1,4 @@
-//! What recording all of the demonstration costs the robot: processor time, and how late its periods begin.
+//! The cost of a recording of the whole demonstration: processor time, and delays of the robot's periods.
 
 use std::fs;
 use std::path::Path;
@@ -12,15 +12,15 @@ use jde_measure::pairs::{Rounds, quantile};
 use crate::product;
 use crate::scope::Scope;
 
-/// The demonstration, and its roots as they stand there.
+/// The demonstration, and its list of roots as the file has it.
 const APPLICATION: &str = "apps/safe-navigation.toml";
 const ROOTS: &str = "[\"teleop\", \"example\"]";
 
-/// What a run took.
+/// The result of a run.
 struct Run {
-    /// Of one processor, percent.
+    /// Processor time, in percent of one processor.
     processor: f64,
-    /// How much later the periods of a schema beside it began than the earliest of them, ns.
+    /// How much later than the earliest of them the periods of an additional schema began, ns.
     late: Vec<f64>,
 }
 
@@ -29,10 +29,11 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let application = folder.path().join("recorded.toml");
     let text = fs::read_to_string(scope.root.join(APPLICATION))?;
     ensure!(text.contains(ROOTS), "{APPLICATION} has other roots");
-    // A schema that only notes when it is called; it never wants to act.
+    // Paths in the file are relative to its folder.
     let text = text.replace("\"../", &format!("\"{}/", scope.root.display()));
-    // Nobody minds that it does not get done.
+    // The mission is removed, since the run ends before it is done.
     let text = text.replace("mission = ", "# mission = ");
+    // `clockwork` only records when its periods begin; it is never ready.
     let text = text.replace(ROOTS, "[\"teleop\", \"example\", \"clockwork\"]");
     fs::write(
         &application,
@@ -72,10 +73,10 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// Of that schema, ns.
+/// The period of `clockwork`, ns.
 const PERIOD: u64 = 10_000_000;
 
-/// The demonstration for some seconds in real time.
+/// Runs the demonstration for some seconds in real time.
 fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Result<Run> {
     let seconds = scope.either(3, 10);
     let notes = folder.join("notes");
@@ -86,7 +87,7 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     command.env("JDE_BENCH_NOTES", &notes);
     if record {
         let file = folder.join("recorded.mcap");
-        // It refuses to write over one.
+        // A recording does not overwrite an existing file.
         let _ = fs::remove_file(&file);
         command.arg("--record").arg(file);
     }
@@ -106,10 +107,10 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     })
 }
 
-/// Processor time of all processes that were started here and have ended, s.
+/// Returns the processor time of all child processes that have ended, s.
 fn children() -> Result<f64> {
     let text = fs::read_to_string("/proc/self/stat")?;
-    // The name may hold blanks; what follows it does not.
+    // The name may contain blanks; the rest does not.
     let (_, rest) = text.rsplit_once(')').context("stat has no name")?;
     let fields: Vec<&str> = rest.split_whitespace().collect();
     let ticks: u64 = fields[13].parse::<u64>()? + fields[14].parse::<u64>()?;

@@ -1,4 +1,5 @@
-//! Very many schemas: in real time beside as many threads that only sleep, and in lockstep beside real time.
+//! Very many schemas: in real time, beside as many threads that only sleep, and in lockstep, faster than real
+//! time.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -15,17 +16,17 @@ use crate::schemas::{self, ROLES};
 use crate::scope::Scope;
 use crate::{bare, live, loaded};
 
-/// Schemas in real time.
+/// The number of schemas in real time.
 const MANY: usize = 1000;
-/// Groups, each below the other.
+/// The number of nested groups.
 const DEEP: usize = 100;
 const MS: u64 = 1_000_000;
-/// The period of all in lockstep.
+/// The period of all schemas in lockstep, ns.
 const PERIOD: u64 = 50 * MS;
 
 pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
     let time = Duration::from_secs(scope.either(1, 5));
-    // From 10 to 75 ms.
+    // The periods range from 10 to 75 ms.
     let periods: Vec<Duration> = (0..MANY)
         .map(|number| Duration::from_micros(10_000 + 65_000 * number as u64 / MANY as u64))
         .collect();
@@ -116,7 +117,7 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// A group below a group below a group: in each the first is the father of the next.
+/// An application of nested groups: the first child of each group is the father of the next group.
 fn deep() -> String {
     let mut text = String::from("roots = [\"f0\"]\n");
     for level in 0..DEEP {
@@ -144,7 +145,7 @@ fn percent(spent: u64, time: Duration) -> f64 {
     100.0 * spent as f64 / time.as_nanos() as f64
 }
 
-/// Bytes of memory that the process has.
+/// Returns the resident memory of this process, bytes.
 fn resident() -> Result<u64> {
     let text = std::fs::read_to_string("/proc/self/statm")?;
     let pages = text.split(' ').nth(1).context("statm has no second number")?;

@@ -1,5 +1,5 @@
-//! One selection with its record, in a group of so many candidates: what a winner's iteration leads to, and what it takes when
-//! another candidate has become ready or is no longer.
+//! One selection with its record, in groups of several sizes: after the winner's iteration, and after another
+//! candidate became ready or stopped being ready.
 
 use anyhow::Result;
 use jde_measure::figure::{Figure, Goal, Line};
@@ -8,9 +8,9 @@ use jde_paths::Level;
 
 use crate::scope::Scope;
 
-/// What `arbitration_graphs` 0.6 takes for so many options, ns.
+/// The numbers of options, and the time of `arbitration_graphs` 0.6 for each, ns.
 const OPTIONS: [(u32, f64); 3] = [(3, 85.0), (100, 420.0), (1000, 3500.0)];
-/// What each leaf takes BehaviorTree.CPP 4 that is ticked, ns.
+/// The time that BehaviorTree.CPP 4 takes for each leaf that is ticked, ns.
 const LEAF: f64 = 135.0;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
@@ -27,7 +27,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
                 &mut |times| (0..times).for_each(|_| changed.change()),
             ],
         );
-        // A tree is ticked up to the first leaf that can act.
+        // A tree is ticked up to the first leaf that can act, hence the number of leaves.
         for (what, ours, leaves) in [
             ("all ready, the winner iterated", &first_acts, 1),
             ("only the last ready, it iterated", &last_acts, count),

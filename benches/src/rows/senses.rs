@@ -1,4 +1,5 @@
-//! What the other sensors of the simulator cost, and the steps of its worlds, in the worlds that come with it. Compared with nothing.
+//! The costs of the simulator's other sensors, and of its steps, in the worlds that it is delivered with.
+//! Compared with nothing.
 
 use std::fmt::Write as _;
 
@@ -65,7 +66,7 @@ fn world(scope: &Scope, name: &str) -> Result<(World, RobotId)> {
     Ok((world, robot))
 }
 
-/// Ten people who walk and ten balls that a robot on its rounds pushes about.
+/// A world with ten people who walk and ten balls that a patrolling robot pushes.
 fn busy() -> Result<World> {
     let mut text = String::from(
         "walls = [{ points = [[0, 0], [12, 0], [12, 12], [0, 12]], closed = true }]

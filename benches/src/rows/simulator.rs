@@ -1,4 +1,5 @@
-//! The simulator: what a beam of a laser costs beside the library that casts its rays, and how fast the demonstration goes.
+//! The simulator: the time of a laser's beam beside the library that casts rays, and the speed of the
+//! demonstration.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -18,13 +19,13 @@ use serde::{Deserialize, Serialize};
 use crate::product;
 use crate::scope::Scope;
 
-/// Walls of the world, each a segment.
+/// The number of walls in the world, each a segment.
 const SEGMENTS: usize = 1000;
-/// Side of the world, m.
+/// The side of the world, m.
 const SIDE: f64 = 50.0;
-/// Places where the robot stands in it, one after another.
+/// The number of poses of the robot.
 const PLACES: usize = 40;
-/// Scans from one place, before it is set down at the next.
+/// The number of scans from one pose.
 const SCANS: usize = 4;
 
 pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
@@ -58,7 +59,7 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             cast(by_polyline, rays, &mut lines_of);
             same(&ranges, &lines_of)?;
         }
-        // From all places in each round, so that both sides stand at the same.
+        // Each round visits all poses, so that both sides measure the same scans.
         let circuit = |times: u64, world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
             for pose in (0..times).flat_map(|_| &poses) {
                 see(world.place(robot, *pose));
@@ -114,7 +115,7 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
     Ok(lines)
 }
 
-/// Both see the same, or nothing was compared.
+/// Checks that both sides measure the same ranges; otherwise the comparison would be worthless.
 fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
     let differs = |(ours, theirs): (&f32, &f32)| ours != theirs && (ours - theirs).abs() > 1e-3;
     match ours.iter().zip(theirs).position(differs) {
@@ -127,7 +128,8 @@ fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
     }
 }
 
-/// Numbers from 0 to 1, the same in every run: the generator of Knuth's MMIX, of which the upper bits are good enough to spread things.
+/// Returns a generator of numbers from 0 to 1 that are the same in every run: Knuth's MMIX. Its upper bits
+/// are random enough here.
 fn random() -> impl FnMut() -> f64 {
     let mut state = 1u64;
     move || {
@@ -138,8 +140,9 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// Most beams see the same, or nothing was compared. ir-sim spreads its beams from one end of its field of view to the other, so that
-/// the last of a full circle is the first again and those between are a little off ours: a beam may miss what its neighbour meets.
+/// Checks that most beams measure the same; otherwise the comparison would be worthless. ir-sim spreads its
+/// beams over the closed field of view: in a full circle the last beam equals the first, and those between
+/// deviate slightly from jde's. Therefore a beam may miss a wall that its counterpart meets.
 fn alike(ours: &[f32], theirs: &[f32], most: f32) -> Result<()> {
     ensure!(
         ours.len() == theirs.len(),
@@ -157,7 +160,7 @@ fn alike(ours: &[f32], theirs: &[f32], most: f32) -> Result<()> {
     Ok(())
 }
 
-/// Short walls all over the place, none of them over the start of the robot.
+/// Short walls at random places, none of them close to the robot's start.
 fn walls() -> Vec<[[f64; 2]; 2]> {
     let mut random = random();
     let mut walls = Vec::new();
@@ -173,7 +176,7 @@ fn walls() -> Vec<[[f64; 2]; 2]> {
     walls
 }
 
-/// Places in the middle of the world where no wall is in the robot's way, and where it looks there. The first looks along the x axis.
+/// Poses in the middle of the world in which the robot touches no wall. The first faces along the x axis.
 fn poses(world: &mut World, robot: jde_sim::RobotId) -> Vec<Pose2> {
     let mut random = random();
     let mut poses = vec![Pose2::new(SIDE / 2.0, SIDE / 2.0, 0.0)];
@@ -188,7 +191,7 @@ fn poses(world: &mut World, robot: jde_sim::RobotId) -> Vec<Pose2> {
     poses
 }
 
-/// The beams of a laser from there.
+/// Returns the beams of a laser from a pose.
 fn rays(pose: &Pose2, laser: &LaserConfig) -> Vec<Ray> {
     let beams = (0..laser.beams).map(|beam| {
         let (sin, cos) = (pose.heading + laser.angle(beam)).sin_cos();
@@ -208,7 +211,7 @@ fn world(walls: &[[[f64; 2]; 2]]) -> Result<(World, jde_sim::RobotId)> {
     Ok((world, robot))
 }
 
-/// Casts rays that were made beforehand: of parry only that is measured.
+/// Casts prepared rays, so that of parry only the casting is measured.
 fn cast(by: impl Fn(&Ray) -> Option<f64>, rays: &[Ray], ranges: &mut [f32]) {
     for (range, ray) in ranges.iter_mut().zip(black_box(rays)) {
         *range = by(ray).map_or(f32::INFINITY, |hit| hit as f32);
@@ -216,7 +219,7 @@ fn cast(by: impl Fn(&Ray) -> Option<f64>, rays: &[Ray], ranges: &mut [f32]) {
     black_box(ranges);
 }
 
-/// The walls below a tree of the kind that parry has for casting rays, which is also ours.
+/// The walls in a tree of the kind that parry uses for casting rays. The simulator uses the same kind.
 struct Tree {
     segments: Vec<Segment>,
     boxes: Bvh,
@@ -242,7 +245,7 @@ impl Tree {
     }
 }
 
-/// The walls as parry keeps many segments: in one shape with a tree over them.
+/// The walls in parry's shape for many segments, which has its own tree.
 fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
     let points = walls
         .iter()
@@ -252,7 +255,7 @@ fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
     Polyline::new(points.collect(), Some(indices.collect()))
 }
 
-/// What ir-sim is asked.
+/// The input of the ir-sim program.
 #[derive(Serialize)]
 struct Asked<'a> {
     walls: &'a [[[f64; 2]; 2]],
@@ -263,15 +266,15 @@ struct Asked<'a> {
     seconds: f64,
 }
 
-/// What it answers.
+/// The output of the ir-sim program.
 #[derive(Deserialize)]
 struct Scanned {
     scan_ns: f64,
-    /// Beams without an echo measure the whole range.
+    /// Beams without an echo have the greatest range.
     ranges: Vec<f32>,
 }
 
-/// What a scan takes ir-sim from that place, where ours measures these ranges, ns.
+/// Returns the time of one scan of ir-sim from a pose, ns. Checks it against the given ranges.
 fn ir_sim(
     scope: &Scope,
     python: &Path,
@@ -296,7 +299,7 @@ fn ir_sim(
     Ok(scanned.scan_ns)
 }
 
-/// What `jde demo --json` ends with, as far as it is used here.
+/// The fields of the summary of `jde demo --json` that are used here.
 #[derive(Deserialize)]
 struct Summary {
     sim_seconds: f64,

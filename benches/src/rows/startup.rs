@@ -1,4 +1,5 @@
-//! What a person waits for: until a robot moves, until new code moves it, until many plugins are there.
+//! The delays that a user notices: until a robot moves, until new code takes over, until many plugins are
+//! loaded.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::scope::Scope;
 use crate::{loaded, product};
 
-/// Plugins that are loaded one after another.
+/// The number of plugins that are loaded one after another.
 const PLUGINS: usize = 100;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
@@ -31,7 +32,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         .map(|_| load(&files, folder.path()))
         .collect::<Result<_>>()?;
     let bytes = fs::metadata(&files[0])?.len();
-    // What the compiler says of lines is nearly all of a library, and nobody loads it.
+    // Debug information is nearly all of a library's file, and the loader does not load it.
     let lean = tempfile::tempdir()?;
     let lean_files = files
         .iter()
@@ -73,7 +74,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// From the start of the process to the first iteration of a schema of it, ns.
+/// Returns the time from the start of the process to the first iteration of its schema, ns.
 fn start(scope: &Scope, folder: &Path) -> Result<f64> {
     let application = folder.join("first.toml");
     fs::write(
@@ -81,7 +82,7 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
         "roots = [\"first\"]\n[schemas.first]\ntype = \"bench-000/first\"\n",
     )?;
     let hears = folder.join("hears");
-    // It may be there from the last time.
+    // The file of the previous run may exist.
     let _ = fs::remove_file(&hears);
     mknodat(CWD, &hears, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
     let mut command = product::jde(scope, folder);
@@ -92,7 +93,7 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
     command.stdout(product::nowhere()?).stderr(product::nowhere()?);
     let start = Instant::now();
     let child = Stopped(command.spawn().context("cannot start `jde run`")?);
-    // Ends when the schema has written and closed it.
+    // Returns when the schema has written and closed the pipe.
     let said = fs::read_to_string(&hears)?;
     let took = start.elapsed();
     ensure!(said == "iterated", "{application:?} did not iterate");
@@ -100,7 +101,8 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
     Ok(took.as_nanos() as f64)
 }
 
-/// All of them into a process that has none of them, ns. Libraries stay mapped: each time they are mapped anew.
+/// Returns the time to load all files into a new catalogue, ns. Earlier mappings stay, but each call maps the
+/// files anew.
 fn load(files: &[PathBuf], folder: &Path) -> Result<f64> {
     let plugins = loaded::plugins(folder);
     let start = Instant::now();
@@ -110,7 +112,7 @@ fn load(files: &[PathBuf], folder: &Path) -> Result<f64> {
     Ok(start.elapsed().as_nanos() as f64)
 }
 
-/// A copy of a library in that folder that says nothing of its lines.
+/// Copies a library into the folder without its debug information.
 fn strip(file: &Path, folder: &Path) -> Result<PathBuf> {
     let to = folder.join(file.file_name().context("a plugin has a name")?);
     let mut strip = Command::new("strip");
@@ -118,7 +120,7 @@ fn strip(file: &Path, folder: &Path) -> Result<PathBuf> {
     Ok(to)
 }
 
-/// Builds that take over from each other in real time: the gaps, and what the exchanges took, ns.
+/// Reloads builds in real time. Returns the gaps between turns and the durations of the exchanges, ns.
 fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     let plugins = Arc::new(loaded::plugins(folder));
     let text = "roots = [\"act\"]\n[schemas.act]\ntype = \"bench-000/act\"\nperiod = \"10ms\"\n";
@@ -129,7 +131,7 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
     let library = fs::read(loaded::file(scope))?;
     let (mut gaps, mut exchanges) = (Vec::new(), Vec::new());
     for number in 0..times {
-        // Another build is a file of other content; what is behind the end of a library changes nothing of it.
+        // Another build is a file with other content. Bytes after the end of a library do not change it.
         let beside = folder.join("beside");
         fs::write(&beside, [&library, format!("build {number}").as_bytes()].concat())?;
         fs::rename(&beside, &file)?;
@@ -147,19 +149,19 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
             gaps.push(took.gap.context("it is awake")? as f64);
             exchanges.push(took.took as f64);
         }
-        // Some turns of the new build.
+        // The new build gets some turns.
         std::thread::sleep(Duration::from_millis(43));
     }
     Ok((gaps, exchanges))
 }
 
-/// A process that is asked to end, and waited for, when dropped.
+/// A process that gets SIGTERM and is waited for when dropped.
 struct Stopped(Child);
 
 impl Drop for Stopped {
     fn drop(&mut self) {
         if let Some(pid) = Pid::from_raw(self.0.id().cast_signed()) {
-            // It may have ended by itself.
+            // The process may have ended before.
             let _ = kill_process(pid, Signal::TERM);
         }
         let _ = self.0.wait();

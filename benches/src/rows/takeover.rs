@@ -1,4 +1,4 @@
-//! From the publication of a sensor's value to the first command of the winner that it makes, between threads in real time.
+//! The time from a sensor's publication to the first command of the new winner, between threads in real time.
 
 use std::time::Duration;
 
@@ -9,7 +9,8 @@ use jde_measure::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 
-/// How often the sensor has a value, and the bare thread rings. Every other value is a takeover.
+/// The period of the sensor's values and of the bare wake-ups. Every other value of the sensor causes a
+/// takeover.
 const PERIOD: Duration = Duration::from_millis(20);
 
 const APPLICATION: &str = r#"
@@ -30,7 +31,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let (mut ours, mut bare) = (Vec::new(), Vec::new());
     for _ in 0..scope.either(2, 11) {
         ours.push(numbers(live::run(APPLICATION, time)?.notes.concat()));
-        // As many of either, so that the last of a hundred is the same one.
+        // Half the time gives the same number of samples, so that the p99 has the same rank on both sides.
         bare.push(numbers(bare::hand_over(PERIOD, live::START + time / 2)));
     }
     ensure!(!ours.concat().is_empty(), "nobody took over");
@@ -50,7 +51,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         )
         .paired(ours.by(&bare))
     };
-    // Once the system has found a processor for each thread.
+    // By then the system has placed each thread on a processor.
     let then = live::START;
     Ok(vec![
         line("median", 0.5, then, Goal::AtMost(2.0)),

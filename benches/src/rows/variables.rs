@@ -1,4 +1,4 @@
-//! Variables without contention: reading a small one, and a picture that is read in place.
+//! Variables without contention: reads of a small value, and of a picture in place.
 
 use std::hint::black_box;
 use std::sync::Mutex;
@@ -16,9 +16,9 @@ use jde_paths::{Words, ends, variable};
 use crate::schemas;
 use crate::scope::Scope;
 
-/// Words of a 640 x 480 picture of three bytes a pixel.
+/// The size of a 640 x 480 picture with three bytes per pixel, in words of 8 bytes.
 const IMAGE: usize = 640 * 480 * 3 / 8;
-/// Words of 64 bytes.
+/// 64 bytes, in words.
 const SMALL: usize = 8;
 
 pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
@@ -32,7 +32,8 @@ pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
     .concat())
 }
 
-/// A value that nobody writes meanwhile. Where each side finds it the compiler is not told, so that all of them look for it each time.
+/// Times reads of a value that is not written meanwhile. `black_box` hides the place of the value, so that
+/// each side looks it up in every read.
 fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let bytes = WORDS * 8;
     let (_writer, mut reader) = ends::<WORDS>(Access::Export)?;
@@ -82,7 +83,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// A new value each time, and a read of it.
+/// Times a publication followed by a read.
 fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let (mut writer, mut reader) = ends::<WORDS>(Access::Export)?;
     let plain = [1u64; WORDS];
@@ -117,7 +118,7 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
-/// What a schema pays that asks the host, beside a mutex in the same place.
+/// Times reads of a schema through the ABI, beside a mutex in the same place.
 fn by_a_schema(scope: &Scope) -> Result<Vec<Line>> {
     let looks = schemas::looks(scope.effort())?;
     let lines = looks.iter().map(|look| {
@@ -138,7 +139,7 @@ fn beside(what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal: Goal) ->
     .paired(ours.by(theirs))
 }
 
-/// The newest value where it is, its bytes copied as those of the yardsticks are. Its stamp is at hand, and not looked at.
+/// Copies the newest value from its place, as the yardsticks do. Its stamp is available but not read.
 #[inline(always)]
 fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     if let Some(value) = reader.borrow() {
@@ -146,8 +147,8 @@ fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     }
 }
 
-/// iceoryx2's pattern for the newest value, as its documentation has it, within one process and without protection against several
-/// threads, which is its fastest.
+/// iceoryx2's pattern for the newest value, used as its documentation describes: within one process, and in
+/// the variant for one thread, which is the fastest.
 struct Blackboard<const WORDS: usize> {
     entry: iceoryx2::port::reader::EntryHandle<local::Service, u64, Words<WORDS>>,
     writer: iceoryx2::port::writer::EntryHandleMut<local::Service, u64, Words<WORDS>>,
@@ -170,14 +171,14 @@ impl<const WORDS: usize> Blackboard<WORDS> {
         })
     }
 
-    /// Updates and gets.
+    /// Updates the value and reads it.
     fn pass(&self, value: Words<WORDS>) {
         self.writer.update_with_copy(value);
         see(*self.entry.get());
     }
 }
 
-/// iceoryx2's publish-subscribe in the same way, for one who publishes and one who subscribes.
+/// iceoryx2's publish-subscribe in the same variant, with one publisher and one subscriber.
 struct Topic<const WORDS: usize> {
     publisher: iceoryx2::port::publisher::Publisher<local::Service, Words<WORDS>, ()>,
     subscriber: iceoryx2::port::subscriber::Subscriber<local::Service, Words<WORDS>, ()>,
@@ -202,7 +203,7 @@ impl<const WORDS: usize> Topic<WORDS> {
         })
     }
 
-    /// Publishes and receives.
+    /// Publishes a value and receives it.
     fn pass(&self, value: Words<WORDS>) {
         let room = self.publisher.loan_uninit().expect("there is room for one");
         room.write_payload(value).send().expect("there is a subscriber");
@@ -216,14 +217,14 @@ fn node() -> Result<Node<local::Service>> {
     Ok(NodeBuilder::new().create::<local::Service>()?)
 }
 
-/// A number that no other service of this process has.
+/// Returns a number that no other service of this process uses.
 fn unique() -> usize {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
-    // A modulation of any size is borrowed in place; so is an export as large as a picture.
+    // A modulation of any size is borrowed in place, and so is an export as large as a picture.
     let mut large = pass_in_place(IMAGE, Access::Export, 1)?;
     let mut small = pass_in_place(SMALL, Access::Modulation, 1)?;
     let [picture, bytes] = interleave(
@@ -247,7 +248,7 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     writer.publish(0, 0)?;
     let mut readers = [(); 3].map(|()| held.reader("reader"));
     for reader in &mut readers {
-        // Each holds another value.
+        // Each reader holds a different value.
         reader.latch().context("there is a value")?;
         writer.loan();
         writer.publish(0, 0)?;
@@ -273,7 +274,7 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![size, holding])
 }
 
-/// Loans room, touches it, publishes it, and reads it where it is.
+/// Returns a function that loans a buffer, writes its first byte, publishes it, and reads it in place.
 fn pass_in_place(words: usize, access: Access, readers: usize) -> Result<impl FnMut()> {
     let variable = variable(words, access, readers)?;
     let mut writer = variable.writer(1, "writer")?;

@@ -1,4 +1,5 @@
-//! `jde.h` from the source of `jde_abi::raw`. An item that it does not know how to write is an error, not an omission.
+//! Writes `jde.h` from the source of `jde_abi::raw`. An item of an unknown form is an error; no item is
+//! omitted silently.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -11,7 +12,7 @@ use syn::{PathArguments, PointerMutability, ReturnType, Type};
 
 use crate::names::{block, comment, constant, member, structure};
 
-/// The sources of the ABI, in the order in which C reads them.
+/// The sources of the ABI, in the order of the declarations in C.
 const SOURCES: [&str; 5] = [
     include_str!("../../abi/src/raw.rs"),
     include_str!("../../abi/src/raw/host.rs"),
@@ -19,7 +20,7 @@ const SOURCES: [&str; 5] = [
     include_str!("../../abi/src/raw/state.rs"),
     include_str!("../../abi/src/raw/inspect.rs"),
 ];
-/// What C adds to the tables.
+/// The part of `jde.h` that exists only in C: macros and functions that use the tables.
 const HELPERS: &str = include_str!("helpers.h");
 
 pub(crate) fn header() -> String {
@@ -52,7 +53,8 @@ pub(crate) fn header() -> String {
         })
         .collect();
     for item in &structures {
-        // The variable that a plugin exports has the name of its type, which C only allows for the tag.
+        // A plugin exports a variable with the name of this type. C permits that only if the name is a tag
+        // and no typedef.
         if item.ident != "Plugin" {
             let name = structure(&item.ident.to_string());
             let _ = writeln!(out, "typedef struct {name} {name};");
@@ -86,7 +88,7 @@ impl Writer {
         let name = item.ident.to_string();
         let doc = self.doc(&item.attrs);
         let value = match (&*name, &*item.expr) {
-            // The only value that is computed.
+            // The only constant that is computed rather than a literal.
             ("MAGIC", _) => format!("UINT64_C({:#x})", jde_abi::raw::MAGIC),
             (
                 _,
@@ -122,7 +124,7 @@ impl Writer {
         out.push('\n');
         out.push_str(&block(&self.doc(&item.attrs), ""));
         if members.is_empty() {
-            // Only its pointers exist.
+            // C uses it only through pointers.
             let _ = writeln!(out, "struct {name};");
             return;
         }
@@ -156,7 +158,7 @@ impl Writer {
     }
 }
 
-/// Whether the source has an empty line above a constant and its comment.
+/// Returns whether the source has an empty line above a constant and its comment.
 fn begins_a_group(name: &str) -> bool {
     let declaration = format!("pub const {name}: ");
     let above = SOURCES
@@ -171,7 +173,7 @@ fn is_public(field: &Field) -> bool {
     matches!(field.vis, syn::Visibility::Public(_))
 }
 
-/// The declaration of `name` with the type `ty`.
+/// Returns the declaration of `name` with the type `ty`.
 fn declare(ty: &Type, name: &str) -> String {
     let spaced = |ty: String| {
         if ty.ends_with('*') {
@@ -210,7 +212,7 @@ fn declare(ty: &Type, name: &str) -> String {
             if let PathArguments::AngleBracketed(arguments) = &last.arguments
                 && let Some(GenericArgument::Type(inner)) = arguments.args.first()
             {
-                // A function that may be missing is a null pointer.
+                // An optional function is a pointer that may be null.
                 return declare(inner, name);
             }
             spaced(scalar(&last.ident.to_string()))

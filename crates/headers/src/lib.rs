@@ -1,8 +1,10 @@
-//! The C headers of the ABI and of the standard types, made from their Rust, so that the two cannot differ.
+//! The C headers of the ABI and of the standard types, generated from the Rust source so that the two cannot
+//! differ.
 //!
-//! The ABI's is written from the source of `jde_abi::raw`, which is a small language of its own: constants and C structures
-//! with comments. A general generator would keep Rust's links in the comments, could not tell the magic number, and gives C an
-//! opaque structure of no size, which C does not have. Nothing here runs while a robot does.
+//! `jde.h` is written from the source of `jde_abi::raw`, which uses only constants and C structures with
+//! comments. A general generator would keep Rust's links in the comments and could not compute the magic
+//! number. It would also turn an opaque structure into one without members, which C does not permit. Nothing
+//! in this crate runs on a robot.
 
 mod abi;
 mod names;
@@ -11,34 +13,35 @@ mod types;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// The command that renews the files.
+/// The command that renews the headers.
 pub const RENEW: &str = "cargo xtask headers";
 
-/// The files under `include/`, by name.
+/// Returns the files under `include/`, by name.
 #[must_use]
 pub fn all() -> [(&'static str, String); 2] {
     [("jde.h", jde_h()), ("jde_types.h", jde_types_h())]
 }
 
-/// The text of `include/jde.h`: the tables of the ABI, and macros that fill them.
+/// Returns the text of `include/jde.h`: the tables of the ABI, and macros that fill them.
 #[must_use]
 pub fn jde_h() -> String {
     abi::header()
 }
 
-/// The text of `include/jde_types.h`: the standard types as C structures, with their descriptions.
+/// Returns the text of `include/jde_types.h`: the standard types as C structures, with their descriptions.
 #[must_use]
 pub fn jde_types_h() -> String {
     types::header()
 }
 
-/// The C name of a standard type: `LaserScan` is `jde_laser_scan`, and `jde_laser_scan_type` describes it.
+/// Returns the C name of a standard type: `jde_laser_scan` for `LaserScan`. `jde_laser_scan_type` describes
+/// that type.
 #[must_use]
 pub fn c_name(name: &str) -> String {
     names::structure(name)
 }
 
-/// Writes the files that differ under `include/` of the project at `root`, and says which.
+/// Writes the files that differ under `include/` of the project at `root`, and returns their paths.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -1,8 +1,8 @@
-//! Names as C has them, and comments that speak of C's.
+//! Names in C's style, and comments with such names.
 
 use std::collections::BTreeSet;
 
-/// `ChildStatus` as `jde_child_status`, `Pose2D` as `jde_pose2d`.
+/// Returns the C name of a structure: `jde_child_status` for `ChildStatus`, `jde_pose2d` for `Pose2D`.
 pub(crate) fn structure(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     let mut snake = String::from("jde");
@@ -16,12 +16,12 @@ pub(crate) fn structure(name: &str) -> String {
     snake
 }
 
-/// `ABI_MAJOR` as `JDE_ABI_MAJOR`.
+/// Returns the C name of a constant: `JDE_ABI_MAJOR` for `ABI_MAJOR`.
 pub(crate) fn constant(name: &str) -> String {
     format!("JDE_{name}")
 }
 
-/// A Rust comment with its links turned into C's names.
+/// Returns a Rust comment with its links replaced by C names.
 pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -30,7 +30,7 @@ pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
             break;
         };
         out.push_str(before);
-        // C has one name space for all.
+        // C has a single name space.
         let link = link.strip_prefix("super::").unwrap_or(link);
         out.push_str(&match link.rsplit_once("::") {
             Some((owner, member)) => format!("{}.{member}", structure(owner)),
@@ -43,7 +43,7 @@ pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
     out.replace("`u32`", "`uint32_t`")
 }
 
-/// A member's name; those that are words of the language get an underscore behind.
+/// Returns the C name of a member. Keywords of C and C++ get an underscore at the end.
 pub(crate) fn member(name: &str) -> String {
     if [
         "case", "default", "switch", "register", "class", "template", "operator", "new",
@@ -55,7 +55,7 @@ pub(crate) fn member(name: &str) -> String {
     name.to_owned()
 }
 
-/// A comment above a declaration.
+/// Returns a block comment for a declaration.
 pub(crate) fn block(text: &str, indent: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     match lines.as_slice() {

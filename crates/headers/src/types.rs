@@ -1,5 +1,5 @@
-//! `jde_types.h` from the descriptions of the standard types: each as a C structure of the same bytes, with the table that
-//! describes it.
+//! Writes `jde_types.h` from the descriptions of the standard types. Each type becomes a C structure of the
+//! same bytes and a table that describes it.
 
 use std::fmt::Write;
 
@@ -26,7 +26,7 @@ pub(crate) fn header() -> String {
     out
 }
 
-/// A member of a C structure: a field, or bytes that mean nothing.
+/// A member of a C structure: a field, or padding.
 enum Member<'a> {
     Field(&'a Field),
     Padding { offset: usize, bytes: usize },
@@ -77,7 +77,7 @@ fn write_type(ty: &Type, out: &mut String) {
     );
 }
 
-/// The fields in the order of their bytes, and the gaps between.
+/// Returns the fields in the order of their offsets, with the gaps between them as padding.
 fn members(ty: &Type) -> Vec<Member<'_>> {
     let mut fields: Vec<&Field> = ty.fields.iter().collect();
     fields.sort_by_key(|field| begin(field));
@@ -200,7 +200,7 @@ fn kind(kind: &FieldKind) -> &'static str {
     }
 }
 
-/// `sensor_msgs/msg/LaserScan` as `jde_laser_scan`.
+/// Returns the C name of a type: `jde_laser_scan` for `sensor_msgs/msg/LaserScan`.
 fn c_name(ty: &Type) -> String {
     structure(ty.name.rsplit('/').next().unwrap_or(&ty.name))
 }

@@ -1,4 +1,4 @@
-//! The files under `include/` are those that the Rust of today gives.
+//! The files under `include/` are those that the current Rust source generates.
 
 use std::path::Path;
 

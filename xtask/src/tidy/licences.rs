@@ -6,7 +6,6 @@ use super::tree::Violation;
 use crate::metadata::{Kind, Metadata};
 
 /// Licences that shipped libraries may have.
-/// Licences that fonts may have. They are shipped unchanged.
 const ALLOWED: &[&str] = &[
     "0BSD",
     "Apache-2.0",
@@ -23,7 +22,7 @@ const ALLOWED: &[&str] = &[
     "Zlib",
 ];
 
-/// Fit for fonts, which are shipped as they are.
+/// Licences that fonts may have. They are shipped unchanged.
 const ALLOWED_FOR_FONTS: &[&str] = &["OFL-1.1", "Ubuntu-font-1.0"];
 
 /// Shipped libraries with other licences, each assessed individually.
