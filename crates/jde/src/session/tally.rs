@@ -40,7 +40,7 @@ struct Group {
 /// A change of winner.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Takeover {
-    /// The time of the new winner's first iteration, or of the selection that chose nobody, ns.
+    /// The time of the new winner's first iteration, or of the selection without a choice, ns.
     pub(crate) time: Nanos,
     /// The group.
     pub(crate) group: usize,

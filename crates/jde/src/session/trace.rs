@@ -75,7 +75,7 @@ impl Trace {
         }
     }
 
-    /// Adds a takeover, unless nobody won.
+    /// Adds a takeover, unless it leaves no winner.
     pub(crate) fn took_over(&mut self, takeover: &Takeover, sight: Option<&Sight>) {
         let robots = |to| sight.map_or_else(Vec::new, |sight| sight.robots_of(to).collect());
         self.takeovers

@@ -102,7 +102,7 @@ pub(crate) struct GroupSummary {
     pub(crate) group: String,
     /// The members, in the father's order.
     pub(crate) winners: Vec<Share>,
-    /// Time during which the father was WINNER and no member was.
+    /// Time without a winner while the father was WINNER; for the roots, during the whole run.
     pub(crate) nobody_seconds: f64,
     /// The longest takeover; `None` without takeovers.
     pub(crate) worst_takeover_us: Option<f64>,

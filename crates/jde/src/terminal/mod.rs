@@ -1,5 +1,5 @@
-//! The output of this program: coloured on a terminal only, plain in a pipe. All output passes through this
-//! module, which `cargo xtask tidy` checks.
+//! The output of this program: by default coloured on a terminal, plain in a pipe. All output passes through
+//! this module, which `cargo xtask tidy` checks.
 //!
 //! Lines are queued for one thread per stream, so that a blocked terminal, pipe or disk delays no other
 //! thread. How long threads wait for a reader is decided here for the whole process.

@@ -30,7 +30,7 @@ enum Patience {
     UntilRead,
     /// Not at all, because a robot moves.
     None,
-    /// As long as readers keep reading, because the process is ending since this time.
+    /// As long as readers keep reading, because the process is ending. The time is when that began.
     Brief(Instant),
 }
 
@@ -57,7 +57,7 @@ impl Policy {
         *self.lock() = Patience::Brief(Instant::now());
     }
 
-    /// As [`Self::hurry`], unless the process already waits less than [`Patience::UntilRead`].
+    /// As [`Self::hurry`], unless the process does not wait at all or is ending already.
     pub(super) fn let_go(&self) {
         let mut patience = self.lock();
         if *patience == Patience::UntilRead {

@@ -128,7 +128,7 @@ pub(super) fn state(state: State) -> &'static str {
     }
 }
 
-/// Returns a share of time as a whole percentage. A share above 0 and below 1 % is "<1%".
+/// Returns a share of time as a whole percentage. A share above 0 and below 1 % is `<1%`.
 pub(super) fn load(share: f64) -> String {
     if share > 0.0 && share < 0.01 {
         "<1%".to_owned()
