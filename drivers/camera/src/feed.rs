@@ -1,5 +1,5 @@
-//! A camera that comes and goes: opened on a thread of its own, because that can take seconds, read without blocking, met again
-//! after every loss. All its transitions are here.
+//! A camera that can appear and disappear. It is opened on a thread of its own, because that can take
+//! seconds, read without blocking, and reopened after every loss. All its transitions are here.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -11,37 +11,39 @@ use jde_port::Backoff;
 use crate::format::Shape;
 use crate::picture::Picture;
 
-/// How long an open camera may send nothing: in the dark some take a second for a picture.
+/// Time without a picture after which an open camera counts as lost. In the dark some need a second for a
+/// picture.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// What can be opened as a camera.
+/// A device that can be opened as a camera.
 pub(crate) trait Source: Send + Sync + 'static {
-    /// Opens it; the error is in words for whoever plugged it in, and names it.
+    /// Opens the camera. The error is a message for the operator, and names the camera.
     fn open(&self) -> Result<Box<dyn Stream>, String>;
 
-    /// What it is called in messages.
+    /// The device's name in messages.
     fn device(&self) -> &str;
 }
 
-/// A camera that sends pictures.
+/// An open camera.
 pub(crate) trait Stream: Send {
-    /// What it calls itself.
+    /// The camera's own name.
     fn name(&self) -> &str;
 
     fn shape(&self) -> Shape;
 
-    /// Replaces `into` by the newest picture as it came, if one came; never blocks. After an error it is gone.
+    /// Replaces `into` by the newest picture, not decoded, if one arrived, and returns whether one did. Never
+    /// blocks. After an error the camera is gone.
     fn newest(&mut self, into: &mut Vec<u8>) -> Result<bool, String>;
 }
 
-/// How a camera is connected.
+/// The state of the connection.
 pub(crate) enum State {
-    /// The next step opens it.
+    /// The next step opens the camera.
     Idle,
     Opening(Receiver<Result<Box<dyn Stream>, String>>),
     Open {
         stream: Box<dyn Stream>,
-        /// When a picture last came.
+        /// Time of the last picture, or of opening.
         heard: Duration,
     },
     Lost {
@@ -60,11 +62,11 @@ pub(crate) struct Feed {
     warned: bool,
 }
 
-/// What came in a step.
+/// The result of a step.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum News {
     Picture(Picture),
-    /// A picture that cannot be read, said once until one can.
+    /// A picture cannot be decoded. Reported once until one can.
     Warn(String),
 }
 
@@ -84,12 +86,12 @@ impl Feed {
         &self.state
     }
 
-    /// Attempts to open it since a picture last came.
+    /// Attempts to open the camera since the last picture.
     pub(crate) fn attempts(&self) -> u32 {
         self.attempts
     }
 
-    /// Opens, reads, and opens again when it is time.
+    /// Opens the camera, reads it, and reopens it when the waiting time is over.
     pub(crate) fn step(&mut self, now: Duration) -> Option<News> {
         match &mut self.state {
             State::Idle => self.begin(now),
@@ -148,7 +150,7 @@ impl Feed {
         let (sender, result) = mpsc::channel();
         let source = self.source.clone();
         let opening = thread::Builder::new().name("opening".to_owned()).spawn(move || {
-            // Nobody may be waiting any more; the camera is closed then.
+            // If the receiver is gone, sending fails and the camera is closed.
             let _ = sender.send(source.open());
         });
         match opening {

@@ -1,4 +1,5 @@
-//! Pictures of files in place of a camera, at a steady rate by the application's clock; so it works in lockstep too.
+//! Shows files in place of a camera, at a constant rate by the application's clock, so that it also works in
+//! lockstep.
 
 use std::fs;
 use std::io;
@@ -8,40 +9,40 @@ use jde_schema::prelude::*;
 
 use crate::picture::Picture;
 
-/// A file greater than this holds no picture that fits: uncompressed those have 0.9 MB.
+/// Largest file that is read, bytes. A picture that fits has 0.9 MB uncompressed.
 const LARGEST_FILE: u64 = 16 << 20;
 
-/// Pictures of files: one PNG or JPEG, or all of a folder in the order of their names.
+/// Shows pictures from files: one PNG or JPEG, or all of a folder in the order of their names.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "100ms")]
 pub struct Files {
     /// The file, or the folder.
     #[modulation(default = "", unit = "path", fixed)]
     path: Modulation<Text<1024>>,
-    /// Pictures in a second.
+    /// Pictures per second.
     #[modulation(default = 10.0, unit = "Hz", min = 0.001, max = 1000.0, fixed)]
     rate: Modulation<f64>,
-    /// Whether the first follows the last.
+    /// Whether it starts again after the last picture.
     #[modulation(default = Flag::TRUE, fixed)]
     repeat: Modulation<Flag>,
     /// The pictures, in rgb8.
     #[export]
     image: Export<Image>,
-    /// What is shown.
+    /// Always connected. Its note names the pictures.
     #[export]
     connection: Export<Connection>,
     album: Option<Album>,
 }
 
-/// The files, and where it is among them.
+/// The files, and the present position among them.
 struct Album {
     files: Vec<PathBuf>,
     bad: Vec<bool>,
-    /// When the first is due.
+    /// Time at which the first is due.
     start: Duration,
-    /// How many have been due.
+    /// How many were due so far.
     due: u64,
-    /// The one that was read last.
+    /// The last one that was read.
     last: Option<(usize, Picture)>,
     ended: bool,
 }
@@ -75,7 +76,7 @@ impl Schema for Files {
         };
         let due = (cx.now().saturating_sub(album.start).as_secs_f64() * self.rate.get(cx)) as u64 + 1;
         if due > album.due {
-            // A late one is left out: pictures do not pile up.
+            // Skips pictures that are late, so that they do not accumulate.
             album.due = due;
             let count = album.files.len() as u64;
             if self.repeat.get(cx).get() || due <= count {
@@ -95,7 +96,7 @@ impl Inspect for Files {
         let Some(files) = problems.expect(&self.path, self.files(cx)) else {
             return;
         };
-        // Bad ones among good ones are left out, so one good one is enough.
+        // Unreadable pictures are skipped, so one readable picture is enough.
         let mut bad = files.iter().map(|file| (file, read(file)));
         if let Some((file, Err(reason))) = bad.next()
             && bad.all(|(_, read)| read.is_err())
@@ -158,7 +159,7 @@ impl Files {
     }
 }
 
-/// The pictures of a folder in the order of their names; a file is its own.
+/// Lists the pictures of a folder in the order of their names. A file is its own list.
 fn list(path: &Path) -> io::Result<Vec<PathBuf>> {
     if !fs::metadata(path)?.is_dir() {
         return Ok(vec![path.to_owned()]);

@@ -1,38 +1,39 @@
-//! What cameras send: formats, which of them is chosen, and how they become red, green and blue.
+//! The formats of cameras: which one is chosen, and how it is converted to red, green and blue.
 
 use crate::picture::{Picture, PictureError, fits, jpeg};
 
-/// How a camera writes pixels.
+/// The encoding of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     /// Red, green, blue.
     Rgb24,
-    /// Brightness of each pixel, colour of every two (BT.601).
+    /// Brightness per pixel, colour per two pixels (BT.601).
     Yuyv,
-    /// A JPEG a picture.
+    /// One JPEG per picture.
     Mjpeg,
-    /// Brightness alone.
+    /// Brightness only.
     Grey,
 }
 
 /// Appends the pixels of a row.
 type Row = fn(&[u8], &mut Vec<u8>);
 
-/// A format and a size, as a camera gives them.
+/// A format and a size, as a camera reports them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     pub(crate) format: Format,
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Bytes of a row, with those that are no pixels; 0 if the camera does not tell.
+    /// Bytes per row, including padding; 0 if the camera does not report them.
     pub(crate) stride: u32,
 }
 
 impl Format {
-    /// In the order in which they are chosen: what costs nothing, what costs little, what loses detail, what loses colour.
+    /// In order of preference: first the format without cost, then at little cost, with loss of detail, with
+    /// loss of colour.
     pub(crate) const ALL: [Self; 4] = [Self::Rgb24, Self::Yuyv, Self::Mjpeg, Self::Grey];
 
-    /// What the kernel calls it.
+    /// The kernel's code of the format.
     pub(crate) fn code(self) -> [u8; 4] {
         match self {
             Self::Rgb24 => *b"RGB3",
@@ -42,7 +43,7 @@ impl Format {
         }
     }
 
-    /// That of a name in an application.
+    /// The format of a name in an application.
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "rgb24" => Some(Self::Rgb24),
@@ -55,13 +56,13 @@ impl Format {
 
     fn of_code(code: [u8; 4]) -> Option<Self> {
         match &code {
-            // Every JPEG can be read, whether or not it leaves out its tables.
+            // JPEGs with and without tables can be decoded.
             b"JPEG" => Some(Self::Mjpeg),
             _ => Self::ALL.into_iter().find(|format| format.code() == code),
         }
     }
 
-    /// The one to ask a camera for, of those it has.
+    /// Chooses the format to request from a camera that has these.
     pub(crate) fn choose(wanted: Option<Self>, has: &[[u8; 4]]) -> Result<[u8; 4], String> {
         let of = |format: Self| {
             has.iter()
@@ -84,7 +85,7 @@ impl Format {
 }
 
 impl Shape {
-    /// What a camera gave, if it can be read and fits.
+    /// Checks that the camera's format can be decoded, and its size fits.
     pub(crate) fn given(code: [u8; 4], width: u32, height: u32, stride: u32) -> Result<Self, String> {
         let Some(format) = Format::of_code(code) else {
             return Err(format!(
@@ -101,7 +102,7 @@ impl Shape {
         })
     }
 
-    /// A picture of what the camera sent.
+    /// Decodes a picture.
     pub(crate) fn picture(self, bytes: &[u8]) -> Result<Picture, PictureError> {
         let Self {
             format,
@@ -116,7 +117,7 @@ impl Shape {
             Format::Grey => (pixels, |row, rgb| {
                 rgb.extend(row.iter().flat_map(|grey| [*grey; 3]))
             }),
-            // Of an odd width the last pair has one pixel.
+            // With an odd width, the last pair has one pixel.
             Format::Yuyv => (pixels.next_multiple_of(2) * 2, |row, rgb| {
                 rgb.extend(row.chunks_exact(4).flat_map(yuyv))
             }),
@@ -137,7 +138,7 @@ impl Shape {
     }
 }
 
-/// Two pixels, by BT.601 with brightness from 16 to 235, in steps of 1/256.
+/// Converts two pixels by BT.601 with brightness from 16 to 235, in steps of 1/256.
 fn yuyv(pair: &[u8]) -> [u8; 6] {
     let [y0, u, y1, v] = [0, 1, 2, 3].map(|place| i32::from(pair[place]));
     let (u, v) = (u - 128, v - 128);

@@ -1,4 +1,4 @@
-//! Pictures for schemas: of cameras, and of files that stand in for one.
+//! Pictures for schemas, from cameras, and from files in place of a camera.
 
 mod feed;
 mod files;

@@ -1,4 +1,5 @@
-//! Cameras of Video4Linux2: opened, asked for a format and a size, and read without ever blocking. What comes is not looked at.
+//! Video4Linux2 cameras: opening, choice of format and size, and reading without blocking. The contents of
+//! pictures are not examined.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -12,21 +13,21 @@ use rustix::fs::{Access, OFlags, access, fcntl_getfl, fcntl_setfl, major};
 use crate::feed::{Source, Stream};
 use crate::format::{Format, Shape};
 
-/// The kernel's number for all devices of video.
+/// The kernel's major number of video devices.
 const VIDEO: u32 = 81;
 
-/// A camera, and what is wanted of it.
+/// A camera, and its requested settings.
 #[derive(Clone, Debug)]
 pub(crate) struct Camera {
     pub(crate) device: String,
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Pictures in a second; the camera takes the nearest that it can.
+    /// Pictures per second; the camera uses the nearest rate that it supports.
     pub(crate) rate: u32,
     pub(crate) format: Option<Format>,
 }
 
-/// A camera that sends pictures.
+/// An open camera.
 struct Open {
     stream: ReadStream,
     shape: Shape,
@@ -50,7 +51,7 @@ enum Trouble {
 }
 
 impl Trouble {
-    /// In words for whoever plugged it in.
+    /// The message for the operator.
     fn of(self, device: &str) -> String {
         match self {
             Self::Io(error) => in_words(&error, device),
@@ -59,7 +60,7 @@ impl Trouble {
     }
 }
 
-/// Looks whether a device of video is there and may be opened by this user, and opens nothing.
+/// Checks that a video device exists and this user may open it. Opens nothing.
 pub(crate) fn look(device: &str) -> Result<(), String> {
     let look = || {
         is_video(device)?;
@@ -91,7 +92,7 @@ impl From<String> for Trouble {
 
 impl Camera {
     fn start(&self) -> Result<Open, Trouble> {
-        // Opening other things can do harm or block: a pipe waits for its writer, a tty raises its lines.
+        // Opening other files can do harm or block: a pipe waits for its writer, a tty raises its lines.
         is_video(&self.device)?;
         let device = Device::open(&self.device)?;
         let capabilities = device.capabilities()?;
@@ -118,7 +119,7 @@ impl Camera {
             given.height(),
             given.bytes_per_line(),
         )?;
-        // Not every camera lets its rate be chosen; then it sends as it likes.
+        // Some cameras do not support a choice of rate, and use their own.
         let rate = capture.set_frame_interval(Fract::new(1, self.rate.max(1)));
         let rate = rate
             .ok()

@@ -1,4 +1,4 @@
-//! Pictures of three bytes a pixel, from what files and cameras hold. It opens nothing.
+//! Pictures with three bytes per pixel, decoded from the contents of files and cameras. It opens no files.
 
 mod jpeg;
 
@@ -9,10 +9,10 @@ use png::{ColorType, Decoder, Transformations};
 
 pub(crate) use jpeg::jpeg;
 
-/// Most pixels: what the interface holds.
+/// Most pixels, by the capacity of the exported type.
 const MOST_PIXELS: u64 = 640 * 480;
 
-/// Rows from the top, pixels from the left, red, green, blue.
+/// A picture: rows from the top, pixels from the left, in red, green, blue.
 #[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Picture {
     pub(crate) width: u32,
@@ -20,7 +20,7 @@ pub(crate) struct Picture {
     pub(crate) rgb: Vec<u8>,
 }
 
-/// Why there is no picture.
+/// The reason why data is not a usable picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum PictureError {
     #[error(
@@ -33,7 +33,7 @@ pub(crate) enum PictureError {
     Broken(String),
 }
 
-/// That a picture of this size fits.
+/// Checks that a picture of this size fits.
 pub(crate) fn fits(width: u64, height: u64) -> Result<(), PictureError> {
     match width.checked_mul(height) {
         Some(1..=MOST_PIXELS) => Ok(()),
@@ -42,7 +42,7 @@ pub(crate) fn fits(width: u64, height: u64) -> Result<(), PictureError> {
 }
 
 impl Picture {
-    /// Reads a PNG or a JPEG, whatever its name.
+    /// Decodes a PNG or a JPEG, detected by its contents.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, PictureError> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes),
@@ -51,7 +51,7 @@ impl Picture {
         }
     }
 
-    /// Writes it over an image, but for the header.
+    /// Copies the picture into an image, except for the header.
     pub(crate) fn put(&self, image: &mut Image) -> Result<(), PictureError> {
         fits(self.width.into(), self.height.into())?;
         image.width = self.width;

@@ -1,4 +1,4 @@
-//! The driver of cameras: holds a feed to a clock and the exports.
+//! The driver of cameras: connects a feed to a clock and the exports.
 
 use jde_device::{Report, Standing};
 use jde_port::Backoff;
@@ -9,36 +9,36 @@ use crate::format::Format;
 use crate::linux::Camera;
 use crate::picture::fits;
 
-/// A camera of Video4Linux2: most that are plugged into USB.
+/// A Video4Linux2 camera, which includes most USB cameras.
 ///
-/// It is met again by itself after every loss.
+/// The driver reconnects by itself after every loss.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "50ms")]
 pub struct V4l2 {
     /// The camera's device file.
     #[modulation(default = "/dev/video0", unit = "path", fixed)]
     device: Modulation<Text<256>>,
-    /// Columns; the camera gives the nearest that it can.
+    /// Columns; the camera uses the nearest size that it supports.
     #[modulation(default = 640, min = 1, fixed)]
     width: Modulation<u32>,
-    /// Rows; the camera gives the nearest that it can.
+    /// Rows; the camera uses the nearest size that it supports.
     #[modulation(default = 480, min = 1, fixed)]
     height: Modulation<u32>,
-    /// Pictures in a second; the camera gives the nearest that it can.
+    /// Pictures per second; the camera uses the nearest rate that it supports.
     #[modulation(default = 30, unit = "Hz", min = 1, max = 1000, fixed)]
     rate: Modulation<u32>,
-    /// What the camera shall send: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best it has.
+    /// The format that the camera sends: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best it has.
     #[modulation(default = "", fixed)]
     format: Modulation<Text<12>>,
-    /// What it sees, in rgb8.
+    /// The picture, in rgb8.
     #[export]
     image: Export<Image>,
-    /// Whether it is heard.
+    /// Whether the camera is connected.
     #[export]
     connection: Export<Connection>,
     feed: Option<Feed>,
     report: Report,
-    /// Whether a picture stands.
+    /// Whether `image` has a value.
     seen: bool,
 }
 
@@ -81,7 +81,7 @@ impl Schema for V4l2 {
     }
 
     fn sleep(&mut self, cx: &Context) {
-        // Dropped, the camera is closed and its light goes out.
+        // Dropping the feed closes the camera and switches its light off.
         if self.feed.take().is_some() {
             self.seen = false;
             self.image.retract(cx);
@@ -148,7 +148,7 @@ mod tests {
         bench
     }
 
-    /// Why a device is no camera.
+    /// Returns the reason why a device is not a camera.
     fn lost(device: &str) -> String {
         let _watchdog = Watchdog::of_a_test();
         let mut bench = bench(device);

@@ -1,5 +1,6 @@
-//! Plays a CARMEN text log as the sensors of a robot, with the log's own time. What the application commands is shown and
-//! goes nowhere: the drive was recorded long ago. It shows what schemas would have done, never what would have followed.
+//! Plays a CARMEN text log as the sensors of a robot, with the log's own time. Commands are exported for
+//! display and have no effect, because the drive was recorded earlier. A replay shows how schemas would have
+//! decided, never what would have happened then.
 
 mod log;
 mod record;
@@ -13,33 +14,33 @@ use record::Scan;
 
 /// A robot that drives as it did when the log was written.
 ///
-/// Reads `FLASER` and `ODOM` lines, plain or gzip; others are passed over. A log whose clock stands still is played at a
-/// stated rate. The mission is done when the log ends.
+/// It reads `FLASER` and `ODOM` lines, plain or gzip, and ignores all others. A log whose clock stands still
+/// is played at the rate of `interval`. The mission is done when the log ends.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Log {
-    /// The log's file.
+    /// The log file.
     #[modulation(default = "", unit = "file", fixed)]
     path: Modulation<Text<1024>>,
-    /// A range from here on means that the beam met nothing.
+    /// Ranges from this one on count as beams without a return.
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// Time from one scan to the next in a log whose clock stands still.
+    /// Time between scans in a log whose clock stands still.
     #[modulation(default = 0.2, unit = "s", min = 0.001, fixed)]
     interval: Modulation<f64>,
-    /// Speeds of the base; they are not carried out.
+    /// Speeds of the base, which have no effect.
     #[command(neutral = Twist::ZERO, validity = "1s")]
     velocity: Command<Twist>,
-    /// The command in force: what the application wanted of the base, to be seen and recorded.
+    /// The command in force, for display and recording.
     #[export]
     wanted: Export<Twist>,
-    /// The laser, at the robot's own place.
+    /// The scan of the laser, in the frame of the robot.
     #[export]
     laser: Export<LaserScan>,
     /// The robot's pose in the log.
     #[export]
     odometry: Export<Odometry>,
-    /// Scans played, of how many.
+    /// Scans played, and their total.
     #[export]
     mission: Export<Mission>,
     recording: Option<Recording>,

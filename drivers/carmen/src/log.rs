@@ -1,4 +1,5 @@
-//! A whole log: read once, lines that cannot be read left out and counted, and one clock that never goes back.
+//! A whole log: read once, without the unreadable lines, which are counted, and with one clock that never
+//! goes back.
 
 use core::time::Duration;
 use std::fs::File;
@@ -9,12 +10,12 @@ use jde_schema::types::Pose2D;
 
 use crate::record::{self, Line, Scan};
 
-/// A line longer than this is no line of a log: a scan of 1088 ranges has a tenth of it.
+/// Longest line that is read, bytes. A scan of 1088 ranges has a tenth of it.
 const LONGEST_LINE: u64 = 256 << 10;
-/// How many unreadable lines are told one by one.
+/// Most unreadable lines that are reported one by one.
 const MOST_NOTES: usize = 3;
 
-/// What was recorded, in order.
+/// The records of a log, in order.
 #[derive(Debug)]
 pub(crate) struct Log {
     records: Vec<Record>,
@@ -22,16 +23,16 @@ pub(crate) struct Log {
     notes: Vec<String>,
 }
 
-/// A moment of the log.
+/// A record of the log.
 #[derive(Debug)]
 pub(crate) struct Record {
-    /// Since the first.
+    /// Time since the first record.
     pub(crate) time: Duration,
     pub(crate) pose: Pose2D,
     pub(crate) scan: Option<Scan>,
 }
 
-/// Why a file is no log.
+/// The reason why a file is not a usable log.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LogError {
     #[error("cannot read the log {path}: {error}")]
@@ -45,7 +46,7 @@ pub(crate) enum LogError {
 }
 
 impl Log {
-    /// Reads a log, plain or gzip; scans come at least `interval` apart if its clock stands still.
+    /// Reads a log, plain or gzip. If its clock stands still, the scans are `interval` apart.
     pub(crate) fn read(path: &str, interval: Duration) -> Result<Self, LogError> {
         let io = |error| LogError::Io {
             path: path.to_owned(),
@@ -59,7 +60,7 @@ impl Log {
             Reading::of(file)
         };
         if log.lines.iter().all(|line| line.scan.is_none()) {
-            // What cut the file off explains best why nothing was found before.
+            // The error that cut the file off is the best explanation for the missing scans.
             return match log.cut.take() {
                 Some(error) => Err(io(error)),
                 None => Err(LogError::NoScan {
@@ -84,24 +85,24 @@ impl Log {
         self.records.last().map_or(Duration::ZERO, |record| record.time)
     }
 
-    /// What a person should know of how it was read.
+    /// Warnings from reading it, for the operator.
     pub(crate) fn notes(&self) -> &[String] {
         &self.notes
     }
 }
 
-/// Lines so far.
+/// The lines read so far.
 struct Reading {
     lines: Vec<Line>,
     count: usize,
     bad: usize,
     notes: Vec<String>,
-    /// What ended the reading early.
+    /// The error that ended the reading early.
     cut: Option<io::Error>,
 }
 
 impl Reading {
-    /// Reads until the end, or until what is left cannot be read: a log cut short is played as far as it goes.
+    /// Reads to the end, or to the first unreadable byte: a log that is cut short is played up to there.
     fn of(mut file: impl BufRead) -> Self {
         let mut reading = Self {
             lines: Vec::new(),
@@ -172,7 +173,7 @@ impl Reading {
             if stands {
                 now = interval * played;
             } else if clock > 0.0 {
-                // A clock of 0 is none, and one that goes back is not followed.
+                // A clock of 0 counts as missing, and one that goes back is ignored.
                 let since = clock - *start.get_or_insert(clock);
                 now = now.max(Duration::try_from_secs_f64(since).unwrap_or_default());
             }

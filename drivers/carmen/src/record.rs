@@ -1,30 +1,31 @@
-//! One line of a CARMEN log, from text to numbers. It knows no file and no clock but the line's own.
+//! Parses one line of a CARMEN log. It knows no file, and no clock except the line's own.
 //!
-//! The format, from the headers of CARMEN's logs (carmen.sourceforge.net): `FLASER n r0 .. rn-1 x y theta odom_x odom_y
-//! odom_theta ipc_timestamp host logger_timestamp` and `ODOM x y theta tv rv accel ipc_timestamp host logger_timestamp`.
+//! The format, from the headers of CARMEN's logs (carmen.sourceforge.net): `FLASER n r0 .. rn-1 x y theta
+//! odom_x odom_y odom_theta ipc_timestamp host logger_timestamp` and `ODOM x y theta tv rv accel
+//! ipc_timestamp host logger_timestamp`.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use jde_schema::types::Pose2D;
 
-/// Most beams of a scan: what the interface holds.
+/// Most beams of a scan, by the capacity of the exported type.
 const MOST_BEAMS: usize = 1088;
 
-/// What a line says.
+/// The contents of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Line {
-    /// Where the robot was: in a scan where it was measured, else what the wheels told.
+    /// The robot's pose: that of the scan in a line with one, otherwise that of the wheels.
     pub(crate) pose: Pose2D,
     /// The logger's clock, s.
     pub(crate) clock: f64,
-    /// The scan, of a line that has one.
+    /// The scan, if the line has one.
     pub(crate) scan: Option<Scan>,
 }
 
 /// A scan over half a turn, from right to left.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scan {
-    /// Metres.
+    /// Distances, m.
     pub(crate) ranges: Vec<f32>,
 }
 
@@ -34,7 +35,7 @@ impl Scan {
         -FRAC_PI_2
     }
 
-    /// Angle from beam to beam, rad: 181 and 361 beams have one at either end of the half turn, 180 and 360 do not.
+    /// Angle between beams, rad. 181 and 361 beams include both ends of the half turn; 180 and 360 do not.
     pub(crate) fn angle_increment(&self) -> f64 {
         let beams = self.ranges.len();
         let gaps = if beams.is_multiple_of(2) { beams } else { beams - 1 };
@@ -42,7 +43,7 @@ impl Scan {
     }
 }
 
-/// Reads a line; `None` for one of a kind that is passed over.
+/// Parses a line; `None` for a line of another kind.
 pub(crate) fn parse(line: &str) -> Option<Result<Line, String>> {
     let mut words = line.split_ascii_whitespace();
     match words.next()? {
@@ -92,7 +93,7 @@ fn pose<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Pose2D, String>
     ))
 }
 
-/// The two clocks of a line, of which the last is the logger's.
+/// Reads the two clocks of a line, and returns the second, which is the logger's.
 fn clock<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<f64, String> {
     number(words, "a time")?;
     words.next().ok_or("it ends before the host's name")?;

@@ -1,4 +1,4 @@
-//! Logs as they are found: formats, clocks that misbehave, files that are cut short or are no logs, and two real ones.
+//! Logs of all formats: faulty clocks, files that are cut short or are not logs, and two real logs.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
@@ -40,7 +40,7 @@ impl Player {
         self
     }
 
-    /// Iterates at a time of the log.
+    /// Iterates at a time of the log, s.
     fn at(&mut self, seconds: f64) -> Mission {
         self.bench.set_now(Duration::from_secs_f64(seconds));
         self.bench.iterate().expect("it plays");
@@ -79,7 +79,7 @@ fn text(path: &Path) -> Text<1024> {
     Text::new(path.to_str().expect("a path in UTF-8"))
 }
 
-/// A scan of some ranges at a place, with the logger's clock.
+/// A line with a scan of these ranges at this pose, and the logger's clock.
 fn flaser(ranges: &[f64], (x, y, theta): (f64, f64, f64), clock: f64) -> String {
     let ranges: Vec<String> = ranges.iter().map(f64::to_string).collect();
     let count = ranges.len();
@@ -146,7 +146,7 @@ fn what_was_skipped_is_caught_up_with() {
 fn packed_plain_and_windows_lines_are_the_same_drive() {
     let plain = drive();
     let windows = plain.replace('\n', "\r\n");
-    // Two members in one file, as `cat a.gz b.gz` makes them.
+    // Two gzip members in one file, as `cat a.gz b.gz` makes them.
     let (head, tail) = plain.split_at(plain.find("ODOM").expect("the log has one"));
     let members = [gzip(head.as_bytes()), gzip(tail.as_bytes())].concat();
     for bytes in [
@@ -236,7 +236,7 @@ fn a_clock_that_goes_back_is_not_followed() {
     )
     .awake();
     assert_eq!(player.at(1.9).reached, 1);
-    // The scan from before the start comes with the one that it was written after.
+    // A scan stamped before the start is played with the record before it.
     assert_eq!(player.at(2.0).reached, 3);
     assert_eq!(player.bench.exported_at("laser"), Some(Duration::from_secs(2)));
     assert_eq!(player.at(3.0).state, Mission::DONE);
@@ -377,7 +377,7 @@ fn a_log_that_is_not_there_is_named() {
     assert!(reason.contains("--set NAME.path=drive.log.gz"), "{reason}");
 }
 
-/// Plays a log of the Radish data sets to its end; they are not part of the project.
+/// Plays a log of the Radish data sets to its end. The data sets are not part of the project.
 fn real(name: &str, beams: usize, scans: u32) {
     let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(name);
     if !path.exists() {

@@ -1,16 +1,17 @@
-//! The scanner's clock against ours: when a scan was measured, rather than when it was read.
+//! Relates the scanner's clock to the application's, to stamp a scan with the time of its measurement rather
+//! than that of its arrival.
 
 use core::time::Duration;
 
-/// The scanner's clock has 24 bits of milliseconds and begins anew after four hours and a half.
+/// The scanner's clock has 24 bits of milliseconds and wraps after about four and a half hours.
 const WRAP: u32 = 1 << 24;
-/// How much the two clocks may run apart: 200 ppm, twice what a cheap crystal does.
+/// Assumed limit of the drift between the clocks: 200 ppm, twice that of a cheap crystal.
 const DRIFT: f64 = 200e-6;
 
-/// What has been learnt of the scanner's clock.
+/// The estimated offset of the scanner's clock.
 ///
-/// A scan is never read before it was measured, so the smallest difference of the clocks so far is nearest to the truth; it is let grow
-/// by the drift, so that a clock that runs slow is followed.
+/// A scan is never read before it was measured, so the smallest difference of the clocks so far is the best
+/// estimate. It grows by the drift, so that the estimate follows a scanner's clock that runs slow.
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
     last: Option<Last>,
@@ -21,13 +22,14 @@ struct Last {
     stamp: u32,
     /// The scanner's time without wraps, s.
     device: f64,
-    /// Ours less the scanner's, s.
+    /// The application's time minus the scanner's, s.
     offset: f64,
     measured: Duration,
 }
 
 impl Clock {
-    /// When a scan with a stamp, read now, was measured. It never goes back.
+    /// Returns the time at which a scan with this stamp, read now, was measured. Never decreases, and never
+    /// exceeds `now` unless `now` decreases.
     pub(crate) fn measured(&mut self, stamp: u32, now: Duration) -> Duration {
         let seconds = now.as_secs_f64();
         let last = match self.last {

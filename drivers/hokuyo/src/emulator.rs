@@ -1,34 +1,34 @@
-//! A scanner as the specification describes it, for tests: speeds, its old protocol, its data sheet, scans, and what can go wrong. It
-//! does no I/O.
+//! An emulated scanner by the specification, for tests: speeds, the old protocol, the data sheet, scans and
+//! faults. It does no I/O.
 
 use jde_device::emulate::Emulator;
 
 use crate::message::checksum;
 
-/// A scanner.
+/// The scanner.
 #[derive(Clone, Debug)]
 pub(crate) struct Scanner {
     pub(crate) baud: u32,
-    /// It speaks its old protocol until it is told otherwise.
+    /// Whether it still uses its old protocol, SCIP 1.
     pub(crate) scip1: bool,
     pub(crate) laser: bool,
-    /// The question that it answers with scans.
+    /// The question that it answers with scans, while it streams.
     pub(crate) streaming: Option<String>,
     pub(crate) sheet: &'static [&'static str],
-    /// Every distance, mm.
+    /// Every distance of its scans, mm.
     pub(crate) distance: u32,
     /// Its clock, ms.
     pub(crate) clock: u32,
     pub(crate) silent: bool,
     pub(crate) noisy: bool,
-    /// A question and the status that it answers with.
+    /// A question that it refuses, and the status of the refusal.
     pub(crate) refuses: Option<(&'static str, &'static str)>,
-    /// The status of scans.
+    /// The status of its scans.
     pub(crate) status: &'static str,
     pub(crate) heard: Vec<u8>,
 }
 
-/// A number in letters.
+/// Encodes a number in letters.
 pub(crate) fn letters(value: u32, count: usize) -> Vec<u8> {
     (0..count)
         .rev()
@@ -40,7 +40,7 @@ fn with_sum(line: &[u8]) -> Vec<u8> {
     [line, &[checksum(line)]].concat()
 }
 
-/// The lines of a scan, from the time on.
+/// The lines of a scan, starting with the time stamp.
 pub(crate) fn scan_lines(stamp: u32, values: &[u32], count: usize) -> Vec<Vec<u8>> {
     let data: Vec<u8> = values.iter().flat_map(|value| letters(*value, count)).collect();
     core::iter::once(with_sum(&letters(stamp, 4)))
@@ -49,7 +49,7 @@ pub(crate) fn scan_lines(stamp: u32, values: &[u32], count: usize) -> Vec<Vec<u8
 }
 
 impl Scanner {
-    /// A URG-04LX at a serial line, as it is switched on.
+    /// A URG-04LX at a serial line, just switched on.
     pub(crate) fn urg() -> Self {
         Self {
             baud: 19_200,
@@ -76,7 +76,7 @@ impl Scanner {
         }
     }
 
-    /// A UTM-30LX-EW, which is reached over Ethernet.
+    /// A UTM-30LX-EW, connected over Ethernet.
     pub(crate) fn utm() -> Self {
         Self {
             scip1: false,
@@ -105,7 +105,7 @@ impl Scanner {
         }
         if self.scip1 {
             self.scip1 = question != "SCIP2.0";
-            // The old protocol's answers: one digit, and no checksum.
+            // Answers of the old protocol have one digit and no checksum.
             return format!("{question}\n{}\n\n", if self.scip1 { "E" } else { "0" }).into_bytes();
         }
         match question.get(..2) {

@@ -1,5 +1,5 @@
-//! Drives Hokuyo laser scanners that speak SCIP 2. What goes over the wire is in modules that do no I/O; this file holds them to a
-//! port, a clock and the exports.
+//! Drives Hokuyo laser scanners that use SCIP 2. The modules of the protocol do no I/O; this file connects
+//! them to a port, a clock and the exports.
 
 mod clock;
 #[cfg(test)]
@@ -20,37 +20,37 @@ use session::{News, Session, Wanted};
 
 /// A Hokuyo laser scanner (URG, UBG, UTM, UST, UXM) at a serial line, over USB or over Ethernet.
 ///
-/// It is asked what it measures, started, and met again by itself after every loss.
+/// The driver reads the scanner's parameters, starts it, and reconnects by itself after every loss.
 #[derive(Describe)]
 #[schema(driver, period = "10ms", budget = "20ms")]
 pub struct Scip2 {
-    /// Where it is: "tcp:192.168.0.10:10940", or "serial:/dev/ttyACM0@115200".
+    /// Its address: "tcp:192.168.0.10:10940", or "serial:/dev/ttyACM0@115200".
     #[modulation(default = "", fixed)]
     port: Modulation<Text<256>>,
-    /// The angle it shall cover, centred ahead; it covers what it can of it.
+    /// The angle to cover, centred ahead; limited to the scanner's own.
     #[modulation(default = TAU, unit = "rad", min = 0.0, max = TAU, fixed)]
     view: Modulation<f64>,
-    /// Turns that are left out between two scans.
+    /// Turns skipped between two scans.
     #[modulation(default = 0, max = 9, fixed)]
     skip: Modulation<u32>,
-    /// Letters of a distance: 3, or 2 for distances up to 4.094 m over slow lines.
+    /// Letters per distance: 3, or 2 for distances up to 4.094 m over slow lines.
     #[modulation(default = 3, min = 2, max = 3, fixed)]
     letters: Modulation<u32>,
-    /// What it sees, from right to left.
+    /// The scan, from right to left.
     #[export]
     laser: Export<LaserScan>,
-    /// Whether it is heard.
+    /// Whether the scanner is connected.
     #[export]
     connection: Export<Connection>,
     scanner: Option<Scanner>,
 }
 
-/// A scanner that is looked for, or found.
+/// A scanner that the driver is looking for or has found.
 struct Scanner {
     device: Device<Session>,
     clock: Clock,
     beams: Option<Beams>,
-    /// Whether a scan stands.
+    /// Whether `laser` has a value.
     seen: bool,
 }
 

@@ -1,42 +1,44 @@
-//! Messages of SCIP 2 as they go over the wire: lines, their checksums, numbers in letters. What they mean is not known here.
+//! Messages of SCIP 2 on the wire: lines, checksums, and numbers encoded in letters. This module does not
+//! interpret them.
 //!
-//! From Hokuyo's "Communication Protocol Specification for SCIP 2.0 Standard": an answer is the question again, a line of
-//! status, lines of data, and an empty line. Letters stand for 6 bits each, from `0` on.
+//! From Hokuyo's "Communication Protocol Specification for SCIP 2.0 Standard": an answer repeats the question
+//! and adds a status line, data lines and an empty line. Each letter encodes 6 bits, starting with `0`.
 
-/// The longest message by far: 1440 steps of three letters, each 64 with a checksum and an end of line, and the head.
+/// Upper limit of a message, bytes. The longest has 1440 steps of three letters, a checksum and an end of
+/// line per 64 letters, and the head.
 const LONGEST: usize = 8192;
 
-/// An answer, or a scan, which is an answer to a question asked long ago.
+/// An answer, or a scan, which answers an earlier question.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
-    /// The question, as it was understood.
+    /// The question, as the scanner received it.
     pub(crate) echo: String,
-    /// Two letters; `00` is good, and `99` for a scan.
+    /// Two letters; `00` is success, and `99` marks a scan.
     pub(crate) status: [u8; 2],
-    /// Lines of data, with their checksums.
+    /// Data lines, with their checksums.
     pub(crate) lines: Vec<Vec<u8>>,
 }
 
-/// Finds messages in what is heard, however it is cut and whatever stands between.
+/// Finds messages in the received bytes, however they are split and whatever lies between them.
 #[derive(Debug, Default)]
 pub(crate) struct Receiver {
     bytes: Vec<u8>,
     start: usize,
 }
 
-/// The letter that checks a line.
+/// Returns the checksum letter of a line.
 pub(crate) fn checksum(line: &[u8]) -> u8 {
     let sum = line.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
     (sum & 0x3f) + 0x30
 }
 
-/// A line without the letter that checks it, if that is right.
+/// Returns a line without its checksum letter; `None` if the checksum is wrong.
 pub(crate) fn checked(line: &[u8]) -> Option<&[u8]> {
     let (sum, text) = line.split_last()?;
     (checksum(text) == *sum).then_some(text)
 }
 
-/// A number in letters, the highest six bits first; `None` for letters that are none.
+/// Decodes a number from letters, the highest six bits first; `None` for invalid letters.
 pub(crate) fn number(letters: &[u8]) -> Option<u32> {
     letters.iter().try_fold(0_u32, |number, letter| {
         let digit = letter.checked_sub(0x30).filter(|digit| *digit < 64)?;
@@ -45,12 +47,12 @@ pub(crate) fn number(letters: &[u8]) -> Option<u32> {
 }
 
 impl Message {
-    /// The value of a line `KEY:value;` among the data.
+    /// Returns the value of the data line `KEY:value;`.
     pub(crate) fn value(&self, key: &str) -> Option<&str> {
         self.lines.iter().find_map(|line| {
             let (text, sum) = line.split_at_checked(line.len().checked_sub(1)?)?;
             let bare = text.strip_suffix(b";")?;
-            // Devices differ on whether the semicolon is checked too.
+            // Devices differ on whether the checksum includes the semicolon.
             if ![checksum(bare), checksum(text)].contains(&sum[0]) {
                 return None;
             }
@@ -63,26 +65,26 @@ impl Message {
 }
 
 impl Receiver {
-    /// Takes in bytes as they come.
+    /// Appends received bytes.
     pub(crate) fn hear(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.start);
         self.start = 0;
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Forgets what is half heard; at another speed it is worth nothing.
+    /// Discards a partial message, which is invalid after a change of speed.
     pub(crate) fn clear(&mut self) {
         self.bytes.clear();
         self.start = 0;
     }
 
-    /// The next message; `None` until more comes.
+    /// Returns the next message; `None` until more bytes arrive.
     pub(crate) fn next(&mut self) -> Option<Message> {
         loop {
             let rest = &self.bytes[self.start..];
             let Some(end) = rest.windows(2).position(|pair| pair == b"\n\n") else {
                 if rest.len() > LONGEST {
-                    // Nothing of it can become a message but the line that it ends with.
+                    // No message can be found in these bytes, except one that starts in their last line.
                     let line = rest
                         .iter()
                         .rposition(|byte| *byte == b'\n')

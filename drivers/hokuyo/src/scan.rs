@@ -1,30 +1,31 @@
-//! What a scanner says of itself, and what its scans say: steps, distances, and the values that are none.
+//! The scanner's parameters, and the contents of its scans: steps, distances, and values that are not
+//! distances.
 
 use core::f32::consts::TAU;
 use core::fmt;
 
 use crate::message::{Message, checked, number};
 
-/// Most beams of a scan: what the interface holds.
+/// Most beams of a scan, by the capacity of the exported type.
 const MOST_BEAMS: u32 = 1088;
 
-/// What a scanner says of itself in answer to `PP`.
+/// The scanner's parameters, from the answer to `PP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parameters {
-    /// Distances it measures, mm.
+    /// Range of the distances that it measures, mm.
     nearest: u32,
     farthest: u32,
-    /// Steps of a whole turn.
+    /// Steps per turn.
     turn: u32,
-    /// The first, the last, and the one straight ahead; counter-clockwise.
+    /// The first step, the last, and the one straight ahead, counter-clockwise.
     first: u32,
     last: u32,
     ahead: u32,
-    /// Turns in a minute.
+    /// Turns per minute.
     speed: u32,
 }
 
-/// How distances are written.
+/// The encoding of distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Letters {
     /// Up to 4095 mm.
@@ -33,15 +34,15 @@ pub(crate) enum Letters {
     Three,
 }
 
-/// Which beams of a scanner are asked for.
+/// The beams to request from a scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Beams {
     parameters: Parameters,
     first: u32,
     last: u32,
-    /// Steps that are put together into one beam, of which the nearest counts.
+    /// Steps combined into one beam, of which the nearest distance counts.
     cluster: u32,
-    /// Turns left out between two scans.
+    /// Turns skipped between two scans.
     skip: u32,
     letters: Letters,
 }
@@ -49,18 +50,18 @@ pub(crate) struct Beams {
 /// A scan.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scan {
-    /// The scanner's own clock, ms; it has 24 bits.
+    /// The scanner's clock, ms; it has 24 bits.
     pub(crate) stamp: u32,
     /// Distances from right to left, m, by REP-117.
     pub(crate) ranges: Vec<f32>,
 }
 
-/// Why a scan is not used.
+/// The reason for rejecting a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unusable {
-    /// A line is not as its checksum says.
+    /// The checksum of a line is wrong.
     Checksum,
-    /// As many letters as were not asked for.
+    /// The number of letters differs from the request.
     Length(usize),
 }
 
@@ -91,7 +92,7 @@ impl Parameters {
         let Self {
             first, last, turn, ..
         } = parameters;
-        // Four digits are all that a question has for a step.
+        // A question has four digits for a step.
         if turn == 0 || parameters.speed == 0 || first > last || last > 9999 || last - first >= turn {
             return Err(format!(
                 "steps {first} to {last} of {turn} at {} turns a minute cannot be",
@@ -119,9 +120,10 @@ impl Letters {
 }
 
 impl Beams {
-    /// Those of a scanner within an angle centred ahead, rad; neighbours are put together where there are more than fit.
+    /// The beams within an angle centred ahead, rad. Combines neighbouring steps if they exceed the capacity
+    /// of a scan.
     pub(crate) fn new(parameters: Parameters, view: f64, skip: u32, letters: Letters) -> Self {
-        // What is a step but for rounding is one.
+        // A step that is missed only by rounding counts.
         let half = (view / core::f64::consts::TAU * f64::from(parameters.turn) / 2.0 + 1e-6).floor() as u32;
         let first = parameters
             .first
@@ -141,7 +143,7 @@ impl Beams {
         }
     }
 
-    /// The question for scans without end, but for the count that its echo counts down.
+    /// The question for continuous scans, without the remaining count, which changes in the echoes.
     pub(crate) fn question(self) -> String {
         let Self {
             first,
@@ -154,7 +156,7 @@ impl Beams {
     }
 
     pub(crate) fn count(self) -> usize {
-        // A rest smaller than a cluster is a beam too.
+        // A remainder smaller than a cluster is a beam too.
         ((self.last - self.first) / self.cluster + 1) as usize
     }
 
@@ -164,7 +166,7 @@ impl Beams {
         (middle - self.parameters.ahead as f32) * TAU / self.parameters.turn as f32
     }
 
-    /// Angle from one beam to the next, rad.
+    /// Angle between beams, rad.
     pub(crate) fn increment(self) -> f32 {
         self.cluster as f32 * TAU / self.parameters.turn as f32
     }
@@ -174,35 +176,35 @@ impl Beams {
         60.0 / self.parameters.speed as f32
     }
 
-    /// Time from one beam to the next, s.
+    /// Time between beams, s.
     pub(crate) fn time_increment(self) -> f32 {
         self.turn() * self.cluster as f32 / self.parameters.turn as f32
     }
 
-    /// Time from one scan to the next, s.
+    /// Time between scans, s.
     pub(crate) fn scan_time(self) -> f32 {
         self.turn() * (self.skip + 1) as f32
     }
 
-    /// The least distance, m.
+    /// Smallest distance, m.
     pub(crate) fn range_min(self) -> f32 {
         self.parameters.nearest as f32 / 1000.0
     }
 
-    /// The greatest distance, m.
+    /// Greatest distance, m.
     pub(crate) fn range_max(self) -> f32 {
         self.farthest() as f32 / 1000.0
     }
 
     fn farthest(self) -> u32 {
         match self.letters {
-            // 4095 stands for all that is farther.
+            // 4095 means all greater distances.
             Letters::Two => self.parameters.farthest.min(4094),
             Letters::Three => self.parameters.farthest,
         }
     }
 
-    /// Reads a scan.
+    /// Decodes a scan.
     pub(crate) fn decode(self, message: &Message) -> Result<Scan, Unusable> {
         let mut lines = message
             .lines
@@ -229,9 +231,9 @@ impl Beams {
 
     fn range(self, millimetres: u32) -> f32 {
         match millimetres {
-            // No echo at all.
+            // No echo.
             0 => f32::INFINITY,
-            // Codes: too weak, dazzled, a neighbour at fault. Their meanings differ from model to model.
+            // Codes for a weak echo, glare or a fault of a neighbour. Their meanings differ between models.
             code if code < self.parameters.nearest => f32::NAN,
             far if far > self.farthest() => f32::INFINITY,
             distance => distance as f32 / 1000.0,
@@ -355,7 +357,7 @@ pub(crate) mod tests {
             let mut wrong = good.clone();
             let line = random() % wrong.lines.len();
             let place = random() % wrong.lines[line].len();
-            // One bit of the six that are checked.
+            // One of the six checked bits.
             wrong.lines[line][place] ^= 1 << (random() % 6);
             assert_eq!(beams.decode(&wrong), Err(Unusable::Checksum));
             wrong.lines.remove(line);

@@ -16,7 +16,7 @@ fn driver(port: &str) -> Trial<Scip2> {
     driver
 }
 
-/// The first scan that stands.
+/// Returns the first scan.
 fn scan(driver: &mut Trial<Scip2>) -> &LaserScan {
     driver.until(|bench| bench.exported_at("laser").is_some());
     driver.bench.exported_in_place("laser").expect("just seen")

@@ -1,8 +1,9 @@
-//! Drives Pioneer robots, and simulators that speak their protocol, behind the same ports as the simulated Pioneer. What goes
-//! over the wire is the library's; this plugin holds it to a port, a clock and the exports.
+//! Drives Pioneer robots, and simulators with the same protocol, behind the same ports as the simulated
+//! Pioneer. The library `jde-p2os` implements the protocol; this plugin connects it to a port, a clock and
+//! the exports.
 //!
-//! It has no thread: whatever is said to the robot is said from an iteration. So a schema that hangs or a process that is
-//! stopped lets the robot's own watchdog stop it.
+//! It has no thread: it sends commands only from iterations. If a schema hangs or the process is stopped, the
+//! robot's own watchdog stops the robot.
 
 mod robot;
 mod sense;
@@ -14,7 +15,7 @@ use jde_schema::prelude::*;
 use robot::Robot;
 use sense::Senses;
 
-/// A head that stays where it looks.
+/// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
     header: Header {
         stamp: Time { sec: 0, nanosec: 0 },
@@ -28,62 +29,66 @@ const HOLD: PanTilt = PanTilt {
 
 /// A Pioneer robot at a serial line or behind TCP, or a simulator in its place.
 ///
-/// While the robot is not heard its exports are taken back, `connection` says why, and it is looked for again by itself.
+/// While the robot does not answer, its exports are retracted, `connection` gives the reason, and the driver
+/// looks for it again by itself.
 #[derive(Describe)]
 #[schema(driver, period = "25ms", budget = "25ms")]
 pub struct Pioneer {
-    /// Where it is: "tcp:HOST:8101", or "serial:/dev/ttyUSB0@9600".
+    /// Its address: "tcp:HOST:8101", or "serial:/dev/ttyUSB0@9600".
     #[modulation(default = "", fixed)]
     port: Modulation<Text<256>>,
-    /// Its model: "p3dx" and the like, or the path of a file that ends in ".toml"; empty for what the robot says it is.
+    /// Its model: "p3dx" and the like, or the path of a file that ends in ".toml"; empty for the model that
+    /// the robot reports.
     #[modulation(default = "", fixed)]
     model: Modulation<Text<1024>>,
-    /// Where it stands at the beginning, in the frame of the odometry.
+    /// The start pose, in the frame of the odometry.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     start: Modulation<Pose2D>,
-    /// The laser that simulators send along: "auto" asks simulators for it, "on" whomever, "off" nobody.
+    /// The laser of simulators: "auto" requests it from simulators, "on" from every robot, "off" from none.
     #[modulation(default = "auto", fixed)]
     laser_mode: Modulation<Text<28>>,
     /// Beams of that laser.
     #[modulation(default = 180, min = 1, max = 1088, fixed)]
     laser_beams: Modulation<u32>,
-    /// The angle that laser covers, centred ahead; whole degrees, by the protocol.
+    /// The angle that the laser covers, centred ahead; whole degrees, by the protocol.
     #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.02, max = core::f64::consts::TAU, fixed)]
     laser_view: Modulation<f64>,
-    /// The farthest that laser sees.
+    /// Greatest range of that laser.
     #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// The pan-tilt head at its first auxiliary port: "none", "vc-c4", or "vc-c4-one-way" if its answers have no wire.
+    /// The pan-tilt head at the first auxiliary port: "none", "vc-c4", or "vc-c4-one-way" if its answers are
+    /// not wired.
     #[modulation(default = "none", fixed)]
     head_kind: Modulation<Text<28>>,
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
-    /// Where the head shall look, and how fast it may turn there; an axis without speed stays where it is.
+    /// Position of the head, and its speeds; an axis with speed 0 stays where it is.
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
-    /// The laser that simulators send along.
+    /// The scan of the laser of simulators.
     #[export]
     laser: Export<LaserScan>,
-    /// The sonars, in the robot's own order: from ahead on the left clockwise; NaN until one is heard.
+    /// The sonars, in the robot's own order: from ahead on the left clockwise. NaN until the first reading of
+    /// a sonar.
     #[export]
     sonars: Export<RangeRing>,
-    /// Pose and velocity as the wheels tell; it goes on where it was after a loss.
+    /// Pose and velocity from the wheels. After a loss it continues from the last pose.
     #[export]
     odometry: Export<Odometry>,
-    /// The bumpers, and whether the wheels are held.
+    /// The bumpers, and whether the wheels are blocked.
     #[export]
     bumpers: Export<Bumpers>,
     /// The battery.
     #[export]
     battery: Export<BatteryState>,
-    /// What the wheels have counted, if the robot tells.
+    /// The counts of the wheels, if the robot reports them.
     #[export]
     encoders: Export<WheelEncoders>,
-    /// Where the head looks: by its own word, or reckoned if it cannot answer.
+    /// Position of the head: measured, or estimated if the head cannot answer.
     #[export]
     pan_tilt: Export<PanTilt>,
-    /// Whether the robot is heard, what it calls itself, or why it is not heard.
+    /// Whether the robot is connected, its name, or the reason for the loss.
     #[export]
     connection: Export<Connection>,
     robot: Option<Robot>,
@@ -136,7 +141,7 @@ impl Schema for Pioneer {
 }
 
 impl Pioneer {
-    /// Takes back what no longer tells how things are.
+    /// Retracts the exports, because they no longer describe the robot.
     fn take_back(&mut self, cx: &Context) {
         if !self.senses.forget() {
             return;

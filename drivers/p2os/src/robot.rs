@@ -1,4 +1,5 @@
-//! The robot at its port: bytes between the port and the session, and how the connection stands. It publishes nothing but that.
+//! The robot at its port: it moves bytes between port and session, and reports the state of the connection.
+//! It publishes nothing else.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -8,17 +9,17 @@ use jde_p2os::{Beams, Event, Options, Session, State, Wish};
 use jde_port::Port;
 use jde_schema::prelude::{Connection, Context, Export, Result};
 
-/// How long the last words may take: five packets, which are 50 ms at 9600 baud.
+/// Time limit for sending the last packets: five of them, which take 50 ms at 9600 baud.
 const FAREWELL: Duration = Duration::from_millis(200);
 
-/// A robot that is looked for, or found.
+/// A robot that the driver is looking for or has found.
 pub(crate) struct Robot {
     port: Port,
     session: Session,
     beams: Beams,
-    /// The link is real whatever the application's clock does, so it has a clock of its own.
+    /// Real time, because the link does not follow the application's clock.
     clock: Instant,
-    /// Whether the session knows that the port is connected.
+    /// Whether the session was informed that the port is connected.
     linked: bool,
     heard: Vec<u8>,
     report: Report,
@@ -37,10 +38,11 @@ impl Robot {
         }
     }
 
-    /// Hears and speaks.
+    /// Receives bytes, advances the session, and sends its output.
     ///
     /// # Errors
-    /// If the robot is one that cannot be driven, which a person must mend; a robot that is not heard is no error.
+    /// If the robot cannot be driven, which a person must correct. A robot that does not answer is not an
+    /// error.
     pub(crate) fn step(&mut self, wish: &Wish) -> Result {
         let now = self.clock.elapsed();
         if self.port.poll(now).is_connected() {
@@ -71,7 +73,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Whether the robot drives and is heard.
+    /// Whether the robot is connected.
     pub(crate) fn is_up(&self) -> bool {
         self.session.state().is_connected()
     }
@@ -84,12 +86,12 @@ impl Robot {
         self.session.next_event()
     }
 
-    /// The beams that a laser was asked for.
+    /// The beams requested from the laser.
     pub(crate) fn beams(&self) -> Beams {
         self.beams
     }
 
-    /// Publishes how the connection stands, if that has changed.
+    /// Publishes the state of the connection if it changed.
     pub(crate) fn tell(&mut self, cx: &Context, export: &mut Export<Connection>) {
         let name = match self.session.state() {
             State::Connected(names) => Some(format!("{}, {} {}", names.name, names.class, names.subclass)),
@@ -99,12 +101,13 @@ impl Robot {
         self.report.tell(cx, export, standing, self.port.attempts());
     }
 
-    /// Stops the robot, switches it off and lets go of it; the next step looks for it again.
+    /// Stops the robot, switches it off and closes the port. The next step looks for it again.
     pub(crate) fn rest(&mut self) {
         let farewell = self.session.close();
         if self.linked && self.port.write(&farewell) {
             self.port.flush(FAREWELL);
-            // What came meanwhile is taken, or closing would break the connection off before the robot has read its last words.
+            // Bytes received meanwhile are read; otherwise closing could reset the connection before the
+            // robot has read the last packets.
             self.port.read(&mut self.heard);
         }
         self.heard.clear();
@@ -114,7 +117,7 @@ impl Robot {
     }
 }
 
-/// A driver that is thrown away stops its robot.
+/// Dropping the driver stops its robot.
 impl Drop for Robot {
     fn drop(&mut self) {
         self.rest();

@@ -1,4 +1,5 @@
-//! What the robot says, in the standard interfaces: SI units, REP-103 axes. What is not measured is NaN or not published.
+//! Exports the robot's reports in the standard interfaces: SI units, REP-103 axes. A quantity that is not
+//! measured is NaN or not published.
 
 use core::time::Duration;
 
@@ -8,31 +9,31 @@ use jde_schema::prelude::*;
 use crate::Pioneer;
 use crate::robot::Robot;
 
-/// A temperature that means that none is measured, °C.
+/// The reported temperature if none is measured, °C.
 const NO_TEMPERATURE: i8 = -127;
 
-/// What must be remembered from one packet to the next.
+/// The state kept between packets.
 #[derive(Default)]
 pub(crate) struct Senses {
-    /// What each sonar heard last, m; a packet tells of some only.
+    /// The last range of each sonar, m; a packet reports only some of them.
     ranges: Vec<f32>,
-    /// Where the head looked last, and when.
+    /// The last position of the head, and its time.
     head: Option<(Duration, f64, f64)>,
-    /// When the last sweep came.
+    /// The time of the last sweep.
     sweep: Option<Duration>,
-    /// Whether anything was published that would have to be taken back.
+    /// Whether there are exports to retract.
     told: bool,
 }
 
 impl Senses {
-    /// Forgets everything; answers whether there was anything.
+    /// Discards the state. Returns whether there were exports to retract.
     pub(crate) fn forget(&mut self) -> bool {
         core::mem::take(self).told
     }
 }
 
 impl Pioneer {
-    /// Publishes what the robot has said.
+    /// Publishes the robot's events.
     pub(crate) fn sense(&mut self, cx: &Context, robot: &mut Robot) -> Result {
         while let Some(event) = robot.next_event() {
             self.senses.told = true;
@@ -140,7 +141,8 @@ impl Pioneer {
         laser.range_max = most;
         laser.ranges.clear();
         laser.intensities.clear();
-        // A simulator may send more than was asked for, and more than fit: those are behind the last that was wanted.
+        // A simulator may send more readings than requested, and more than fit; the surplus follows the
+        // requested ones.
         let reflected = sweep.iter().any(|reading| reading.reflectance != 0);
         for reading in sweep.iter().take(1088) {
             let range = f32::from(reading.range) / 1000.0;
@@ -181,7 +183,8 @@ impl Pioneer {
     }
 }
 
-/// Speeds by the wheels; firmware that measures the turning tells that better.
+/// The speeds from the wheels. The turn rate comes from the firmware if it measures it, because that is more
+/// accurate.
 fn twist(model: &Model, sip: &Sip) -> Twist {
     let speed = |units: i16| f64::from(units) * model.units.velocity_mm_s;
     let (left, right) = (speed(sip.left_velocity), speed(sip.right_velocity));
@@ -207,7 +210,7 @@ fn bumpers(now: Duration, model: &Model, config: Option<&Config>, sip: &Sip) -> 
             .front
             .extend_from_slice(&[sip.front_bumper(number).into()])?;
     }
-    // The robot counts clockwise; the interface from left to right, as one looks ahead.
+    // The robot counts clockwise; the interface counts from left to right, facing ahead.
     for number in (0..rear).rev() {
         bumpers
             .rear

@@ -1,4 +1,4 @@
-//! What the application's file says, made into a robot to look for. Whatever a person must mend is an error here, before anything
+//! Converts the modulations into a robot to look for. Every mistake in them is an error here, before a port
 //! is opened.
 
 use jde_device::inspect_port;
@@ -10,7 +10,7 @@ use crate::Pioneer;
 use crate::robot::Robot;
 
 impl Pioneer {
-    /// The robot that the modulations describe, not looked for yet.
+    /// The robot that the modulations describe. Opens nothing.
     pub(crate) fn settings(&self, cx: &Context) -> Result<Robot> {
         let address = self.address(cx)?;
         let beams = self.beams(cx);
@@ -72,7 +72,7 @@ impl Inspect for Pioneer {
     }
 }
 
-/// The model of a name or of a file; none for the one the robot says it is.
+/// Returns the model of a name or of a file; `None` for the model that the robot reports.
 fn model(text: &str) -> Result<Option<Model>> {
     if text.is_empty() {
         return Ok(None);

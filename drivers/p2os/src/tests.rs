@@ -1,4 +1,5 @@
-//! The driver over TCP and over a pseudo-terminal, against a scripted robot that speaks with the library's other end.
+//! The driver over TCP and over a pseudo-terminal, connected to a scripted robot, which uses the library's
+//! server side.
 
 mod robot;
 
@@ -17,7 +18,7 @@ use jde_schema::prelude::{
 };
 use robot::{Robot, Script};
 
-/// The driver, and the time since it was made.
+/// The driver, and the time at which it was made.
 struct Driver {
     bench: Bench<Pioneer>,
     start: Instant,
@@ -46,7 +47,7 @@ impl Driver {
         done
     }
 
-    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
+    /// Iterates until a condition holds. If it never does, the test times out.
     fn until(&mut self, mut good: impl FnMut(&Bench<Pioneer>) -> bool) {
         while !good(&self.bench) {
             self.step().expect("a driver whose robot fails does not fail");
@@ -100,7 +101,7 @@ fn a_robot_behind_tcp_is_met_driven_and_sensed() {
     driver.bench.set("start", Pose2D::new(1.0, 2.0, FRAC_PI_2));
     driver.bench.awake().unwrap();
     driver.up();
-    // The scripted robot's settings say that nothing would stop it.
+    // The configuration of the scripted robot has no watchdog.
     let said = |words: &str| driver.bench.log().iter().any(|(_, line)| line.contains(words));
     assert!(said("its watchdog is off"));
     assert_eq!(
@@ -121,7 +122,7 @@ fn a_robot_behind_tcp_is_met_driven_and_sensed() {
     assert!(ring.ranges[1].is_nan());
     let pressed: Pressed = driver.bench.exported("bumpers").unwrap();
     assert!(pressed.stalled.get() && pressed.front[0].get() && !pressed.front[1].get());
-    // The first the robot counts behind is the right one, which is the last from left to right.
+    // The robot's first rear bumper is the right one, which is the last from left to right.
     assert!(pressed.rear[4].get() && !pressed.rear[0].get());
     let battery: BatteryState = driver.bench.exported("battery").unwrap();
     assert_eq!(battery.voltage, 12.4);
@@ -209,7 +210,7 @@ fn without_iterations_the_robot_hears_nothing() {
     driver.drive(Twist::planar(0.3, 0.0), || {
         robot.with(|script| script.heard.contains(&Command::Velocity(300)))
     });
-    // What was on its way is heard by the time that some more of the robot's own sayings are gone.
+    // After some more reports of the robot, earlier bytes in transit have arrived.
     let sayings = |count: u32| {
         let from = robot.with(|script| script.said);
         while robot.with(|script| script.said) < from + count {

@@ -1,8 +1,9 @@
-//! Where in the recording it is, and where that goes: pause, speed, jumps, steps, the end. It reads nothing.
+//! The position in a recording, and its changes: pause, speed, jumps, steps, the end. It reads no messages.
 
 use core::time::Duration;
 
-/// What is wanted at an iteration. Written values come with their numbers, so that the same one can be written twice.
+/// The inputs of an iteration. Written values have sequence numbers, so that the same value can be written
+/// twice.
 pub(crate) struct Wish {
     pub(crate) now: Duration,
     pub(crate) paused: bool,
@@ -12,21 +13,21 @@ pub(crate) struct Wish {
     pub(crate) repeat: bool,
 }
 
-/// What is to be done.
+/// The actions of an iteration.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Plan {
-    /// Go on from there.
+    /// Continue from this position.
     pub(crate) seek: Option<Duration>,
-    /// Play so many messages, wherever they are; else those that are due.
+    /// Play this many messages, whatever their times; `None` plays those that are due.
     pub(crate) messages: Option<u32>,
 }
 
-/// A place in a recording that moves.
+/// A moving position in a recording.
 #[derive(Debug)]
 pub(crate) struct Head {
     length: Duration,
     position: Duration,
-    /// The application's time when it was there.
+    /// The application's time at that position.
     since: Duration,
     speed: f64,
     playing: bool,
@@ -53,17 +54,17 @@ impl Head {
         }
     }
 
-    /// It was asleep until now.
+    /// Excludes the time asleep, which ends now.
     pub(crate) fn wake(&mut self, now: Duration) {
         self.since = now;
     }
 
-    /// Moves to where it is now.
+    /// Advances the position to this time, and returns the actions.
     pub(crate) fn plan(&mut self, wish: &Wish) -> Plan {
         let mut plan = Plan::default();
         let passed = wish.now.saturating_sub(self.since);
         self.since = wish.now;
-        // Nothing happened before the first iteration, however long it took to get there.
+        // The time before the first iteration does not count.
         let passed = if self.begun { passed } else { Duration::ZERO };
         self.speed = wish.speed;
         self.playing = !wish.paused;
@@ -86,7 +87,7 @@ impl Head {
             plan.messages = (!self.playing).then_some(count);
         }
         if !self.playing {
-            // A pause shows no more than is asked for.
+            // A pause plays only the requested messages.
             plan.messages = plan.messages.or(Some(0));
         }
         self.begun = true;
@@ -94,7 +95,7 @@ impl Head {
         plan
     }
 
-    /// A message of that place was played; in a pause it takes the place along.
+    /// Counts a message that was played. A step in a pause advances the position to it.
     pub(crate) fn played(&mut self, at: Duration, step: bool) {
         self.messages += 1;
         if step {
@@ -102,7 +103,7 @@ impl Head {
         }
     }
 
-    /// When what was published at that place is published, in the application's time.
+    /// Converts a position to the application's time.
     pub(crate) fn time_of(&self, at: Duration, now: Duration) -> Duration {
         let ago = self.position.saturating_sub(at);
         now.saturating_sub(ago.div_f64(self.speed))

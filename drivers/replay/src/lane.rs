@@ -1,4 +1,4 @@
-//! Which topic is which sensor. It reads messages, and publishes none.
+//! Assigns topics to sensors. It decodes messages and publishes none.
 
 use jde_log::Channel;
 use jde_ros::{cdr, definition};
@@ -7,7 +7,7 @@ use jde_schema::{Error, Result};
 
 use crate::tape::{Due, Tape};
 
-/// Turns a message into the bytes of a value; false if it is none.
+/// Decodes a message into the bytes of a value; returns false if it does not match the type.
 type Decode = Box<dyn Fn(&[u8], &mut [u8]) -> bool + Send>;
 
 /// The sensors of a robot.
@@ -34,15 +34,16 @@ struct Played {
     topic: String,
     lane: Lane,
     decode: Decode,
-    /// Kept for its room.
+    /// A reused buffer.
     bytes: Vec<u8>,
 }
 
 impl Lanes {
-    /// Plays a sensor from the topic of that name, or without one from the first of its type.
+    /// Plays a sensor from the topic of that name, or from the first of its type if the name is empty.
+    /// Without a topic of the type the sensor has no value.
     ///
     /// # Errors
-    /// There is no such topic, or it is of another type.
+    /// If there is no topic of that name, or it is of another type.
     pub(crate) fn add<T: Value>(&mut self, tape: &Tape, lane: Lane, topic: &Text<120>) -> Result {
         let topic = topic.as_str();
         let value_type = T::describe();
@@ -87,13 +88,13 @@ impl Lanes {
         self.lanes.iter().any(|played| played.topic == topic)
     }
 
-    /// The topics, in words.
+    /// Lists the topics.
     pub(crate) fn names(&self) -> String {
         let names: Vec<_> = self.lanes.iter().map(|played| &*played.topic).collect();
         names.join(", ")
     }
 
-    /// The value that a message is; none if it is not what its type says.
+    /// Decodes a message; `None` if it does not match its type.
     pub(crate) fn read(&mut self, due: &Due) -> Option<(Lane, &[u8])> {
         let played = self.lanes.iter_mut().find(|played| played.topic == due.topic())?;
         let is_one = (played.decode)(&due.message.data, &mut played.bytes);

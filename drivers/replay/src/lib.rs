@@ -1,8 +1,8 @@
-//! Plays a recording as the sensors of a robot, so that any schema, panel or tool works on it: at any speed, paused, a message at
-//! a time, from any place. What the application commands is shown and goes nowhere.
+//! Plays a recording as the sensors of a robot, so that schemas, panels and tools work on it: at any speed,
+//! paused, message by message, from any position. Commands are exported for display and have no effect.
 //!
-//! It shows what schemas would have done, never what would have followed. Whether they decide as they did then is the business
-//! of `jde replay --decide`.
+//! A replay shows how schemas would have decided, never what would have happened then. `jde replay --decide`
+//! compares their decisions with the recorded ones.
 
 mod head;
 mod lane;
@@ -14,37 +14,38 @@ use head::{Head, Wish};
 use lane::{Lane, Lanes};
 use tape::Tape;
 
-/// How far a recording has been played.
+/// The progress of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Playback")]
 pub struct Playback {
-    /// Where it is, from the recording's first message.
+    /// Position, from the recording's first message.
     #[value(unit = "s")]
     pub position: f64,
-    /// How long it is.
+    /// Length of the recording.
     #[value(unit = "s")]
     pub length: f64,
-    /// Seconds of it in a second.
+    /// Seconds of the recording per second.
     pub speed: f64,
-    /// Messages played.
+    /// Number of messages played.
     pub messages: u64,
-    /// Messages that could not be read as what they say they are.
+    /// Number of messages that do not match their type.
     pub spoilt: u64,
-    /// Whether it goes on by itself.
+    /// Whether it plays: neither paused nor at its end.
     pub playing: Flag,
-    /// Nothing.
+    /// Unused.
     pub padding: Padding<7>,
 }
 
 /// A robot that senses what it sensed when the recording was made.
 ///
-/// Each export is taken from the topic that its modulation names, or from the only one of its type, or from the first of them;
-/// it stays without a value if there is none. Times are moved into the application's. The mission is done when the recording ends.
+/// Each export reads the topic that its modulation names, or else the first topic of its type. Without such a
+/// topic it has no value. Times are converted to the application's. The mission is done when the recording
+/// ends.
 #[derive(Describe)]
 #[schema(driver, period = "10ms", budget = "50ms")]
 pub struct Recording {
-    /// The recording, an MCAP file of jde's or of ROS 2.
+    /// The recording, an MCAP file of jde or of ROS 2.
     #[modulation(default = "", unit = "path", fixed)]
     file: Modulation<Text<1024>>,
     /// The laser's topic.
@@ -68,40 +69,40 @@ pub struct Recording {
     /// The encoders' topic.
     #[modulation(default = "", fixed)]
     encoders_topic: Modulation<Text<120>>,
-    /// The topic of whether the robot is heard.
+    /// The topic of the connection's state.
     #[modulation(default = "", fixed)]
     connection_topic: Modulation<Text<120>>,
     /// The pictures' topic.
     #[modulation(default = "", fixed)]
     image_topic: Modulation<Text<120>>,
-    /// Whether it stands still.
+    /// Whether it is paused.
     #[modulation(default = Flag::FALSE)]
     paused: Modulation<Flag>,
-    /// Seconds of the recording in a second of the application.
+    /// Seconds of the recording per second of the application.
     #[modulation(default = 1.0, min = 0.01, max = 100.0)]
     speed: Modulation<f64>,
-    /// Where to go on from, each time that it is written: from the recording's first message.
+    /// Position at which to continue, from the recording's first message. Each write takes effect.
     #[modulation(default = 0.0, unit = "s", min = 0.0)]
     position: Modulation<f64>,
-    /// Messages to play while it is paused, each time that it is written.
+    /// Messages to play while paused. Each write takes effect.
     #[modulation(default = 0, max = 100_000)]
     step: Modulation<u32>,
-    /// Whether it begins anew at its end.
+    /// Whether it starts again at its end.
     #[modulation(default = Flag::FALSE)]
     repeat: Modulation<Flag>,
-    /// Speeds of the base; they are not carried out.
+    /// Speeds of the base, which have no effect.
     #[command(neutral = Twist::ZERO, validity = "1s")]
     velocity: Command<Twist>,
-    /// Where the head shall look; it is not carried out.
+    /// Position of the head, which has no effect.
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
-    /// The command in force: what the application wanted of the base, to be seen and recorded.
+    /// The command of the base in force, for display and recording.
     #[export]
     wanted: Export<Twist>,
-    /// The same of the head.
+    /// The command of the head in force.
     #[export]
     wanted_head: Export<PanTilt>,
-    /// The laser.
+    /// The scan of the laser.
     #[export]
     laser: Export<LaserScan>,
     /// The sonars.
@@ -113,31 +114,31 @@ pub struct Recording {
     /// The bumpers.
     #[export]
     bumpers: Export<Bumpers>,
-    /// Where the head looked.
+    /// The position of the head.
     #[export]
     pan_tilt: Export<PanTilt>,
     /// The battery.
     #[export]
     battery: Export<BatteryState>,
-    /// What the wheels counted.
+    /// The counts of the wheels.
     #[export]
     encoders: Export<WheelEncoders>,
-    /// Whether the robot was heard.
+    /// Whether the robot was connected.
     #[export]
     connection: Export<Connection>,
     /// The pictures.
     #[export]
     image: Export<Image>,
-    /// How far it is.
+    /// Progress of the recording.
     #[export]
     playback: Export<Playback>,
-    /// Messages played; done at the end, unless it begins anew.
+    /// Seconds played, and their total; done at the end unless it starts again.
     #[export]
     mission: Export<Mission>,
     player: Option<Player>,
 }
 
-/// What an application may command a head to that has none.
+/// The default command of the head.
 const HOLD: PanTilt = PanTilt {
     header: Header {
         stamp: Time { sec: 0, nanosec: 0 },
@@ -160,7 +161,7 @@ struct Player {
 impl Schema for Recording {
     fn awake(&mut self, cx: &Context) -> Result {
         if let Some(player) = &mut self.player {
-            // What it did while it slept is no part of the recording.
+            // Time asleep does not advance the recording.
             player.head.wake(cx.now());
             return Ok(());
         }
@@ -234,7 +235,7 @@ impl Recording {
         some(self.lanes_or(cx, tape, |_, error| Err(error))?, tape)
     }
 
-    /// The topics that are played; `wrong` is told of each that is not as its modulation says.
+    /// Finds the topics to play. Calls `wrong` for each modulation that names an unsuitable topic.
     fn lanes_or(
         &self,
         cx: &Context,
@@ -263,10 +264,11 @@ impl Recording {
         Ok(lanes)
     }
 
-    /// Publishes what is due.
+    /// Publishes the messages that are due.
     fn play(&mut self, cx: &Context, player: &mut Player, plan: head::Plan) -> Result {
         if let Some(place) = plan.seek {
-            // What was in force there, so that nobody goes on with what was seen elsewhere.
+            // Publishes the last values before the position, so that no schema continues with values from
+            // elsewhere.
             for message in player.tape.seek(place, |topic| player.lanes.has(topic))? {
                 self.publish(cx, player, &message);
             }
@@ -347,7 +349,7 @@ impl Recording {
     }
 }
 
-/// Topics, if there are any.
+/// Returns the topics, or an error if there are none.
 fn some(lanes: Lanes, tape: &Tape) -> Result<Lanes> {
     if lanes.is_empty() {
         return Err(format!(

@@ -1,4 +1,5 @@
-//! A recording on its way through the player: what is next, and what was in force at a place. It knows no type of sensor.
+//! A recording in the player: its next message, and the values in force at a position. It knows no sensor
+//! types.
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -6,7 +7,7 @@ use std::path::Path;
 
 use jde_log::{Channel, Message, Messages, ReadError, Recording};
 
-/// How far before a place is looked for what was in force there.
+/// How far before a position the last values are searched.
 const LOOK_BACK: Duration = Duration::from_secs(5);
 
 /// A recording that is being played.
@@ -16,19 +17,19 @@ pub(crate) struct Tape {
     start: u64,
     length: Duration,
     messages: Messages,
-    /// Read and not due yet.
+    /// The message that was read but is not due yet.
     next: Option<Due>,
 }
 
-/// A message, with its place in the recording.
+/// A message, with its position in the recording.
 pub(crate) struct Due {
     pub(crate) at: Duration,
-    /// How long before it was published it was measured.
+    /// Time from its measurement to its publication.
     pub(crate) age: Duration,
     pub(crate) message: Message,
 }
 
-/// Why a recording cannot be played.
+/// The reason why a recording cannot be played.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum TapeError {
     #[error(transparent)]
@@ -61,7 +62,7 @@ impl Tape {
         self.length
     }
 
-    /// Where it ends too soon, in words.
+    /// Describes where the recording is damaged.
     pub(crate) fn damage(&self) -> Option<String> {
         let damage = self.recording.damage()?;
         Some(format!(
@@ -74,7 +75,7 @@ impl Tape {
         self.recording.channels()
     }
 
-    /// What topics there are, in words.
+    /// Lists its topics.
     pub(crate) fn topics(&self) -> String {
         let topics: Vec<_> = self.channels().map(|channel| &*channel.topic).collect();
         if topics.is_empty() {
@@ -84,7 +85,8 @@ impl Tape {
         }
     }
 
-    /// The next message of the topics that are wanted, if it is due: published until then, or if so many are `left` whenever.
+    /// Returns the next message of the wanted topics, if it is due. It is due if it was published up to
+    /// `until`, or in any case while `left` is a positive count.
     pub(crate) fn next(
         &mut self,
         until: Duration,
@@ -100,7 +102,7 @@ impl Tape {
         Ok(self.next.take_if(|next| left.is_some() || next.at <= until))
     }
 
-    /// Goes on from a place; answers with the last of each topic before it.
+    /// Continues from a position. Returns the last message of each wanted topic before it.
     pub(crate) fn seek(
         &mut self,
         place: Duration,
@@ -123,7 +125,8 @@ impl Tape {
         for message in self.messages.by_ref() {
             let message = match message {
                 Ok(message) => message,
-                // It has been told when it was opened, or the file is shorter than it was: what is left is its end.
+                // Reported when the recording was opened, or the file became shorter since. The recording
+                // ends here.
                 Err(ReadError::Damaged { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),
             };

@@ -1,4 +1,5 @@
-//! Recordings of every kind, played: at times, speeds, paused, stepped, from any place; spoilt, cut off, of other topics.
+//! Playback of recordings: times, speeds, pauses, steps and positions, with damaged, truncated and foreign
+//! files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,7 +22,8 @@ struct Played {
 }
 
 impl Played {
-    /// Ten seconds of a laser at 10 Hz that sees as many metres as seconds have passed, on two topics, and one pose at 0.05 s.
+    /// Records ten seconds at 10 Hz of a laser whose range in metres is the time in seconds, on two topics,
+    /// and one pose at 0.05 s.
     fn new() -> Self {
         let folder = TempDir::new().expect("a folder");
         let file = folder.path().join("drive.mcap");
@@ -64,14 +66,14 @@ impl Played {
         self
     }
 
-    /// Iterates at a time of the application.
+    /// Iterates at a time of the application, s.
     fn at(&mut self, seconds: f64) -> Playback {
         self.bench.set_now(Duration::from_secs_f64(seconds));
         self.bench.iterate().expect("it plays");
         self.bench.exported("playback").expect("it says how far it is")
     }
 
-    /// What the laser sees.
+    /// The first range of the exported scan, m.
     fn sees(&self) -> Option<f32> {
         let laser: LaserScan = self.bench.exported("laser")?;
         laser.ranges.first().copied()

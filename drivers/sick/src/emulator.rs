@@ -1,11 +1,12 @@
-//! A scanner as the manual describes it, for tests: modes, password, speeds, configuration, scans, and what can go wrong. It does
-//! no I/O; its reading of telegrams is its own, so that a mistake of the driver's is not repeated here.
+//! An emulated scanner by the manual, for tests: modes, password, speeds, configuration, scans and faults. It
+//! does no I/O. It parses telegrams independently of the driver, so that it does not share the driver's
+//! mistakes.
 
 use jde_device::emulate::Emulator;
 
 use crate::telegram::framed;
 
-/// A scanner.
+/// The scanner.
 #[derive(Debug)]
 pub(crate) struct Scanner {
     pub(crate) baud: u32,
@@ -14,23 +15,24 @@ pub(crate) struct Scanner {
     pub(crate) block: Vec<u8>,
     pub(crate) view: u16,
     pub(crate) step: u16,
-    /// Values of the next scans, all alike.
+    /// Every value of the next scans.
     pub(crate) value: u16,
     pub(crate) status: u8,
-    /// How many of the next telegrams it cannot read, but for the one that it is met by.
+    /// How many of the next telegrams it answers with NACK. The first telegram of a conversation is not
+    /// counted.
     pub(crate) nacks: u32,
-    /// Commands that it says it cannot do.
+    /// A command that it refuses.
     pub(crate) refuses: Option<u8>,
     pub(crate) silent: bool,
-    /// Whether noise stands between its telegrams.
+    /// Whether noise precedes its scans.
     pub(crate) noisy: bool,
-    /// Times its configuration was written.
+    /// How often its configuration was written.
     pub(crate) writes: u32,
     pub(crate) heard: Vec<u8>,
 }
 
 impl Scanner {
-    /// Fresh from the factory: 9600 baud, 1 degree, centimetres.
+    /// The factory's settings: 9600 baud, 1 degree, centimetres.
     pub(crate) fn new() -> Self {
         let mut block = vec![0; 32];
         block[2] = 70;
@@ -118,7 +120,7 @@ impl Scanner {
         answer
     }
 
-    /// Somebody switches it off and on: what it says then.
+    /// Switches it off and on, and returns its message.
     pub(crate) fn restart(&mut self) -> Vec<u8> {
         (self.baud, self.streaming, self.installing) = (9600, false, false);
         framed(
@@ -134,7 +136,7 @@ impl Emulator for Scanner {
             return Vec::new();
         }
         if baud != self.baud {
-            // What arrives at the wrong speed is noise, and so is what leaves.
+            // Bytes at the wrong speed are noise in both directions.
             self.heard.clear();
             return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
         }

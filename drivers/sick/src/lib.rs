@@ -1,5 +1,5 @@
-//! Drives SICK LMS 200, 211, 220, 221 and 291 laser scanners. What goes over the wire is in modules that do no I/O; this file
-//! holds them to a port, a clock and the exports.
+//! Drives SICK LMS 200, 211, 220, 221 and 291 laser scanners. The modules of the protocol do no I/O; this
+//! file connects them to a port, a clock and the exports.
 
 #[cfg(test)]
 mod emulator;
@@ -16,39 +16,40 @@ use jde_schema::prelude::*;
 use scan::{Beams, Reach};
 use session::{Line, Scan, Session, Wanted};
 
-/// One turn of the mirror, 75 times a second.
+/// Time of one turn of the mirror, s: 75 turns per second.
 const TURN: f32 = 1.0 / 75.0;
 /// A SICK LMS 2xx laser scanner at a serial line, or behind a serial server.
 ///
-/// It is found at whatever speed it has, configured and met again by itself after every loss.
+/// The driver finds the scanner at any of its speeds, configures it, and reconnects by itself after every
+/// loss.
 #[derive(Describe)]
 #[schema(driver, period = "10ms", budget = "20ms")]
 pub struct Lms2xx {
-    /// Where it is: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT" of a serial server.
+    /// Its address: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT" of a serial server.
     #[modulation(default = "", fixed)]
     port: Modulation<Text<256>>,
-    /// Speed of the line while scans come, bits per second: 9600, 19200, 38400, or 500000 over RS-422.
+    /// Speed of the line while scans arrive, bits per second: 9600, 19200, 38400, or 500000 over RS-422.
     #[modulation(default = 38_400, fixed)]
     baud: Modulation<u32>,
     /// Beams of a scan: 181 or 361 over half a turn, 101, 201 or 401 over 100 degrees.
     #[modulation(default = 181, fixed)]
     beams: Modulation<u32>,
-    /// How far it measures: 8, 16 or 32 in millimetres, 80 in centimetres.
+    /// Greatest distance: 8, 16 or 32 with a resolution of millimetres, 80 with centimetres.
     #[modulation(default = 8, unit = "m", fixed)]
     reach: Modulation<u32>,
-    /// What it sees, from right to left.
+    /// The scan, from right to left.
     #[export]
     laser: Export<LaserScan>,
-    /// Whether it is heard.
+    /// Whether the scanner is connected.
     #[export]
     connection: Export<Connection>,
     scanner: Option<Scanner>,
 }
 
-/// A scanner that is looked for, or found.
+/// A scanner that the driver is looking for or has found.
 struct Scanner {
     device: Device<Session>,
-    /// When the scan that stands was measured; none stands before the first, and after a loss.
+    /// Time at which the exported scan was measured; `None` before the first scan and after a loss.
     last_scan: Option<Duration>,
 }
 
@@ -113,7 +114,7 @@ impl Lms2xx {
         Ok(Address::parse(address.as_str())?)
     }
 
-    /// Speed of the line while scans come.
+    /// Speed of the line while scans arrive, baud.
     fn working(&self, cx: &Context) -> Result<u32> {
         match self.baud.get(cx) {
             baud @ (9600 | 19_200 | 38_400 | 500_000) => Ok(baud),
@@ -145,7 +146,7 @@ impl Inspect for Lms2xx {
 impl Scanner {
     fn publish(&mut self, cx: &Context, export: &mut Export<LaserScan>, scan: &Scan) -> Result {
         let beams = self.device.wanted().beams;
-        // The first beam was measured before the rest of the turn, and all before they came over the wire.
+        // The time of the first beam: before the rest of the turn, and before the transfer of the scan.
         let turn = Duration::from_secs_f32(TURN * f32::from(beams.view) / 360.0);
         let time = cx.now().saturating_sub(scan.transfer + turn);
         let time = self.last_scan.map_or(time, |last| time.max(last));
@@ -154,7 +155,7 @@ impl Scanner {
         laser.angle_min = beams.angle_min();
         laser.angle_increment = beams.increment();
         laser.angle_max = beams.angle_min() + beams.increment() * (beams.count() - 1) as f32;
-        // Finer steps than a degree are put together from several turns, in no order that one number tells.
+        // Steps below one degree combine several turns, in an order that one number cannot describe.
         laser.time_increment = if beams.step == 100 { TURN / 360.0 } else { 0.0 };
         laser.scan_time = self.last_scan.map_or(0.0, |last| (time - last).as_secs_f32());
         laser.range_min = 0.0;

@@ -1,8 +1,9 @@
-//! What a measurement says: distances, and the values that are none. The wire is not known here.
+//! The contents of a measurement: distances, and values that are not distances. This module does not know the
+//! wire format.
 
 use core::fmt;
 
-/// Which beams: the angle covered, centred ahead, and the step from one to the next.
+/// The beams: the angle covered, centred ahead, and the step between beams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Beams {
     /// Degrees, 180 or 100.
@@ -11,32 +12,32 @@ pub(crate) struct Beams {
     pub(crate) step: u16,
 }
 
-/// How far it measures, and in which unit: what the manual calls the measuring mode.
+/// Greatest distance and unit: the measuring mode of the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reach {
     /// Byte of the configuration.
     pub(crate) mode: u8,
-    /// Byte of the configuration: 0 cm, 1 mm.
+    /// Byte of the configuration: 0 for cm, 1 for mm.
     pub(crate) unit: u8,
-    /// Bits of a value that are distance; those above tell of fields.
+    /// Low bits of a value that hold the distance. The bits above report monitored fields.
     bits: u32,
 }
 
-/// Why a measurement is not used.
+/// The reason for rejecting a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unusable {
-    /// It ends early, or says another number than it has.
+    /// It is shorter than its count of beams requires.
     Short,
-    /// Only a part of the turn, which was not asked for.
+    /// It contains only a part of the turn, which was not requested.
     Partial,
-    /// As many beams as were not asked for.
+    /// The number of beams differs from the request.
     Count(usize),
-    /// A unit that is none.
+    /// The unit is unknown.
     Unit,
 }
 
 impl Beams {
-    /// All that the scanner knows.
+    /// All that the scanner supports.
     const ALL: [Self; 5] = [
         Self::new(180, 100),
         Self::new(180, 50),
@@ -49,7 +50,7 @@ impl Beams {
         Self { view, step }
     }
 
-    /// Those that are so many, if any are.
+    /// Returns the beams with this count, if the scanner supports it.
     pub(crate) fn so_many(count: u32) -> Option<Self> {
         Self::ALL
             .into_iter()
@@ -60,19 +61,19 @@ impl Beams {
         usize::from(self.view) * 100 / usize::from(self.step) + 1
     }
 
-    /// Angle of the first beam, the one to the right, rad.
+    /// Angle of the first beam, the rightmost one, rad.
     pub(crate) fn angle_min(self) -> f32 {
         -(f32::from(self.view) / 2.0).to_radians()
     }
 
-    /// Angle from one beam to the next, rad.
+    /// Angle between beams, rad.
     pub(crate) fn increment(self) -> f32 {
         (f32::from(self.step) / 100.0).to_radians()
     }
 }
 
 impl Reach {
-    /// The mode for so many metres, if there is one.
+    /// Returns the mode for this many metres, if there is one.
     pub(crate) fn metres(metres: u32) -> Option<Self> {
         let (mode, unit, bits) = match metres {
             8 => (0x00, 1, 13),
@@ -84,17 +85,18 @@ impl Reach {
         Some(Self { mode, unit, bits })
     }
 
-    /// The farthest distance, m.
+    /// Greatest distance, m.
     pub(crate) fn range_max(self) -> f32 {
         (self.beyond() - 1) as f32 / per_metre(self.unit).unwrap_or(f32::INFINITY)
     }
 
-    /// The least value that is no distance: farther than can be said. The seven after it are troubles.
+    /// The smallest value that is not a distance; it means beyond the range. The eight values above it are
+    /// errors.
     fn beyond(self) -> u32 {
         (1 << self.bits) - 9
     }
 
-    /// The distances of a measurement, m, by REP-117.
+    /// Decodes the distances of a measurement, m, by REP-117.
     pub(crate) fn decode(self, beams: Beams, data: &[u8]) -> Result<Vec<f32>, Unusable> {
         let &[low, high, ref values @ ..] = data else {
             return Err(Unusable::Short);
@@ -120,13 +122,13 @@ impl Reach {
         match value & ((1 << self.bits) - 1) {
             value if value < self.beyond() => value as f32 / per_metre,
             value if value == self.beyond() => f32::INFINITY,
-            // Dazzled, too weak an echo, no measurement, a fault of a channel: nothing is known of this beam.
+            // Glare, a weak echo, no measurement or a fault of a channel: the distance is unknown.
             _ => f32::NAN,
         }
     }
 }
 
-/// A unit's steps in a metre.
+/// Units per metre.
 fn per_metre(unit: u8) -> Option<f32> {
     match unit {
         0 => Some(100.0),
@@ -186,7 +188,7 @@ mod tests {
         for (metres, top) in [(8, 8191_u16), (16, 16383), (32, 32767)] {
             let reach = Reach::metres(metres).expect("it can");
             let mut values = [1234; 101];
-            // Beyond, then the troubles of the manual up to the invalid value.
+            // Beyond the range, then the errors of the manual up to the invalid value.
             for (place, value) in (top - 8..=top).enumerate() {
                 values[place] = value;
             }

@@ -1,54 +1,56 @@
-//! Telegrams as they go over the wire: framed, checked, found again after any garbage. What they mean is not known here.
+//! Telegrams on the wire: framed, checked, and found again after any garbage. This module does not interpret
+//! them.
 //!
-//! From SICK's "Telegrams for configuring and operating the LMS 2xx": STX, address, length (2 bytes, low first) of what
-//! follows up to the checksum, command, data, in answers a status byte, and a checksum of all before it (2 bytes, low first).
+//! From SICK's "Telegrams for configuring and operating the LMS 2xx": STX, address, length (2 bytes, low
+//! first) of the part from the command to before the checksum, command, data, a status byte in answers, and a
+//! checksum of everything before it (2 bytes, low first).
 
 const STX: u8 = 0x02;
 const NACK: u8 = 0x15;
-/// The host's telegrams go to address 0; answers come from 0x80 and the scanner's own number.
+/// The host sends to address 0. The scanner answers from 0x80 plus its own number.
 const TO_ANY: u8 = 0x00;
 const FROM_SCANNER: u8 = 0x80;
 /// STX, address and length.
 const HEAD: usize = 4;
 const CHECKSUM: usize = 2;
-/// The longest telegram by the manual, whole.
+/// Longest telegram by the manual, including head and checksum, bytes.
 const LONGEST: usize = 812;
 const POLYNOMIAL: u16 = 0x8005;
 
-/// What the scanner says.
+/// A message from the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Heard {
-    /// It could not read the last telegram.
+    /// The scanner could not read the last telegram.
     Nack,
-    /// It answers, or tells by itself.
+    /// An answer or an unsolicited telegram.
     Telegram(Telegram),
 }
 
-/// A telegram of the scanner.
+/// A telegram from the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Telegram {
-    /// What it is about: that of the question with its highest bit set.
+    /// The command of the question with its highest bit set.
     pub(crate) command: u8,
     pub(crate) data: Vec<u8>,
-    /// How the scanner is.
+    /// The state of the scanner.
     pub(crate) status: u8,
-    /// Bytes it took on the wire.
+    /// Size on the wire, bytes.
     pub(crate) size: usize,
 }
 
-/// Finds telegrams in what is heard, however it is cut and whatever stands between.
+/// Finds telegrams in the received bytes, however they are split and whatever lies between them.
 #[derive(Debug, Default)]
 pub(crate) struct Receiver {
     bytes: Vec<u8>,
     start: usize,
 }
 
-/// A telegram of the host.
+/// Builds a telegram of the host.
 pub(crate) fn question(payload: &[u8]) -> Vec<u8> {
     framed(TO_ANY, payload)
 }
 
-/// A telegram to or from an address; a payload is a command and what belongs to it.
+/// Builds a telegram to or from an address. The payload is a command and its data.
 pub(crate) fn framed(address: u8, payload: &[u8]) -> Vec<u8> {
     let [low, high] = (payload.len() as u16).to_le_bytes();
     let mut telegram = vec![STX, address, low, high];
@@ -57,7 +59,8 @@ pub(crate) fn framed(address: u8, payload: &[u8]) -> Vec<u8> {
     telegram
 }
 
-/// The checksum of the manual: shifted by a bit, and each byte taken in twice, the second time as the high one.
+/// The checksum of the manual. Each byte enters twice, the second time as the high byte, after a shift by one
+/// bit.
 fn checksum(bytes: &[u8]) -> u16 {
     let (mut sum, mut before) = (0_u16, 0);
     for &byte in bytes {
@@ -73,20 +76,20 @@ fn checksum(bytes: &[u8]) -> u16 {
 }
 
 impl Receiver {
-    /// Takes in bytes as they come.
+    /// Appends received bytes.
     pub(crate) fn hear(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.start);
         self.start = 0;
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Forgets what is half heard; at another speed it is worth nothing.
+    /// Discards a partial telegram, which is invalid after a change of speed.
     pub(crate) fn clear(&mut self) {
         self.bytes.clear();
         self.start = 0;
     }
 
-    /// The next thing heard; `None` until more comes.
+    /// Returns the next message; `None` until more bytes arrive.
     pub(crate) fn next(&mut self) -> Option<Heard> {
         loop {
             let rest = &self.bytes[self.start..];
@@ -111,7 +114,7 @@ impl Receiver {
 
 enum Found {
     Whole(Telegram),
-    /// So far it is one.
+    /// Valid so far, but incomplete.
     Part,
     Garbage,
 }
@@ -210,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_start_that_is_none_costs_no_telegram_behind_it() {
-        // Each looks like a beginning: STX, an answer's address, a length.
+        // Each looks like the start of a telegram: STX, an answer's address, a length.
         for false_start in [
             &[0x02_u8][..],
             &[0x02, 0x80],

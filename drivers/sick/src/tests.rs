@@ -17,7 +17,7 @@ fn driver(port: &str) -> Trial<Lms2xx> {
     driver
 }
 
-/// The first scan that stands.
+/// Returns the first scan.
 fn scan(driver: &mut Trial<Lms2xx>) -> &LaserScan {
     driver.until(|bench| bench.exported_at("laser").is_some());
     driver.bench.exported_in_place("laser").expect("just seen")

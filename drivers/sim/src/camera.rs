@@ -1,5 +1,5 @@
-//! A simulated camera: takes pictures of the world that a `sim/pioneer` of the same application keeps. It moves nothing and opens
-//! no world of its own.
+//! A simulated camera. It takes pictures of the world of a `sim/pioneer` in the same application. It moves
+//! nothing and opens no world itself.
 
 use core::time::Duration;
 
@@ -8,23 +8,24 @@ use jde_sim::{CameraConfig, CameraMount, RobotId, World};
 
 use crate::worlds;
 
-/// Bytes that an image has room for.
+/// Capacity of an image, bytes.
 const MOST: usize = 640 * 480 * 3;
 
-/// For how long it waits for its robot before it says so.
+/// How long it waits for its robot before it warns.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
 ///
-/// It sees the world as it is at the time of its iteration, however seldom the robot's driver iterates: robots go on meanwhile as they
-/// were last commanded. It waits while the robot is not in the world, and says so after two seconds. The robot's own body is not in the picture.
+/// It shows the world at the time of its iteration, however seldom the robot's driver iterates: robots
+/// continue meanwhile by their last commands. While the robot is not in the world it waits, and warns after
+/// two seconds. The robot's own body is not in the picture.
 #[derive(Describe)]
 #[schema(driver, period = "33ms", budget = "33ms")]
 pub struct Camera {
-    /// The world's file, the same as that of the robot's driver.
+    /// The world file, the same as that of the robot's driver.
     #[modulation(default = "", unit = "file", fixed)]
     world: Modulation<Text<1024>>,
-    /// The name in the world's file of the robot that carries it.
+    /// The name in the world file of the robot that carries it.
     #[modulation(default = "", fixed)]
     robot: Modulation<Text<60>>,
     /// Columns of the picture.
@@ -33,44 +34,44 @@ pub struct Camera {
     /// Rows of the picture.
     #[modulation(default = 240, min = 1, max = 4096, fixed)]
     height: Modulation<u32>,
-    /// The angle from the left edge of the picture to the right one.
+    /// Horizontal field of view.
     #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1, fixed)]
     field_of_view: Modulation<f64>,
-    /// Where it sits ahead of the head, or of the middle of the body.
+    /// Position ahead of the head, or of the middle of the body.
     #[modulation(default = 0.0, unit = "m", fixed)]
     x: Modulation<f64>,
-    /// Where it sits to the left.
+    /// Position to the left.
     #[modulation(default = 0.0, unit = "m", fixed)]
     y: Modulation<f64>,
-    /// Where it sits above the head, or above the floor.
+    /// Position above the head, or above the floor.
     #[modulation(default = 0.0, unit = "m", fixed)]
     z: Modulation<f64>,
-    /// How far it is turned to the left.
+    /// Angle by which it is turned to the left.
     #[modulation(default = 0.0, unit = "rad", fixed)]
     yaw: Modulation<f64>,
-    /// Whether the pan-tilt head carries it, and turns it; else it is the body.
+    /// Whether the pan-tilt head carries and turns it; otherwise the body carries it.
     #[modulation(default = Flag::new(true), fixed)]
     on_head: Modulation<Flag>,
-    /// The picture, "rgb8", in the frame of the camera by REP-103: x to the right, y down, z into the picture. Stamped with the
-    /// world's time.
+    /// The picture, "rgb8", in the frame of the camera by REP-103: x to the right, y down, z into the
+    /// picture. Stamped with the world's time.
     #[export]
     image: Export<Image>,
-    /// The world it looks into, once it has been awake.
+    /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
     sight: Sight,
 }
 
-/// What it has before it.
+/// The state of the view.
 #[derive(Clone, Copy, Debug, Default)]
 enum Sight {
-    /// Nothing yet: it has just woken.
+    /// It woke, and has not iterated yet.
     #[default]
     Woken,
-    /// No robot that carries it, since then.
+    /// No robot carries it, since this time.
     Waiting(Duration),
-    /// No robot, and it has said so.
+    /// No robot carries it, and it has warned.
     Told,
-    /// The world at that time, ns, which is in the picture that stands.
+    /// The exported picture shows the world at this time, ns.
     Shown(u64),
 }
 
@@ -79,7 +80,7 @@ impl Schema for Camera {
         self.named(cx)?;
         self.sound(cx)?;
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
-        // Whatever was shown before it slept is shown anew.
+        // After a sleep, the world is shown again even if its time is the same.
         self.sight = Sight::Woken;
         Ok(())
     }
@@ -89,7 +90,8 @@ impl Schema for Camera {
         let open = self.key.as_ref().and_then(worlds::find);
         let mut world = open.as_ref().map(worlds::Shared::lock);
         if let Some(world) = &mut world {
-            // Who brings the world to a time makes no difference to it: commands count from when their driver gives them.
+            // The result does not depend on which driver advances the world, because a command counts from
+            // the time at which its driver gives it.
             world.advance_to(cx.now().as_nanos() as u64);
         }
         let seen = match &world {
@@ -122,7 +124,7 @@ impl Inspect for Camera {
 }
 
 impl Camera {
-    /// Whether it has a world and a robot.
+    /// Checks that a world and a robot are named.
     fn named(&self, cx: &Context) -> Result {
         if self.world.get(cx).is_empty() || self.robot.get(cx).is_empty() {
             return Err(
@@ -134,7 +136,7 @@ impl Camera {
         Ok(())
     }
 
-    /// Whether its numbers make pictures that fit.
+    /// Checks that the configuration is valid and its pictures fit.
     fn sound(&self, cx: &Context) -> Result {
         let config = self.config(cx);
         config.check()?;
@@ -150,7 +152,7 @@ impl Camera {
         Ok(())
     }
 
-    /// Shows nothing, and says once why if that lasts.
+    /// Retracts the picture, and warns once if the robot remains absent.
     fn wait(&mut self, cx: &Context) {
         self.sight = match self.sight {
             Sight::Woken => Sight::Waiting(cx.now()),
@@ -203,7 +205,7 @@ impl Camera {
     }
 }
 
-/// The robot that carries it; none while it is not in the world.
+/// Returns the robot that carries it; `None` while it is not in the world.
 fn carrier(world: &World, name: &str) -> Result<Option<RobotId>> {
     if !world.robot_names().any(|known| known == name) {
         let known: Vec<&str> = world.robot_names().collect();

@@ -1,5 +1,5 @@
-//! A simulated Pioneer and its cameras as drivers: the library `jde-sim` behind the ports of a robot. The robot steps the world
-//! to the application's time; nothing here knows of schedules or schemas.
+//! A simulated Pioneer and its cameras as drivers: the library `jde-sim` behind the ports of a robot. The
+//! robot steps the world to the application's time. The drivers depend on no schedule and on no other schema.
 
 mod camera;
 mod scenery;
@@ -15,7 +15,7 @@ use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig
 pub use camera::Camera;
 use worlds::Hold;
 
-/// A head that stays as it is.
+/// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
     header: Header {
         stamp: Time { sec: 0, nanosec: 0 },
@@ -27,26 +27,26 @@ const HOLD: PanTilt = PanTilt {
     tilt_velocity: 0.0,
 };
 
-/// A Pioneer P3-DX with a laser in a simulated world; several in one application share the world.
+/// A Pioneer P3-DX with a laser in a simulated world. Several in one application share the world.
 ///
-/// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` is the world's frame but for
-/// the drift of the wheels.
+/// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` equals the
+/// world's frame except for the drift of the wheels.
 #[derive(Describe)]
 #[schema(driver, period = "50ms", budget = "50ms")]
 pub struct Pioneer {
-    /// The world's file.
+    /// The world file.
     #[modulation(default = "", unit = "file", fixed)]
     world: Modulation<Text<1024>>,
-    /// The robot's name in the world's file; empty for the name of this schema.
+    /// The robot's name in the world file; empty for the name of this schema.
     #[modulation(default = "", fixed)]
     robot: Modulation<Text<60>>,
     /// Beams of the laser.
     #[modulation(default = 180, min = 1, max = 1088, fixed)]
     laser_beams: Modulation<u32>,
-    /// The angle the laser covers, centred ahead.
+    /// The angle that the laser covers, centred ahead.
     #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = core::f64::consts::TAU, fixed)]
     laser_view: Modulation<f64>,
-    /// The farthest the laser sees.
+    /// Greatest range of the laser.
     #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
     /// Standard deviation of the laser's ranges.
@@ -55,10 +55,11 @@ pub struct Pioneer {
     /// Standard deviation of the sonars' ranges.
     #[modulation(default = 0.01, unit = "m", min = 0.0, fixed)]
     sonar_noise: Modulation<f64>,
-    /// Standard deviation of each wheel's scale error, as a fraction: how badly the odometry drifts.
+    /// Standard deviation of each wheel's scale error, as a fraction. It determines the drift of the
+    /// odometry.
     #[modulation(default = 0.0002, min = 0.0, max = 0.5, fixed)]
     wheel_error: Modulation<f64>,
-    /// Greatest change of speed in a second.
+    /// Greatest change of speed per second.
     #[modulation(default = 0.3, unit = "m/s2", min = 0.01, fixed)]
     acceleration: Modulation<f64>,
     /// Radius of the body.
@@ -67,54 +68,58 @@ pub struct Pioneer {
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
-    /// Where the pan-tilt head shall look, and how fast it shall turn there, whatever the sign; a velocity of 0 holds its axis. A
-    /// head that has no new command goes on to where it was sent and stays there, so this one is in force for an hour.
+    /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its axis.
+    /// Without a new command the head continues to the last position and stays there, so a command is valid
+    /// for an hour.
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
-    /// The laser, in its own frame, 18 mm ahead of the base.
+    /// The scan of the laser, in its own frame, 18 mm ahead of the base.
     #[export]
     laser: Export<LaserScan>,
-    /// The sixteen sonars, eight ahead from left to right, then eight behind from right to left.
+    /// The sixteen sonars: eight ahead from left to right, then eight behind from right to left.
     #[export]
     sonars: Export<RangeRing>,
-    /// Pose and velocity as the wheels tell.
+    /// Pose and velocity from the wheels.
     #[export]
     odometry: Export<Odometry>,
-    /// Five bumpers ahead, five behind, and whether the wheels are held.
+    /// Five bumpers ahead, five behind, and whether the wheels are blocked.
     #[export]
     bumpers: Export<Bumpers>,
-    /// Where the head looks, and how it turns.
+    /// Position and speed of the head.
     #[export]
     pan_tilt: Export<PanTilt>,
     /// Voltage, current and charge of the three lead-acid blocks.
     #[export]
     battery: Export<BatteryState>,
-    /// What the wheels counted.
+    /// The counts of the wheels.
     #[export]
     encoders: Export<WheelEncoders>,
-    /// Always connected, since it entered its world, which the note names.
+    /// Always connected. Its stamp is the time at which the robot entered its world, and its note names the
+    /// world.
     #[export]
     connection: Export<Connection>,
-    /// What is true of the robot, for measuring; a robot that steers by it would not work anywhere else.
+    /// The true state of the robot, for measurements. A schema that steers by it would work only in the
+    /// simulator.
     #[export]
     truth: Export<Truth>,
-    /// What stands in the world, once when the robot enters it; for windows. No robot has such a sense.
+    /// The static objects of the world, published once when the robot enters it; for windows. No robot has
+    /// such a sensor.
     #[export]
     scenery: Export<Scenery>,
-    /// What moves in the world or can be moved, ten times a second; for windows. No robot has such a sense.
+    /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
     #[export]
     movers: Export<Movers>,
     body: Option<Body>,
 }
 
-/// A robot that stands in a world.
+/// A robot in a world.
 struct Body {
     hold: Hold,
     lasers: LaserConfig,
     ring: SonarConfig,
-    /// When it entered its world.
+    /// Time at which it entered its world.
     since: Duration,
-    /// When what moves is to be told next; none before the first time.
+    /// Time at which `movers` is due next; `None` before the first time.
     due: Option<Duration>,
 }
 
@@ -127,14 +132,14 @@ impl Schema for Pioneer {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        // Not there while it senses: a driver that fails lets go of its robot, which then stands still.
+        // Taken out while it senses: if an error occurs, the driver drops its robot, which then stops.
         let Some(mut body) = self.body.take() else {
             return Err("it is in no world".into());
         };
         let twist = *self.velocity.get(cx).value();
         let look = *self.head.get(cx).value();
         let mut world = body.hold.world();
-        // The command counts from now on: what was before was driven by the last one.
+        // Up to now the last command applies; the new one applies from now on.
         world.advance_to(cx.now().as_nanos() as u64);
         world.command(body.hold.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
         let look = HeadCommand {
@@ -164,7 +169,7 @@ impl Schema for Pioneer {
 }
 
 impl Pioneer {
-    /// Puts the robot where the world's file says.
+    /// Places the robot at the start pose of the world file.
     fn enter(&self, cx: &Context) -> Result<Body> {
         let path = self.path(cx)?;
         let (name, config) = (self.robot_name(cx), self.config(cx));

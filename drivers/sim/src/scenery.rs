@@ -1,4 +1,5 @@
-//! What the world looks like, for windows on it: told under names of its own, so that no schema steers by it unawares.
+//! Exports the objects of the world, for windows. The exports have names of their own, so that no schema
+//! steers by them inadvertently.
 
 use core::time::Duration;
 
@@ -8,21 +9,21 @@ use jde_sim::{Color, Figure, Outline, RobotId, Shape, World};
 
 use crate::Pioneer;
 
-/// What moves is told so often: people see it flow, and a recording stays small.
+/// Period of the moving objects: smooth for viewers, and small in a recording.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Half the robot's usual period: in real time no iteration begins to the millisecond, and one that is so much early or late is
-/// the one that was meant.
+/// Half the robot's usual period. In real time iterations start slightly early or late; within this tolerance
+/// an iteration counts as the one that is due.
 const SLACK: Duration = Duration::from_millis(25);
 
-/// By REP-105; the odometry's frame begins there.
+/// The world's frame by REP-105. The frame of the odometry starts in it.
 const FRAME: &str = "map";
-/// Of a Pioneer: the red shell, and how tall it is, m.
+/// Colour and height of a Pioneer: a red shell, and m.
 const SHELL: Color = Color::new(200, 34, 30);
 const ROBOT_HEIGHT: f32 = 0.4;
 
 impl Pioneer {
-    /// Tells what stands still.
+    /// Publishes the static objects.
     pub(crate) fn show(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);
         scenery.header = Header::new(cx.now(), FRAME);
@@ -37,7 +38,7 @@ impl Pioneer {
         scenery.publish();
     }
 
-    /// Tells what moves, but for the robot itself.
+    /// Publishes the moving objects except the robot itself.
     pub(crate) fn show_movers(&mut self, cx: &Context, world: &World, itself: RobotId) {
         let mut movers = self.movers.loan(cx);
         movers.header = Header::new(cx.now(), FRAME);
@@ -69,7 +70,7 @@ impl Pioneer {
     }
 }
 
-/// Whether what moves is to be told now, and when it is next.
+/// Returns whether the moving objects are due now, and if so updates `due`.
 pub(crate) fn is_time(due: &mut Option<Duration>, now: Duration) -> bool {
     let wanted = due.unwrap_or(now);
     if now + SLACK < wanted {
@@ -210,7 +211,8 @@ start = { x = 4, y = 4, heading_deg = 180 }
         let mut robot = Robot::awake(&path, "bench");
         let mut told = BTreeSet::new();
         for step in 1..=200_u64 {
-            // A millisecond early and late in turns of three, so that two that follow are less than their period apart.
+            // One millisecond early, on time and late in turn, so that some intervals are shorter than the
+            // period.
             let early = step % 3;
             robot
                 .bench

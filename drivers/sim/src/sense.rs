@@ -1,11 +1,11 @@
-//! What the simulated sensors say, in the standard interfaces.
+//! Exports the simulated sensors in the standard interfaces.
 
 use jde_schema::prelude::*;
 use jde_sim::{BATTERY_CAPACITY, Pose2, World};
 
 use crate::{Body, Pioneer};
 
-/// How `BatteryState` says that it gives current, and that it is well.
+/// Values of `BatteryState` for a discharging battery in good health.
 const DISCHARGING: u8 = 2;
 const GOOD: u8 = 1;
 
@@ -28,7 +28,7 @@ impl Pioneer {
             ..Bumpers::default()
         };
         bumpers.front.extend_from_slice(&pressed.front.map(Flag::from))?;
-        // The simulator counts clockwise; the interface from left to right, as one looks ahead.
+        // The simulator counts clockwise; the interface counts from left to right, facing ahead.
         let mut rear = pressed.rear.map(Flag::from);
         rear.reverse();
         bumpers.rear.extend_from_slice(&rear)?;
@@ -48,7 +48,7 @@ impl Pioneer {
         Ok(())
     }
 
-    /// What the robot tells of itself.
+    /// Publishes the state of the head, the battery, the encoders and the connection.
     fn state(&mut self, cx: &Context, world: &World, body: &Body) {
         let (now, robot) = (cx.now(), body.hold.robot());
         let head = world.head(robot);

@@ -1,4 +1,5 @@
-//! The robot as schemas see it: units, axes, orders and times of what it senses, and what it says when its world is wrong.
+//! The robot as other schemas see it: units, axes, orders and times of its sensors, and its errors for a
+//! wrong world.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
@@ -8,7 +9,7 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A room of 6 x 5 m; `bench` is what the bench calls the schemas on it.
+/// A room of 6 x 5 m. `bench` is the name of schemas on the bench.
 const ROOM: &str = r#"
 walls = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
 
@@ -18,7 +19,7 @@ start = { x = 2, y = 3, heading_deg = 0 }
 
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// A robot without noise on the bench, with a command that is given again before each iteration.
+/// A robot without noise on the bench. Its command is renewed before each iteration.
 pub(crate) struct Robot {
     pub(crate) bench: Bench<Pioneer>,
     pub(crate) now: Duration,
@@ -44,7 +45,7 @@ impl Robot {
         robot
     }
 
-    /// Iterates up to a time, commanding nothing.
+    /// Iterates for a number of seconds without a command.
     pub(crate) fn idle(&mut self, seconds: f64) {
         let end = self.now + Duration::from_secs_f64(seconds);
         while self.now < end {
@@ -54,7 +55,7 @@ impl Robot {
         }
     }
 
-    /// Keeps a command for a time, and then brakes until it stands.
+    /// Renews a command for a time, and then brakes until the robot stops.
     pub(crate) fn drive(&mut self, linear: f64, angular: f64, seconds: f64) {
         for (twist, seconds) in [(Twist::planar(linear, angular), seconds), (Twist::ZERO, 2.0)] {
             let end = self.now + Duration::from_secs_f64(seconds);
@@ -81,7 +82,7 @@ impl Robot {
     }
 }
 
-/// A file of a world, in a folder that goes with the first of the two.
+/// A world file. Its folder is deleted when the first value is dropped.
 pub(crate) fn file(text: &str) -> (TempDir, String) {
     let folder = TempDir::new().expect("a folder");
     let path = folder.path().join("place.toml");
@@ -136,7 +137,7 @@ fn what_the_wheels_tell_is_the_speed_of_the_moment_in_the_robots_frame() {
     let twist = robot.odometry().twist.twist;
     near(twist.linear.x, 0.2, 0.005);
     near(twist.linear.y, 0.0, 0.0);
-    // The wheels slip a little, each by itself.
+    // Each wheel slips a little by itself.
     near(twist.angular.z, 0.0, 0.05);
 }
 
@@ -166,7 +167,7 @@ fn the_laser_sees_walls_where_they_are_from_right_to_left() {
     assert_eq!(robot.bench.exported_at("laser"), Some(PERIOD));
     near(scan.angle(0), -FRAC_PI_2, 1e-6);
     near(f64::from(scan.angle_increment), PI / 180.0, 1e-6);
-    // The laser sits 18 mm ahead of the base.
+    // The laser is 18 mm ahead of the base.
     near(f64::from(scan.ranges[0]), 3.0, 0.001);
     near(f64::from(scan.ranges[90]), 6.0 - 2.018, 0.001);
     near(f64::from(scan.ranges[179]), 2.0 / scan.angle(179).sin(), 0.001);
@@ -210,7 +211,7 @@ fn sonars_go_from_left_to_right_ahead_and_back_behind() {
     let ahead = [90.0, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0];
     let behind = [-90.0, -130.0, -150.0, -170.0, 170.0, 150.0, 130.0, 90.0];
     assert_eq!(looks, [ahead, behind].concat());
-    // The outer ones face the walls at the sides, and sit 136 mm from the middle.
+    // The outer sonars face the walls at the sides, 136 mm from the middle.
     for (sonar, range) in [(0, 2.0), (7, 3.0), (8, 3.0), (15, 2.0)] {
         near(f64::from(ring.ranges[sonar]), range - 0.136, 0.001);
     }
@@ -235,7 +236,8 @@ fn bumpers_say_where_it_is_touched_and_that_the_wheels_are_held() {
 
 #[test]
 fn bumpers_behind_count_from_left_to_right_as_one_looks_ahead() {
-    // It backs into the wall at x = 6, which it touches with its right half: it looks 30 degrees to the right of straight away.
+    // The robot backs into the wall at x = 6 and touches it with its right half: it faces 30 degrees to the
+    // right of the direction away from the wall.
     let (_folder, path) = file(
         &ROOM
             .replace("x = 2", "x = 5.6")
@@ -273,11 +275,11 @@ fn it_brakes_as_it_goes_to_sleep() {
     robot.now += Duration::from_secs(5);
     robot.bench.awake().expect("it wakes where it is");
     robot.idle(0.05);
-    // From 0.15 m/s to nothing at 0.3 m/s².
+    // From 0.15 m/s to 0 at 0.3 m/s².
     near(robot.truth().pose.x - before.x, 0.0375, 0.01);
 }
 
-/// Two robots that look at each other from 3 m.
+/// Two robots that face each other at a distance of 3 m.
 const DUEL: &str = r#"
 walls = [{ name = "hall", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
 
@@ -413,7 +415,7 @@ fn the_head_goes_where_it_is_sent_and_stays_there_without_a_new_command() {
     robot.bench.command("head", &look);
     robot.idle(0.6);
     let seen: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
-    // Commanded at 0.1 s, looked at 0.55 s later.
+    // Commanded at 0.1 s, measured 0.55 s later.
     near(seen.pan, 0.275, 0.03);
     near(seen.pan_velocity, 0.5, 1e-9);
     near(seen.tilt, -0.2, 1e-9);

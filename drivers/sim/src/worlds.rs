@@ -1,5 +1,5 @@
-//! The worlds of this process, shared by the robots of one application. It opens, lends and keeps one driver to a robot; it
-//! steps nothing.
+//! The worlds of this process, shared by the robots of one application. This module opens and lends them, and
+//! permits one driver per robot. It steps nothing.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,29 +7,30 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
 
-/// Worlds that some robot is in; the last to leave one takes it along. Applications do not see each other's.
+/// Open worlds. A world closes with its last holder. Applications do not share worlds.
 static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
 
-/// Which application opened which file.
+/// The application, and the file that it opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Key {
     application: u64,
     file: PathBuf,
 }
 
-/// A world, and the robots in it that have a driver now.
+/// A world, and the robots in it that have a driver at present.
 pub(crate) struct Shared {
     world: Mutex<World>,
     driven: Mutex<Vec<RobotId>>,
 }
 
-/// The one driver's hold on a robot. Let go of, the robot stands still where it is, until another takes it.
+/// The exclusive hold of one driver on a robot. When it is dropped, the robot stops where it is until another
+/// driver takes it.
 pub(crate) struct Hold {
     shared: Arc<Shared>,
     robot: RobotId,
 }
 
-/// Why a robot has no driver.
+/// The reason why a driver cannot take a robot.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum HoldError {
     #[error(transparent)]
@@ -41,16 +42,17 @@ pub(crate) enum HoldError {
 }
 
 impl Hold {
-    /// Takes a robot of the application's world of that file: the world that is open, or a new one at time 0.
+    /// Takes a robot of the application's world of that file: the open world, or a new one at time 0.
     ///
-    /// A robot that another driver left in it, as one that faulted does, is found where it was left.
+    /// A robot that an earlier driver left in the world, such as one that faulted, is where that driver left
+    /// it.
     pub(crate) fn take(
         (application, path, seed): (u64, &str, u64),
         name: &str,
         config: RobotConfig,
     ) -> Result<Self, HoldError> {
         let shared = open(Key::new(application, path), path, seed)?;
-        // Held until the end, so that of two who want one robot the second sees the first.
+        // Held until the end, so that of two drivers that take one robot, the second is refused.
         let mut driven = lock(&shared.driven);
         let robot = enter(&mut lock(&shared.world), name, config)?;
         if driven.contains(&robot) {
@@ -61,20 +63,20 @@ impl Hold {
         Ok(Self { shared, robot })
     }
 
-    /// The world, for as long as no other robot needs it.
+    /// Locks the world. Other robots wait meanwhile.
     pub(crate) fn world(&self) -> MutexGuard<'_, World> {
         lock(&self.shared.world)
     }
 
-    /// Has the robot stand still, and its head stay as it is.
+    /// Stops the robot and holds its head.
     pub(crate) fn rest(&self) {
         let mut world = self.world();
-        // Nothing at all is finite, which is all that a command must be.
+        // Zero commands are finite, which is all that a command must be, so these calls cannot fail.
         let _ = world.command(self.robot, Twist2::default());
         let _ = world.command_head(self.robot, HeadCommand::default());
     }
 
-    /// The robot in it.
+    /// The robot in the world.
     pub(crate) fn robot(&self) -> RobotId {
         self.robot
     }
@@ -87,7 +89,7 @@ impl Drop for Hold {
     }
 }
 
-/// The world of that key, if a robot's driver has opened it.
+/// Returns the world of that key, if a robot's driver has opened it.
 pub(crate) fn find(key: &Key) -> Option<Arc<Shared>> {
     let open = lock(&OPEN);
     let known = open.iter().find(|(known, _)| known == key);
@@ -95,7 +97,7 @@ pub(crate) fn find(key: &Key) -> Option<Arc<Shared>> {
 }
 
 impl Key {
-    /// However the path of a file is written, its world is one; a file that is not there is known by the text.
+    /// All spellings of a path give the same key. A file that does not exist has its text as key.
     pub(crate) fn new(application: u64, path: &str) -> Self {
         let file = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         Self { application, file }
@@ -103,7 +105,7 @@ impl Key {
 }
 
 impl Shared {
-    /// The world, for as long as no robot needs it.
+    /// Locks the world. Robots wait meanwhile.
     pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
         lock(&self.world)
     }
@@ -132,7 +134,7 @@ fn enter(world: &mut World, name: &str, config: RobotConfig) -> Result<RobotId, 
     }
 }
 
-/// A world is never left half stepped: a panic inside one is as good a reason as any to go on with what is there.
+/// Locks also after a panic: a world is never left in the middle of a step, so its state is usable.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

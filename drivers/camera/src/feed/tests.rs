@@ -1,4 +1,4 @@
-//! A camera made of channels: it opens when it is told to, sends what it is given, and vanishes.
+//! A fake camera made of channels: the test opens it, gives it pictures, and removes it.
 
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
@@ -8,7 +8,7 @@ use jde_watchdog::Watchdog;
 use super::*;
 use crate::format::Format;
 
-/// What the next attempts to open it find.
+/// The results of the next attempts to open it.
 struct Fake {
     attempts: Mutex<Receiver<Result<FakeStream, String>>>,
 }
@@ -72,7 +72,7 @@ fn feed() -> (Feed, Finds) {
     )
 }
 
-/// Lets the camera be found, and gives what it sends.
+/// Makes the next attempt succeed, and returns the sender of its pictures.
 fn found(finds: &Finds) -> Sender<Result<Vec<u8>, String>> {
     let (frames, stream) = mpsc::channel();
     finds

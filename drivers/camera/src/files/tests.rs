@@ -33,7 +33,7 @@ impl Show {
         self
     }
 
-    /// The grey of what is shown at a time, and when that was shown first.
+    /// The grey value shown at a time, and the time at which it was first shown, ms.
     fn at(&mut self, seconds: f64) -> Option<(u8, u128)> {
         self.bench.set_now(Duration::from_secs_f64(seconds));
         self.bench.iterate().expect("it shows");

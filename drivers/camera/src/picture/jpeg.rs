@@ -1,4 +1,4 @@
-//! JPEG pictures of files, and of cameras, which leave out the tables that all of them share.
+//! JPEG pictures of files and of cameras, which often omit the standard tables.
 
 use std::borrow::Cow;
 
@@ -11,10 +11,10 @@ use super::{Picture, PictureError, fits};
 
 const TABLES: u8 = 0xc4;
 const SCAN: u8 = 0xda;
-/// The segment by which a picture says that its Huffman tables are the usual ones: APP0, 16 bytes, "AVI1".
+/// The segment which marks that a picture uses the standard Huffman tables: APP0, 16 bytes, "AVI1".
 const USUAL_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 
-/// Reads a JPEG.
+/// Decodes a JPEG.
 pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| PictureError::Broken(error.to_string());
     let bytes = with_tables(bytes);
@@ -38,7 +38,7 @@ pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     })
 }
 
-/// A picture of a camera often has no Huffman tables: told so, a decoder takes the usual ones.
+/// Marks a picture without Huffman tables, as cameras often send, so that the decoder uses the standard ones.
 fn with_tables(bytes: &[u8]) -> Cow<'_, [u8]> {
     match (segments(bytes).any(|marker| marker == TABLES), bytes) {
         (false, [0xff, 0xd8, rest @ ..]) => Cow::Owned([&[0xff, 0xd8], &USUAL_TABLES[..], rest].concat()),

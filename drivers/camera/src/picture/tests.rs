@@ -1,10 +1,10 @@
-//! Pictures of every kind, whole, broken and too large.
+//! Pictures of all kinds: valid, broken and too large.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// A PNG whose every byte of a pixel is as given.
+/// A PNG in which every pixel has these bytes.
 pub(crate) fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
@@ -61,7 +61,7 @@ fn a_jpeg_is_read_with_and_without_its_tables() {
         [200, 100, 50],
     );
 
-    // What cameras send: all segments but those of the Huffman tables.
+    // Cameras send all segments except the Huffman tables.
     let (mut bare, mut at) = (whole[..2].to_vec(), 2);
     while whole[at + 1] != 0xda {
         let next = at + 2 + usize::from(u16::from_be_bytes([whole[at + 2], whole[at + 3]]));

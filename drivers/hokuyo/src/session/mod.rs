@@ -1,5 +1,5 @@
-//! A conversation with the scanner, from the first word to scans without end. It does no I/O and has no clock: bytes and times
-//! come in, events go out. All its transitions are here.
+//! The conversation with the scanner, from first contact to continuous scans. It does no I/O and has no
+//! clock: it takes bytes and times and returns events. It contains all transitions.
 
 mod step;
 
@@ -11,31 +11,32 @@ use crate::message::{Message, Receiver};
 use crate::scan::{Beams, Letters, Parameters, Scan};
 use step::{Answer, Step};
 
-/// How long an answer may take; the slowest is the motor's coming up to speed.
+/// Time limit of an answer; the slowest waits for the motor to reach its speed.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long a scanner that sends scans may be silent: with nine turns of ten left out a slow one sends each second.
+/// Time without a scan after which a streaming scanner counts as lost. A slow one that skips nine of ten
+/// turns sends one scan per second.
 const SILENCE: Duration = Duration::from_secs(3);
-/// How often a question is asked before the scanner is given up: noise takes one now and then.
+/// How often a question is sent before the scanner counts as lost, because noise can destroy single messages.
 const TRIES: u32 = 3;
-/// Speeds of its line; the factory's first.
+/// Speeds of the serial line; the factory's default first.
 const SPEEDS: [u32; 7] = [19_200, 115_200, 57_600, 38_400, 750_000, 500_000, 250_000];
 
-/// What the scanner shall do.
+/// The requested mode of operation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted {
-    /// Angle centred ahead, rad.
+    /// Angle to cover, centred ahead, rad.
     pub(crate) view: f64,
-    /// Turns left out between two scans.
+    /// Turns skipped between two scans.
     pub(crate) skip: u32,
     pub(crate) letters: Letters,
-    /// Speed of a serial line; none over TCP.
+    /// Speed of a serial line; `None` over TCP.
     pub(crate) baud: Option<u32>,
 }
 
-/// What the driver learns.
+/// News for the driver.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum News {
-    /// Scans of these beams come from now on.
+    /// Scans of these beams follow.
     Beams(Beams),
     Scan(Scan),
 }
@@ -50,9 +51,9 @@ pub(crate) struct Session {
     step: Step,
     tries: u32,
     deadline: Duration,
-    /// The line's present speed.
+    /// Present speed of the line.
     baud: Option<u32>,
-    /// What it told of itself.
+    /// Model, versions and state, as the scanner reports them.
     name: Vec<String>,
     warned: bool,
 }
@@ -98,7 +99,7 @@ impl Conversation for Session {
         }
     }
 
-    /// The laser off.
+    /// Switches the laser off.
     fn farewell() -> Vec<u8> {
         b"QT\n".to_vec()
     }
@@ -133,7 +134,7 @@ impl Session {
                 }
                 Err(_) => {}
             },
-            // The question's own answer, and the end of a pause in which the scanner looked at itself.
+            // The answer to the question itself, and the end of a pause in which the scanner checked itself.
             b"00" | b"98" => {}
             status => {
                 let status = String::from_utf8_lossy(status).into_owned();
@@ -145,7 +146,7 @@ impl Session {
         }
     }
 
-    /// Goes on to the next step, with what the answer to the last one told.
+    /// Stores the data of this answer, and enters the next step.
     fn go(&mut self, next: Step, message: &Message, now: Duration, events: &mut Vec<Event>) {
         match &self.step {
             Step::Speed => self.set_baud(self.wanted.baud, events),
@@ -176,14 +177,14 @@ impl Session {
                 .filter(|value| !value.is_empty())
             {
                 let value = value.chars().filter(|letter| !letter.is_control()).collect();
-                // The model stands first, wherever it was told.
+                // The model is first, whenever it arrives.
                 let place = if *key == "MODL" { 0 } else { self.name.len() };
                 self.name.insert(place, value);
             }
         }
     }
 
-    /// Asks the question of the present step.
+    /// Sends the question of the present step.
     fn say(&mut self, now: Duration, events: &mut Vec<Event>) {
         self.tries += 1;
         self.deadline = now + PATIENCE;
@@ -192,10 +193,11 @@ impl Session {
         ));
     }
 
-    /// Asks once more, at the next speed where it is not known yet, or gives up.
+    /// Sends the question again, at the next speed while the speed is unknown, or gives up.
     fn again(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
         if let (Step::Meet { speed }, Some(first)) = (&mut self.step, self.wanted.baud) {
-            // The address's own speed twice, because noise on the line comes when plugs are put in; the others once.
+            // The address's own speed is tried twice, because plugging in causes noise on the line; all
+            // others once.
             let others = SPEEDS.into_iter().filter(|baud| *baud != first);
             *speed += 1;
             let Some(baud) = [first, first].into_iter().chain(others).nth(*speed) else {
@@ -226,7 +228,7 @@ impl Session {
     }
 }
 
-/// What a scanner says of itself, for the steps.
+/// Returns the beams to request, from the scanner's parameters.
 fn beams(message: &Message, wanted: &Wanted) -> Result<Beams, String> {
     let parameters = Parameters::read(message)?;
     Ok(Beams::new(parameters, wanted.view, wanted.skip, wanted.letters))

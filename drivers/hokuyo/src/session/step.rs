@@ -1,46 +1,46 @@
-//! The steps of a conversation: what is asked in each, and what an answer means.
+//! The steps of a conversation: the question of each, and the meaning of its answer.
 
 use super::{Wanted, beams};
 use crate::message::Message;
 use crate::scan::Beams;
 
-/// Where the conversation is.
+/// The state of the conversation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Finding out at which speed it answers, by telling it to speak SCIP 2 and to stop sending.
+    /// Finds the speed at which the scanner answers, by commands to use SCIP 2 and to stop scanning.
     Meet {
-        /// How many have been tried.
+        /// Number of speeds tried before.
         speed: usize,
     },
-    /// Going on at the address's speed.
+    /// Switches to the address's speed.
     Speed,
-    /// Who it is.
+    /// Asks for the version.
     Version,
-    /// What it measures.
+    /// Asks for the parameters of its measurement.
     Parameters,
-    /// How it is.
+    /// Asks for its state.
     State { beams: Beams },
-    /// Switching the laser on.
+    /// Switches the laser on.
     Laser { beams: Beams },
-    /// Asking for scans.
+    /// Asks for scans.
     Start { beams: Beams },
-    /// Scans come.
+    /// Receives scans.
     Scan { beams: Beams },
 }
 
-/// What a message means to a step.
+/// The meaning of a message in a step.
 #[derive(Debug)]
 pub(super) enum Answer {
     Good(Step),
     Refused(String),
-    /// It answers something else.
+    /// The message answers another question.
     Other,
 }
 
 impl Step {
     pub(super) fn question(&self, wanted: &Wanted) -> String {
         match self {
-            // Old ones speak SCIP 1 until they are told; the others answer that they do not know the word.
+            // Old scanners use SCIP 1 until this command; the others reject it as unknown.
             Self::Meet { .. } => "SCIP2.0\nQT".to_owned(),
             Self::Speed => format!("SS{:06}", wanted.baud.unwrap_or_default()),
             Self::Version => "VV".to_owned(),
@@ -51,7 +51,7 @@ impl Step {
         }
     }
 
-    /// What it would not do, for an error.
+    /// The refused action, for an error message.
     pub(super) fn what(&self) -> &'static str {
         match self {
             Self::Meet { .. } => "answer as a scanner that speaks SCIP 2",
@@ -72,11 +72,11 @@ impl Step {
         }
         let next = match (self, &message.status) {
             (Self::Meet { .. }, _) => Ok(Self::Speed),
-            // 02: it has that speed, or the laser is on already.
+            // Status 02: the scanner already has that speed, or the laser is already on.
             (Self::Speed, b"00" | b"02") => Ok(Self::Version),
             (Self::Version, b"00") => Ok(Self::Parameters),
             (Self::Parameters, b"00") => beams(message, wanted).map(|beams| Self::State { beams }),
-            // Not every model tells, and none has to.
+            // Some models do not report their state, which is optional.
             (Self::State { beams }, _) => Ok(Self::Laser { beams: *beams }),
             (Self::Laser { beams }, b"00" | b"02") => Ok(Self::Start { beams: *beams }),
             (Self::Start { beams }, b"00") => Ok(Self::Scan { beams: *beams }),

@@ -1,4 +1,4 @@
-//! A robot on a thread of its own, which speaks the protocol to the driver.
+//! A scripted robot on a thread of its own, which uses the protocol with the driver.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -13,7 +13,7 @@ use jde_p2os::*;
 use jde_port::Pty;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-/// What the robot is told to say, and what it heard.
+/// The reports that the robot sends, and the commands that it received.
 pub(super) struct Script {
     pub(super) names: Names,
     pub(super) sip: Sip,
@@ -21,11 +21,11 @@ pub(super) struct Script {
     pub(super) laser: bool,
     pub(super) mute: bool,
     pub(super) hang_up: bool,
-    /// How often it has told its state.
+    /// Number of reports sent.
     pub(super) said: u32,
 }
 
-/// A robot on a thread of its own; dropped, it is gone.
+/// A robot on a thread of its own. Dropping it stops the thread.
 pub(super) struct Robot {
     pub(super) script: Arc<Mutex<Script>>,
     pub(super) stop: Arc<AtomicBool>,
@@ -59,7 +59,7 @@ impl Robot {
         }))
     }
 
-    /// Behind TCP, where it takes one client after another; its address.
+    /// A robot behind TCP, which serves one client after another, and its address.
     pub(super) fn at_tcp(subclass: &str) -> (Self, String) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
@@ -76,7 +76,7 @@ impl Robot {
         (robot, address)
     }
 
-    /// At a serial line.
+    /// A robot at a serial line, and its address.
     pub(super) fn at_line(subclass: &str) -> (Self, String) {
         let pty = Pty::open().expect("a pseudo-terminal");
         let address = format!("serial:{}@9600", pty.path().display());
@@ -112,7 +112,7 @@ impl Drop for Robot {
     }
 }
 
-/// Whether something can be read, within some milliseconds.
+/// Whether the source becomes readable within 5 ms.
 fn ready(source: impl AsFd) -> bool {
     let soon = Timespec {
         tv_sec: 0,
@@ -121,7 +121,7 @@ fn ready(source: impl AsFd) -> bool {
     poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
 }
 
-/// Plays the robot until the client is gone.
+/// Plays the robot until the client disconnects.
 fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Script>, stop: &AtomicBool) {
     let (mut receiver, start) = (Receiver::new(), Instant::now());
     let (mut open, mut said) = (false, start);

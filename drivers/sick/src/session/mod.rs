@@ -1,5 +1,5 @@
-//! A conversation with the scanner, from the first word to scans without end. It does no I/O and has no clock: bytes and times
-//! come in, events go out. All its transitions are here.
+//! The conversation with the scanner, from first contact to continuous scans. It does no I/O and has no
+//! clock: it takes bytes and times and returns events. It contains all transitions.
 
 mod step;
 
@@ -11,16 +11,18 @@ use crate::scan::{Beams, Reach};
 use crate::telegram::{Heard, Receiver, Telegram, question};
 use step::{Answer, Step};
 
-/// How long a scanner that sends scans may be silent: the slowest, 401 beams at 9600 baud, come every second.
+/// Time without a scan after which a streaming scanner counts as lost. The slowest scans, 401 beams at 9600
+/// baud, arrive once per second.
 const SILENCE: Duration = Duration::from_secs(3);
-/// How often a telegram is sent before the scanner is given up: noise takes one now and then.
+/// How often a telegram is sent before the scanner counts as lost, because noise can destroy single
+/// telegrams.
 const TRIES: u32 = 3;
-/// Speeds of its line; the factory's first.
+/// Speeds of the serial line; the factory's default first.
 const SPEEDS: [u32; 4] = [9600, 38_400, 19_200, 500_000];
 const MEASUREMENT: u8 = 0xb0;
 const POWER_ON: u8 = 0x90;
 
-/// What the scanner shall do.
+/// The requested mode of operation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted {
     pub(crate) beams: Beams,
@@ -28,22 +30,22 @@ pub(crate) struct Wanted {
     pub(crate) line: Line,
 }
 
-/// Whose speed the line has.
+/// Control of the line's speed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Line {
-    /// Ours: it is at `first` when the conversation begins, and at `working` while scans come.
+    /// The driver sets it: `first` when the conversation begins, and `working` while scans arrive.
     Serial { first: u32, working: u32 },
-    /// A serial server's, which we cannot change.
+    /// A serial server sets it; the driver cannot change it.
     Fixed,
 }
 
 type Event = jde_device::Event<Scan>;
 
-/// Distances from right to left, m, by REP-117.
+/// A scan: distances from right to left, m, by REP-117.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scan {
     pub(crate) ranges: Vec<f32>,
-    /// How long it took on the wire.
+    /// Time of its transfer on the wire; 0 if the speed is unknown.
     pub(crate) transfer: Duration,
 }
 
@@ -55,7 +57,7 @@ pub(crate) struct Session {
     step: Step,
     tries: u32,
     deadline: Duration,
-    /// The line's present speed; `None` where it is not ours.
+    /// Present speed of the line; `None` if the driver does not control it.
     baud: Option<u32>,
     name: String,
     polluted: bool,
@@ -92,7 +94,8 @@ impl Conversation for Session {
         self.receiver.hear(bytes);
         while let Some(heard) = self.receiver.next() {
             match heard {
-                // Scans at another speed than ours are full of bytes that look like one; among ours one can stand between.
+                // Scans received at a wrong speed contain many bytes that look like a NACK. At the right
+                // speed, one can occur between scans.
                 Heard::Nack if matches!(self.step, Step::Meet { .. } | Step::Scan) => {}
                 Heard::Nack => self.again("it refuses the telegram", now, events),
                 Heard::Telegram(telegram) => self.telegram(&telegram, now, events),
@@ -111,7 +114,7 @@ impl Conversation for Session {
         }
     }
 
-    /// No scans any more.
+    /// Stops the scans.
     fn farewell() -> Vec<u8> {
         question(&step::ON_REQUEST)
     }
@@ -126,7 +129,7 @@ impl Session {
                 ));
             }
             MEASUREMENT if self.is_ready() => self.measurement(telegram, now, events),
-            // Scans of an earlier conversation, while it is being told to stop, are no answer to anything.
+            // Scans of an earlier conversation, sent before the scanner stops, answer no question.
             MEASUREMENT | POWER_ON => {}
             _ => match self.step.answer(telegram, &self.wanted) {
                 Answer::Good(next) => self.go(next, telegram, now, events),
@@ -138,7 +141,7 @@ impl Session {
 
     fn measurement(&mut self, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         self.deadline = now + SILENCE;
-        // Bits 0 to 2: from 3 on it is an error, and what it measures cannot be trusted.
+        // Bits 0 to 2: a value from 3 on is an error, and the measurement is unreliable.
         if telegram.status & 0x07 >= 3 {
             let status = telegram.status;
             events.push(Event::Lose(format!(
@@ -153,7 +156,7 @@ impl Session {
         self.polluted = polluted;
         match self.wanted.reach.decode(self.wanted.beams, &telegram.data) {
             Ok(ranges) => {
-                // Ten bits a byte: one to start, eight, one to stop.
+                // Ten bits per byte: one start bit, eight data bits, one stop bit.
                 let seconds = self
                     .baud
                     .map_or(0.0, |baud| telegram.size as f64 * 10.0 / f64::from(baud));
@@ -166,7 +169,7 @@ impl Session {
         }
     }
 
-    /// Goes on to the next step, with what the answer to the last one told.
+    /// Stores the data of this answer, and enters the next step.
     fn go(&mut self, next: Step, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         if matches!(self.step, Step::Name) {
             self.name = step::name(&telegram.data);
@@ -177,7 +180,7 @@ impl Session {
             self.set_baud(working, events);
         }
         self.step = match (next, self.baud, self.wanted.line) {
-            // Nothing to change.
+            // The speed needs no change if it is right already, or if the driver does not control it.
             (Step::Speed, Some(baud), Line::Serial { working, .. }) if baud != working => Step::Speed,
             (Step::Speed, _, _) => Step::Install,
             (next, _, _) => next,
@@ -199,7 +202,7 @@ impl Session {
         events.push(Event::Send(question(&self.step.payload(&self.wanted))));
     }
 
-    /// Says it once more, at the next speed where it is not known yet, or gives up.
+    /// Sends the telegram again, at the next speed while the speed is unknown, or gives up.
     fn again(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
         if let Step::Meet { speed } = &mut self.step {
             let Line::Serial { first, .. } = self.wanted.line else {
@@ -212,7 +215,8 @@ impl Session {
                 ));
                 return;
             };
-            // The address's own speed twice, because noise on the line comes when plugs are put in; the others once.
+            // The address's own speed is tried twice, because plugging in causes noise on the line; all
+            // others once.
             let candidates = [first]
                 .into_iter()
                 .chain([first])

@@ -1,61 +1,62 @@
-//! The steps of a conversation: what is said in each, how long an answer may take, and what an answer means.
+//! The steps of a conversation: the telegram of each, the time limit of its answer, and the meaning of the
+//! answer.
 
 use core::time::Duration;
 
 use super::{Line, Wanted};
 use crate::telegram::Telegram;
 
-/// Switches the operating mode: measurements on request alone, so that nothing is sent meanwhile.
+/// Selects the operating mode with measurements on request only, so that the scanner sends nothing unasked.
 pub(super) const ON_REQUEST: [u8; 2] = [MODE, 0x25];
 const MODE: u8 = 0x20;
 const CONTINUOUS: u8 = 0x24;
-/// The installation mode, in which it may be configured, with the password that all have.
+/// The installation mode, which permits configuration, with the default password.
 const INSTALLATION: &[u8] = b"\x20\x00SICK_LMS";
 const TYPE: u8 = 0x3a;
 const VARIANT: u8 = 0x3b;
 const READ: u8 = 0x74;
 const WRITE: u8 = 0x77;
-/// Places in its configuration.
+/// Offsets in the configuration.
 const MEASURING_MODE: usize = 5;
 const UNIT: usize = 6;
 
-/// Where the conversation is.
+/// The state of the conversation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Finding out at which speed it answers, by telling it to stop sending.
+    /// Finds the speed at which the scanner answers, by a command to stop sending.
     Meet {
-        /// How many have been tried.
+        /// Number of speeds tried before.
         speed: usize,
     },
-    /// What it calls itself.
+    /// Asks for its type.
     Name,
-    /// Going on at the working speed.
+    /// Switches to the working speed.
     Speed,
-    /// Asking leave to configure.
+    /// Enters the installation mode.
     Install,
-    /// Which beams.
+    /// Selects the beams.
     Variant,
-    /// What is configured.
+    /// Reads the configuration.
     Read,
-    /// Configuring otherwise; the whole block, changed in two places.
+    /// Writes the configuration: the whole block, changed in two bytes.
     Write { block: Vec<u8> },
-    /// Telling it to send.
+    /// Starts continuous scans.
     Start,
-    /// Scans come.
+    /// Receives scans.
     Scan,
 }
 
-/// What a telegram means to a step.
+/// The meaning of a telegram in a step.
 #[derive(Debug)]
 pub(super) enum Answer {
     Good(Step),
     Refused(String),
-    /// It answers something else.
+    /// The telegram answers something else.
     Other,
 }
 
 impl Step {
-    /// Command and data.
+    /// The command and its data.
     pub(super) fn payload(&self, wanted: &Wanted) -> Vec<u8> {
         match self {
             Self::Meet { .. } | Self::Scan => ON_REQUEST.to_vec(),
@@ -73,19 +74,19 @@ impl Step {
         }
     }
 
-    /// How long the answer may take.
+    /// The time limit of the answer.
     pub(super) fn patience(&self) -> Duration {
         Duration::from_secs(match self {
-            // Two telegrams of scans at 9600 baud may be on their way.
+            // Two telegrams of scans at 9600 baud may still be in transit.
             Self::Meet { .. } => 2,
             Self::Name | Self::Read | Self::Scan => 1,
             Self::Speed | Self::Install | Self::Variant | Self::Start => 3,
-            // It writes to its memory: 7 s by the manual.
+            // The scanner writes to its memory, which takes 7 s by the manual.
             Self::Write { .. } => 15,
         })
     }
 
-    /// What it would not do, for an error.
+    /// The refused action, for an error message.
     pub(super) fn what(&self) -> &'static str {
         match self {
             Self::Meet { .. } => "answer",
@@ -112,7 +113,7 @@ impl Step {
             },
             (Self::Read, READ) => match (data.get(MEASURING_MODE), data.get(UNIT)) {
                 (Some(mode), Some(unit)) if (*mode, *unit) == (wanted.reach.mode, wanted.reach.unit) => {
-                    // Its memory bears only so many writes.
+                    // No write without need: the memory endures a limited number of writes.
                     Answer::Good(Self::Start)
                 }
                 (Some(_), Some(_)) => {
@@ -133,7 +134,7 @@ impl Step {
     }
 }
 
-/// The answer to a change of mode.
+/// Interprets the answer to a change of mode.
 fn switched(data: &[u8], next: Step) -> Answer {
     match data {
         [0, ..] => Answer::Good(next),
@@ -152,7 +153,7 @@ fn speed(line: Line) -> u8 {
     }
 }
 
-/// What it calls itself, like `LMS200;30106;V02.10`.
+/// Returns its type, such as `LMS200;30106;V02.10`.
 pub(super) fn name(data: &[u8]) -> String {
     let text: String = data
         .iter()

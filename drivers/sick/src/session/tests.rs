@@ -1,11 +1,11 @@
-//! Conversations with the emulator in virtual time, where waiting costs nothing.
+//! Conversations with the emulator in virtual time.
 
 use jde_device::emulate::Emulator;
 
 use super::*;
 use crate::emulator::Scanner;
 
-/// A session and a scanner with a wire between them.
+/// A session and a scanner, connected by a wire.
 struct Wire {
     session: Session,
     scanner: Scanner,
@@ -34,7 +34,7 @@ impl Wire {
         wire
     }
 
-    /// Carries what is said to and fro until nobody says anything more.
+    /// Exchanges messages until neither side sends any more.
     fn carry(&mut self, mut events: Vec<Event>) {
         let mut at = 0;
         while let Some(event) = events.get(at).cloned() {
@@ -57,7 +57,7 @@ impl Wire {
         self.carry(events);
     }
 
-    /// Lets time pass, 100 ms by 100 ms, until it is ready or lost.
+    /// Advances time in steps of 100 ms until the session is ready or lost.
     fn settle(&mut self) {
         while !self.session.is_ready() && self.lost().is_none() {
             self.now += Duration::from_millis(100);

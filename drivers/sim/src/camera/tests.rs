@@ -1,4 +1,5 @@
-//! What a camera publishes, and when: the world's own time, a robot that comes and goes, and faults that a person can mend.
+//! The exports of a camera and their times: the world's own time, a robot that enters and leaves, and
+//! mistakes of configuration.
 
 use core::time::Duration;
 
@@ -38,7 +39,7 @@ fn image(bench: &Bench<Camera>) -> Option<&Image> {
     bench.exported_in_place("image")
 }
 
-/// The picture's bytes, to compare with those of another.
+/// The bytes of the picture, for comparison.
 fn bytes(bench: &Bench<Camera>) -> Vec<u8> {
     image(bench).expect("the robot is there").data.as_slice().to_vec()
 }
@@ -72,11 +73,11 @@ fn it_shows_what_the_robot_has_before_it_at_the_worlds_time() {
         ("rgb8", "camera")
     );
     assert_eq!(image.data.len(), 320 * 240 * 3);
-    // The world goes in whole steps.
+    // The world advances in whole steps.
     let time = Duration::from_millis(1010);
     assert_eq!(camera.exported_at("image"), Some(time));
     assert_eq!(Duration::from(image.header.stamp), time);
-    // 2 m ahead, 0.25 m below the eye; the focal length is 160 pixels.
+    // 2 m ahead, 0.25 m below the camera; the focal length is 160 pixels.
     let [u, v] = red(image);
     assert!((u - 160.0).abs() < 0.6 && (v - 140.0).abs() < 0.6, "{u} {v}");
 }
