@@ -221,9 +221,9 @@ impl Schema for Gazer {
 /// The times of a schema's repeated reads of one value.
 pub(crate) struct Looks {
     pub(crate) bytes: usize,
-    /// By its port.
+    /// Reads through the import.
     pub(crate) asked: Rounds,
-    /// The same value in a mutex, by the same code.
+    /// Reads of the same value in a mutex, by the same code.
     pub(crate) locked: Rounds,
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub enum Figure {
     /// Nanoseconds.
     Time(f64),
-    /// Times as fast as real time.
+    /// A multiple of real time.
     Speed(f64),
     /// A share of one processor, in percent.
     Processor(f64),
@@ -26,15 +26,15 @@ pub enum Figure {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind", content = "value")]
 pub enum Goal {
-    /// Ours is at most so many times the yardstick.
+    /// The figure of jde is at most this many times the yardstick.
     AtMost(f64),
-    /// The yardstick is at least so many times ours.
+    /// The yardstick is at least this many times the figure of jde.
     TimesFaster(f64),
-    /// Ours is at most this much more than the yardstick.
+    /// The figure of jde exceeds the yardstick by at most this.
     Above(Figure),
-    /// Ours is at most this.
+    /// The figure of jde is at most this.
     Below(Figure),
-    /// Ours is at least this.
+    /// The figure of jde is at least this.
     Least(Figure),
     /// No goal: the figure is only reported.
     Told,

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-/// The greatest time between two schemas that follow each other.
+/// The greatest time between the deadlines of two schemas that follow each other.
 const STEP: Duration = Duration::from_millis(1);
 
 /// The deadlines of one schema: the first, and then one every period.

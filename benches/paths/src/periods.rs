@@ -20,7 +20,7 @@ impl Periods {
     /// Starts the application of `text` with these plugins.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// If the text has faults, or the application does not start.
     pub fn of(text: &str, plugins: &Plugins) -> Result<Self> {
         let application =
             parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))?;
@@ -31,7 +31,7 @@ impl Periods {
     /// Returns the current value of a variable.
     ///
     /// # Errors
-    /// There is no such variable, or none of that type.
+    /// If there is no such variable, or it has another type.
     pub fn value(&self, variable: &str) -> Result<Option<f64>> {
         let value = self.lockstep.handle().value(variable);
         value.map_err(|error| anyhow!("{error}"))

@@ -1,4 +1,5 @@
-//! Variables of a given number of words, with their readers and writers. Only for the rows about variables.
+//! Variables of a given number of words, with their readers and writers. For the paths and rows about
+//! variables and commands.
 
 use std::sync::Arc;
 

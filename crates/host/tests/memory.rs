@@ -21,7 +21,7 @@ fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Resident memory of this process, bytes.
+/// Returns the resident memory of this process, bytes.
 fn resident() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("this is Linux");
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -172,7 +172,7 @@ fn leaves_nothing(executor: Executor) {
         stage.close();
         Arc::downgrade(&stage)
     };
-    // The first runs allocate what a process allocates once, and what the allocator keeps.
+    // These runs make the allocations of a process's lifetime, and fill the allocator's reserve.
     for _ in 0..20 {
         run();
     }

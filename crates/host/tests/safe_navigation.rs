@@ -33,7 +33,7 @@ fn file() -> PathBuf {
     Path::new(ROOT).join("apps/safe-navigation.toml")
 }
 
-/// The application as it is delivered.
+/// Loads the application as it is delivered.
 fn application(plugins: &Plugins) -> Application {
     app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
