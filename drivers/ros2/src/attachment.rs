@@ -1,7 +1,7 @@
-//! What goes with each message of a topic: its number, when it was sent, and by whom.
+//! The attachment of each message: its number, its time and its publication.
 
-/// What rmw_zenoh attaches to a message: number, time in ns of the wall, and who sent it behind the length of that, as the
-/// serialisation of Zenoh writes them.
+/// Encodes the attachment of rmw_zenoh in Zenoh's serialization: sequence number, wall-clock time in ns, and
+/// the identifier of the publication after its length.
 pub(crate) fn attachment(sequence: i64, nanos: i64, gid: [u8; 16]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(33);
     bytes.extend(sequence.to_le_bytes());
@@ -11,7 +11,7 @@ pub(crate) fn attachment(sequence: i64, nanos: i64, gid: [u8; 16]) -> Vec<u8> {
     bytes
 }
 
-/// A number that no other publication has: that of the session with that of the topic.
+/// Returns an identifier that no other publication has, from those of the session and the topic.
 pub(crate) fn gid(session: [u8; 16], number: usize) -> [u8; 16] {
     let number = (number as u128).rotate_right(32);
     (u128::from_le_bytes(session) ^ number).to_le_bytes()

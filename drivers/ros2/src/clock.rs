@@ -1,30 +1,32 @@
-//! Between the time of this application, which begins at its start, and that of ROS 2, which is the wall's. It reads no clock:
-//! both are given.
+//! Converts between the application's time, which starts with it, and that of ROS 2, which is wall-clock
+//! time. It reads no clock: both are arguments.
 
 use core::time::Duration;
 
 use jde_schema::prelude::Time;
 
-/// How far the two may drift apart before they are compared anew: stamps of one instant stay equal, and an adjusted clock counts.
+/// Drift, ns, beyond which the offset is updated. Below it the stamps of one instant stay equal; an adjusted
+/// clock exceeds it.
 const DRIFT: i128 = 1_000_000;
-/// Beyond this, two machines' clocks are not the same, or the other side lives in simulated time.
+/// Difference, ns, beyond which the clocks of the two machines are not the same, or the other side uses
+/// simulated time.
 const APART: i128 = 10_000_000_000;
 
-/// Nanoseconds of the wall's clock at the application's start.
+/// Wall-clock time at the application's start, ns.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Clock(Option<i128>);
 
-/// When a message was measured, in the application's time.
+/// The time at which a message was measured, in the application's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Measured {
-    /// By its stamp.
+    /// From its stamp.
     At(Duration),
-    /// By its arrival, since its stamp is this far from it; behind if negative.
+    /// From its arrival, because its stamp differs by this many seconds; negative if the stamp is earlier.
     OnArrival(Duration, f64),
 }
 
 impl Clock {
-    /// Compares the two; once an iteration.
+    /// Compares the two clocks. Called once per iteration.
     pub(crate) fn compare(&mut self, now: Duration, wall: Duration) {
         let offset = nanos(wall) - nanos(now);
         if self.0.is_none_or(|known| (known - offset).abs() > DRIFT) {
@@ -32,13 +34,13 @@ impl Clock {
         }
     }
 
-    /// The stamp that ROS 2 gives to a time of ours.
+    /// Converts the application's time to a stamp of ROS 2.
     pub(crate) fn stamp(&self, time: Duration) -> Time {
         let wall = nanos(time) + self.0.unwrap_or(0);
         Time::from(Duration::from_nanos(u64::try_from(wall).unwrap_or(0)))
     }
 
-    /// When what bears a stamp and arrived then was measured; never after its arrival.
+    /// Returns when a message with this stamp and arrival was measured; never after its arrival.
     pub(crate) fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
         let wall = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
         let ahead = wall - self.0.unwrap_or(0) - nanos(arrived);

@@ -1,29 +1,30 @@
-//! When a robot of ROS 2 is told which velocity: again and again while a command is in force, so that its watchdog lets it drive;
-//! zero for a while once none is, so that it stops; and then nothing, so that others may drive it.
+//! When a ROS 2 robot receives velocities: repeatedly while a command is in force, so that its watchdog does
+//! not stop it; zero for a while after the last command, so that it stops; then nothing, so that other
+//! programs can drive it.
 
 use core::time::Duration;
 
 use jde_schema::prelude::Twist;
 
-/// Between two of the same: 20 a second, as ROS 2's own programs do.
+/// Period of repetitions: 20 per second, like the programs of ROS 2.
 const AGAIN: Duration = Duration::from_millis(50);
-/// How long zero is said: ten times, on a network that may lose some.
+/// How long zero is sent: up to ten times, because the network may lose some messages.
 const STOPPING: Duration = Duration::from_millis(500);
 
-/// What the robot was told last.
+/// The last velocity sent to the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Drive {
-    /// Nothing that counts.
+    /// None since the start or the last stop.
     #[default]
     Silent,
     /// A command.
     Driving { twist: Twist, said: Duration },
-    /// To stop.
+    /// Zero, to stop the robot.
     Stopping { since: Duration, said: Duration },
 }
 
 impl Drive {
-    /// What is to be said now, with this command in force, or none.
+    /// Returns the velocity to send now, if any; `command` is the command in force.
     pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>) -> Option<Twist> {
         let due = |said: Duration| now >= said + AGAIN;
         let (next, words) = match (command, *self) {
@@ -49,7 +50,7 @@ impl Drive {
         words
     }
 
-    /// The last words, if any are needed.
+    /// Returns the last velocity to send, if one is needed.
     pub(crate) fn end(&mut self) -> Option<Twist> {
         (core::mem::take(self) != Self::Silent).then_some(Twist::ZERO)
     }

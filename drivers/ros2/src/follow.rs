@@ -1,16 +1,16 @@
-//! The motor schema by which a ROS 2 program drives a robot of ours. It competes like any other (R13), so that a brake or a
-//! person goes before it if the application says so.
+//! The motor schema through which a ROS 2 program drives a robot. It competes like any other (R13), so the
+//! application can give a brake or a person precedence.
 
 use jde_schema::prelude::*;
 
-/// Drives the base as a velocity that came from elsewhere says, while it is fresh.
+/// Drives the base with a velocity from another program while it is fresh.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Follow {
     /// The velocity.
     #[import(trigger)]
     cmd_vel: Import<Twist>,
-    /// How old the velocity may be; longer than the time between two.
+    /// Oldest velocity that counts; longer than the time between two velocities.
     #[modulation(default = 0.5, unit = "s", min = 0.01)]
     patience: Modulation<f64>,
     /// Speeds of the base.

@@ -1,20 +1,22 @@
-//! Keys of rmw_zenoh: where a topic's messages go, and the tokens by which ROS 2 sees who is there. It opens nothing.
+//! Keys of rmw_zenoh: the key of a topic's messages, and the liveliness tokens by which ROS 2 discovers
+//! nodes. It opens nothing.
 //!
-//! Form: the design page of rmw_zenoh, <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
+//! The format follows the design page of rmw_zenoh,
+//! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
 
-/// Where tokens are.
+/// Prefix of tokens.
 const TOKENS: &str = "@ros2_lv";
-/// A name within a token has this for each `/`; an empty name is one.
+/// Replaces each `/` in a name within a token, and stands for an empty name.
 const SLASH: &str = "%";
 
-/// A node, as ROS 2 knows it.
+/// A node, as ROS 2 identifies it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Name {
-    /// Nodes of different domains do not meet.
+    /// Nodes of different domains do not communicate.
     pub(crate) domain: u32,
-    /// Empty, or as in `/robot`.
+    /// Empty, or such as `/robot`.
     pub(crate) namespace: String,
     pub(crate) node: String,
 }
@@ -24,23 +26,23 @@ pub(crate) struct Name {
 pub(crate) struct Topic {
     /// Its full name.
     pub(crate) name: String,
-    /// Its type, as in `sensor_msgs/msg/LaserScan`.
+    /// Its type, such as `sensor_msgs/msg/LaserScan`.
     pub(crate) type_name: String,
     /// The type's hash.
     pub(crate) hash: String,
     pub(crate) quality: Quality,
 }
 
-/// What is promised of a topic's messages.
+/// Quality of service of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// The newest five, as they come: ROS 2's profile for sensors.
+    /// The newest five messages, best effort: ROS 2's profile for sensors.
     Sensor,
-    /// The newest ten, each of them: ROS 2's default.
+    /// The newest ten messages, reliable: ROS 2's default.
     Reliable,
 }
 
-/// Which way a topic goes, seen from its node.
+/// Direction of a topic, as seen from its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
     Out,
@@ -48,32 +50,32 @@ pub(crate) enum Way {
 }
 
 impl Name {
-    /// The full name, as in `/robot/pioneer`.
+    /// The full name, such as `/robot/pioneer`.
     pub(crate) fn full(&self) -> String {
         format!("{}/{}", self.namespace, self.node)
     }
 
-    /// The token by which others see the node; `session` is the id of its session of Zenoh.
+    /// The token by which others discover the node; `session` is the identifier of its Zenoh session.
     pub(crate) fn token(&self, session: &str) -> String {
         let (domain, namespace, node) = (self.domain, mangled(&self.namespace), &self.node);
-        // The node is its session's number 0, and so is the thing that the token is for.
+        // The node has number 0 in its session, and the entity of the token has it too.
         format!("{TOKENS}/{domain}/{session}/0/0/NN/{SLASH}/{namespace}/{node}")
     }
 
-    /// The tokens of everyone in the domain.
+    /// The key expression of all tokens in the domain.
     pub(crate) fn everyone(&self) -> String {
         format!("{TOKENS}/{}/**", self.domain)
     }
 }
 
 impl Topic {
-    /// Where its messages go.
+    /// The key of its messages.
     pub(crate) fn key(&self, name: &Name) -> String {
         let topic = self.name.trim_matches('/');
         format!("{}/{topic}/{}/{}", name.domain, self.dds(), self.hash)
     }
 
-    /// The token by which others see that the node has it; no two of a node have one number.
+    /// The token by which others discover the topic; `number` is unique within the node.
     pub(crate) fn token(&self, name: &Name, session: &str, way: Way, number: usize) -> String {
         let kind = match way {
             Way::Out => "MP",
@@ -87,8 +89,8 @@ impl Topic {
         )
     }
 
-    /// What keeps it from meeting the one that another's token announces; nothing if they meet, or have nothing to do with each
-    /// other.
+    /// Returns the reason why this topic exchanges no messages with the one that a token of another node
+    /// announces; `None` if they communicate, or if the token is unrelated.
     pub(crate) fn mismatch(&self, way: Way, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
         let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _] = parts[..] else {
@@ -120,14 +122,14 @@ impl Topic {
         })
     }
 
-    /// The name of its type as keys have it: `sensor_msgs::msg::dds_::LaserScan_`.
+    /// The name of its type in keys, such as `sensor_msgs::msg::dds_::LaserScan_`.
     fn dds(&self) -> String {
         dds_from_canonical(&self.type_name).unwrap_or_else(|| self.type_name.replace('/', SLASH))
     }
 }
 
 impl Quality {
-    /// As tokens write it: whatever is left out is the default.
+    /// The encoding in tokens, which omits default values.
     fn profile(self) -> &'static str {
         match self {
             Self::Sensor => "2::,5:,:,:,,",
@@ -143,7 +145,7 @@ fn mangled(name: &str) -> String {
     name.replace('/', SLASH)
 }
 
-/// Enough of a hash to tell it from another.
+/// Shortens a hash to a distinctive prefix.
 fn short(hash: &str) -> &str {
     hash.get(..20).unwrap_or(hash)
 }

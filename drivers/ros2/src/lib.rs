@@ -1,7 +1,8 @@
-//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: topics of a robot of ours, and a ROS 2 robot
-//! as a base. A plugin is built apart, so each driver has a session of Zenoh of its own beside the executable's.
+//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: the topics of a jde robot,
+//! and a ROS 2 robot as a base. The plugin is built separately, so each driver has its own Zenoh session
+//! beside the executable's.
 //!
-//! Whatever is sent was handed over by an iteration: a schema that hangs falls silent on the network as well.
+//! Only iterations submit messages, so a schema that hangs falls silent on the network as well.
 
 mod attachment;
 mod base;

@@ -1,4 +1,4 @@
-//! Messages of topics from values and back: CDR, with stamps in the time of whoever reads them.
+//! Encodes values as messages and back: CDR, with stamps in the receiver's time.
 
 use core::marker::PhantomData;
 use core::time::Duration;
@@ -9,11 +9,11 @@ use jde_schema::prelude::*;
 use crate::clock::Clock;
 use crate::keys::{Quality, Topic};
 
-/// Where a header's stamp is in a message: behind the encapsulation, because a header begins with its stamp and every stamped
-/// interface with its header.
+/// Position of the stamp in a message: after the encapsulation header, because every stamped interface begins
+/// with its header, and the header with its stamp.
 const STAMP: core::ops::Range<usize> = 4..12;
 
-/// Messages of one type.
+/// Encodes and decodes messages of one type.
 #[derive(Debug)]
 pub(crate) struct Codec<T> {
     value_type: Type,
@@ -69,17 +69,17 @@ impl<T: Value> Codec<T> {
         message
     }
 
-    /// Replaces a value by that of a message.
+    /// Replaces a value by the contents of a message.
     ///
     /// # Errors
-    /// If the message is of another type or does not fit; the value is then of no use.
+    /// If the message is of another type or does not fit. The value is then unusable.
     pub(crate) fn decode_into(&self, message: &[u8], value: &mut T) -> Result<(), cdr::Error> {
         cdr::decode_into(&self.value_type, message, value.as_bytes_mut())
     }
 }
 
 impl<T: Stamped> Codec<T> {
-    /// The message of a value that was measured at its stamp, or then if it has none.
+    /// Encodes a value that was measured at its stamp, or at `time` if it has none.
     pub(crate) fn encode_stamped(&self, value: &T, time: Duration, clock: &Clock) -> Vec<u8> {
         let mut message = self.encode(value);
         let stamp = clock.stamp(measured(value.header(), time));
@@ -92,7 +92,7 @@ impl<T: Stamped> Codec<T> {
     }
 }
 
-/// When what bears this header was measured, in our time; `time` if the header does not say.
+/// The time of the header's stamp, in the application's time; `time` without a stamp.
 pub(crate) fn measured(header: &Header, time: Duration) -> Duration {
     if header.stamp == Time::default() {
         return time;

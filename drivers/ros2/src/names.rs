@@ -1,10 +1,10 @@
-//! Names of ROS 2: what a topic, a namespace and a node may be called, and what a topic's full name is. Names alone, no keys.
+//! Names of ROS 2: validity of topics, namespaces and nodes, and full names of topics. It knows no keys.
 
-/// The full name of a topic, as in `/robot/scan`: a name that begins with `/` has it already, any other is put into the
-/// namespace. Nothing for an empty name, which switches a topic off.
+/// Returns the full name of a topic, such as `/robot/scan`. A name that begins with `/` is full already; any
+/// other is relative to the namespace. Returns `None` for an empty name, which switches a topic off.
 ///
 /// # Errors
-/// If ROS 2 could not call a topic so.
+/// If the name is not valid in ROS 2.
 pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, String> {
     if name.is_empty() {
         return Ok(None);
@@ -23,10 +23,10 @@ pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, Strin
     ))
 }
 
-/// A namespace as keys begin with it: empty, or `/robot`.
+/// Returns a namespace in the form of keys: empty, or such as `/robot`.
 ///
 /// # Errors
-/// If ROS 2 could not call a namespace so.
+/// If the name is not valid in ROS 2.
 pub(crate) fn namespace(name: &str) -> Result<String, String> {
     let tokens = name.trim_matches('/');
     if tokens.is_empty() {
@@ -40,10 +40,10 @@ pub(crate) fn namespace(name: &str) -> Result<String, String> {
     ))
 }
 
-/// The name of a node: the one given, or what is left of the schema's name by the rules of ROS 2.
+/// Returns the name of a node: the one given, or the schema's name adapted to the rules of ROS 2.
 ///
 /// # Errors
-/// If ROS 2 could not call a node so.
+/// If the name is not valid in ROS 2.
 pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
     if name.is_empty() {
         let letter = |letter: char| {
@@ -68,10 +68,10 @@ pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
     ))
 }
 
-/// The domain: the number given, or that of the environment's ROS_DOMAIN_ID, or 0.
+/// Returns the domain: the number given, or the environment's ROS_DOMAIN_ID, or 0.
 ///
 /// # Errors
-/// If the environment's is no number from 0 to 232.
+/// If the environment's value is not a number from 0 to 232.
 pub(crate) fn domain(given: i32, environment: Option<&str>) -> Result<u32, String> {
     if let Ok(given) = u32::try_from(given) {
         return Ok(given);

@@ -1,5 +1,5 @@
-//! A node of ROS 2, as a driver handles it from its iterations: what is to be sent is handed over, what has come is taken. It
-//! never waits for the network; a thread of its own does, and says nothing that was not handed to it.
+//! A ROS 2 node, as a driver uses it in its iterations: it submits messages and takes those that arrived. It
+//! never waits for the network. A thread of its own does, and sends only what was submitted.
 
 use std::io;
 use std::sync::Arc;
@@ -13,37 +13,37 @@ use crate::keys::{Name, Topic};
 use crate::session;
 use crate::shared::Shared;
 
-/// How long the last words may take.
+/// Time limit for sending the last messages.
 const FAREWELL: Duration = Duration::from_millis(300);
 
-/// What a node is.
+/// The parameters of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
-    /// How Zenoh is reached.
+    /// Zenoh's configuration.
     pub(crate) config: Config,
-    /// The same in words, as in "tcp/localhost:7447".
+    /// Its address in messages, such as "tcp/localhost:7447".
     pub(crate) place: String,
     pub(crate) name: Name,
     pub(crate) publications: Vec<Topic>,
     pub(crate) subscriptions: Vec<Topic>,
 }
 
-/// A node that is looked for, or there; dropped, it goes without a word more.
+/// A node, connected or not. Dropping it asks its thread to end and does not wait for it.
 #[derive(Debug)]
 pub(crate) struct Node(Arc<Shared>);
 
-/// How the node stands.
+/// The state of the node's connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
     Connecting,
-    /// It has its place and nobody beside it.
+    /// The session is open, but no router and no peer is connected.
     Alone,
     Connected,
-    /// Why it is not; the next attempt comes by itself.
+    /// The reason of the loss. The next attempt occurs by itself.
     Lost(String),
 }
 
-/// A message that has come.
+/// A message that arrived.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrived {
     pub(crate) message: ZBytes,
@@ -51,10 +51,10 @@ pub(crate) struct Arrived {
 }
 
 impl Node {
-    /// Starts looking for its place.
+    /// Starts the node's thread, which connects.
     ///
     /// # Errors
-    /// If the system gives no thread.
+    /// If the system cannot start a thread.
     pub(crate) fn start(plan: Plan) -> io::Result<Self> {
         let shared = Arc::new(Shared::new(plan.publications.len(), plan.subscriptions.len()));
         let theirs = Arc::clone(&shared);
@@ -64,32 +64,32 @@ impl Node {
         Ok(Self(shared))
     }
 
-    /// Whether anybody listens to this publication.
+    /// Whether this publication has subscribers.
     pub(crate) fn is_wanted(&self, publication: usize) -> bool {
         self.0.is_wanted(publication)
     }
 
-    /// Hands over what is to be sent, in place of what was not sent yet.
+    /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn publish(&self, publication: usize, messages: Vec<Vec<u8>>) {
         self.0.order(publication, messages);
     }
 
-    /// The newest message of this subscription, once.
+    /// Takes the newest message of this subscription.
     pub(crate) fn take(&self, subscription: usize) -> Option<Arrived> {
         self.0.take(subscription)
     }
 
-    /// How it stands, and the attempts since it was last connected.
+    /// Returns the state of the connection, and the failed attempts since it was last connected.
     pub(crate) fn link(&self) -> (Link, u32) {
         self.0.link()
     }
 
-    /// What is to be said of others, once.
+    /// Takes the remarks on other nodes.
     pub(crate) fn remarks(&self) -> Vec<String> {
         self.0.remarks()
     }
 
-    /// Lets what was handed over go out, and goes; it waits a moment for that, and no longer.
+    /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
     pub(crate) fn rest(self) {
         self.0.finish(FAREWELL);
     }

@@ -1,5 +1,5 @@
-//! Laser scans of ROS 2, which may have any number of beams, as the scans of schemas, which have a bound: of beams side by side
-//! the nearest stays, so that nothing that was seen is lost.
+//! Converts laser scans of ROS 2, with any number of beams, to the bounded scans of schemas: adjacent beams
+//! are replaced by their nearest, so that no obstacle is lost.
 
 use jde_schema::prelude::*;
 
@@ -21,10 +21,10 @@ pub(crate) struct Sweep {
 }
 
 impl Sweep {
-    /// Writes the scan that this is, of a scanner turned left by `yaw` rad in its frame, in place of another.
+    /// Writes this scan into `scan`. The scanner is turned by `yaw` rad to the left in its frame.
     ///
     /// # Errors
-    /// If its angles or limits are no numbers: whoever looks for obstacles in such a scan finds none.
+    /// If its angles or limits are not finite numbers, because no obstacles can be found in such a scan.
     pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), &'static str> {
         let numbers = [self.angle_min, self.angle_increment, self.range_min];
         if numbers.iter().any(|number| !number.is_finite()) || self.range_max.is_nan() {
@@ -43,7 +43,7 @@ impl Sweep {
         scan.intensities.clear();
         for (group, ranges) in self.ranges.chunks(together).enumerate() {
             let (nearest, range) = self.nearest(ranges);
-            // Their number was divided so that they fit.
+            // The size of the groups ensures that they fit.
             let _ = scan.ranges.push(range);
             if let Some(intensity) = self.intensities.get(group * together + nearest) {
                 let _ = scan.intensities.push(*intensity);
@@ -54,7 +54,7 @@ impl Sweep {
         Ok(())
     }
 
-    /// The nearest of ranges side by side, and its place; one that measured something goes before those that did not.
+    /// Returns the nearest of these ranges and its index. Measured ranges precede others.
     fn nearest(&self, ranges: &[f32]) -> (usize, f32) {
         let measured =
             |range: f32| range == f32::NEG_INFINITY || (self.range_min..=self.range_max).contains(&range);

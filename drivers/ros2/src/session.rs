@@ -1,5 +1,6 @@
-//! The thread of a node: it opens a session of Zenoh, announces the node and its topics, sends what it is handed and files what
-//! comes. It is of no importance to the robot's control, and says so to the scheduler.
+//! The thread of a node: it opens a Zenoh session, announces the node and its topics, sends submitted
+//! messages and stores those that arrive. The robot's control does not depend on it, so it lowers its
+//! scheduling priority.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -15,30 +16,31 @@ use crate::keys::{Topic, Way};
 use crate::node::{Link, Plan};
 use crate::shared::Shared;
 
-/// How much the robot's own threads go before this one and those of Zenoh, which inherit it from here.
+/// Niceness of this thread and of Zenoh's threads, which inherit it, so that the robot's own threads take
+/// precedence.
 const NICE: i32 = 10;
-/// From the first failed attempt to the second, and the longest between two.
+/// The pause after the first failed attempt, and the longest pause.
 const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
-/// How often it is looked who is there.
+/// Period of the checks for connected nodes.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Everything that is declared; dropped, it is taken back.
+/// All declarations. Dropping them undeclares them.
 struct Declared {
     publishers: Vec<Outlet>,
     _subscribers: Vec<Subscriber<()>>,
     _tokens: Vec<LivelinessToken>,
 }
 
-/// A publication, and what goes with each of its messages.
+/// A publication, and the state of its attachments.
 struct Outlet {
     publisher: Publisher<'static>,
     sequence: i64,
-    /// Who publishes, as ROS 2 counts.
+    /// Identifier of the publication for ROS 2.
     gid: [u8; 16],
 }
 
-/// Says that the thread is done, however it ends.
+/// Reports the end of the thread, also after a panic.
 struct Ending<'a>(&'a Shared);
 
 impl Drop for Ending<'_> {
@@ -51,10 +53,10 @@ impl Drop for Ending<'_> {
     }
 }
 
-/// Keeps the node there until it is to end.
+/// Keeps the node connected until it must end.
 pub(crate) fn run(shared: &Arc<Shared>, plan: &Plan) {
     let _ending = Ending(shared);
-    // Without the right to it, it has a usual thread's place, which is no reason to fail.
+    // Without the permission the niceness stays the same, which is not an error.
     let _ = rustix::process::nice(NICE);
     let mut pause = FIRST_PAUSE;
     loop {
@@ -79,7 +81,7 @@ fn open(shared: &Arc<Shared>, plan: &Plan) -> zenoh::Result<(Session, Declared)>
     Ok((session, declared))
 }
 
-/// The node first, then its topics, then an ear for everybody else's.
+/// Declares the node, then its topics, then a subscription to the tokens of other nodes.
 fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Result<Declared> {
     let (name, id) = (&plan.name, session.zid());
     let own = id.to_string();
@@ -146,7 +148,7 @@ fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Resul
     })
 }
 
-/// Sends and looks, until the node is to end.
+/// Sends messages and checks the connection until the node must end.
 fn serve(shared: &Shared, plan: &Plan, session: &Session, mut declared: Declared) {
     let mut looked: Option<Instant> = None;
     let mut met = false;
@@ -181,12 +183,13 @@ impl Outlet {
         self.sequence += 1;
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let attachment = attachment(self.sequence, since.as_nanos() as i64, self.gid);
-        // What cannot be sent is lost as on any bad day of the network; the look at who is there says why.
+        // A message that cannot be sent is lost, as on an unreliable network; the check of the connection
+        // reports the reason.
         let _ = self.publisher.put(message).attachment(attachment).wait();
     }
 }
 
-/// What went wrong, without the places in Zenoh's source.
+/// Returns the error's text without locations in Zenoh's source.
 fn words(error: &zenoh::Error) -> String {
     let text = error.to_string();
     let mut rest = text.as_str();
@@ -199,7 +202,7 @@ fn words(error: &zenoh::Error) -> String {
         });
     }
     words += rest;
-    // Of a client that found nobody, Zenoh says no more than that.
+    // Zenoh gives no other reason if a client finds no router.
     if words.starts_with("Unable to connect to any of") {
         return "nobody answers there; is the router running?".to_owned();
     }

@@ -1,4 +1,4 @@
-//! What the application says of the node and of the way to others, checked as far as that goes without trying.
+//! The application's settings of the node and its connections, validated without connecting.
 
 use jde_schema::prelude::{Modulation, Problems, Text};
 use zenoh::Config;
@@ -7,30 +7,30 @@ use zenoh::config::EndPoint;
 use crate::keys::Name;
 use crate::names;
 
-/// Ways that this plugin is built with.
+/// Protocols that this plugin is built with.
 const WAYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
-/// Larger messages are not let in: a picture that fits is a sixteenth of it.
+/// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MOST_BYTES: usize = 16 << 20;
 
 /// The modulations that every driver of this plugin has.
 pub(crate) struct Settings<'a> {
-    /// Path of a configuration of Zenoh, or empty.
+    /// Path of a Zenoh configuration file, or empty.
     pub(crate) config: &'a str,
-    /// Where to connect, with commas between.
+    /// Addresses to connect to, separated by commas.
     pub(crate) connect: &'a str,
-    /// Where to listen, with commas between.
+    /// Addresses to listen on, separated by commas.
     pub(crate) listen: &'a str,
-    /// Whether the application has said either.
+    /// Whether the application sets `connect` or `listen`.
     pub(crate) has_way: bool,
     /// Less than 0 for the environment's.
     pub(crate) domain: i32,
     pub(crate) namespace: &'a str,
     pub(crate) node: &'a str,
-    /// What the schema is called.
+    /// The name of the schema.
     pub(crate) schema: &'a str,
 }
 
-/// Where these are written, and the names of topics.
+/// The modulations of these settings, and the names of topics.
 pub(crate) struct Modulations<'m> {
     pub(crate) config: &'m Modulation<Text<1024>>,
     pub(crate) connect: &'m Modulation<Text<512>>,
@@ -41,7 +41,7 @@ pub(crate) struct Modulations<'m> {
 }
 
 impl Settings<'_> {
-    /// The node's name.
+    /// Returns the node's name.
     pub(crate) fn name(&self) -> Result<Name, String> {
         let environment = std::env::var("ROS_DOMAIN_ID").ok();
         Ok(Name {
@@ -51,7 +51,7 @@ impl Settings<'_> {
         })
     }
 
-    /// Reports what cannot work, each at its modulation.
+    /// Reports each invalid setting at its modulation.
     pub(crate) fn inspect(&self, of: &Modulations<'_>, problems: &mut Problems<'_>) {
         let environment = std::env::var("ROS_DOMAIN_ID").ok();
         problems.expect(of.domain, names::domain(self.domain, environment.as_deref()));
@@ -69,7 +69,7 @@ impl Settings<'_> {
         }
     }
 
-    /// The way to others, and the same in words.
+    /// Returns Zenoh's configuration, and its address for messages.
     pub(crate) fn way(&self) -> Result<(Config, String), String> {
         if !self.config.is_empty() {
             if self.has_way {
@@ -104,7 +104,8 @@ impl Settings<'_> {
                 .collect();
             format!("[{}]", quoted.join(","))
         };
-        // A client has one way out and waits for it here; a peer listens or says why not, and looks for others meanwhile.
+        // A client has one connection and retries it here. A peer listens or fails, and connects to others
+        // meanwhile.
         let patient = mode == "peer";
         let entries = [
             ("mode", format!("{mode:?}")),
@@ -118,7 +119,7 @@ impl Settings<'_> {
             ("listen/endpoints", lists(&listen)),
             ("listen/timeout_ms", "0".to_owned()),
             ("listen/exit_on_failure", "true".to_owned()),
-            // As ROS 2 has it: nobody is called on the whole network, and who is met tells of others.
+            // As in ROS 2: no multicast scouting; connected nodes report others by gossip.
             ("scouting/multicast/enabled", "false".to_owned()),
             ("scouting/gossip/enabled", "true".to_owned()),
             ("transport/link/rx/max_message_size", MOST_BYTES.to_string()),
@@ -132,7 +133,7 @@ impl Settings<'_> {
     }
 }
 
-/// Places with commas between.
+/// Parses addresses separated by commas.
 fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
     let places = text.split(',').map(str::trim).filter(|place| !place.is_empty());
     places

@@ -1,5 +1,5 @@
-//! What a driver, its node's thread and the threads of Zenoh share. No lock is held while anybody waits for the network, so that
-//! no iteration waits for it either.
+//! The state shared by a driver, its node's thread and Zenoh's threads. No thread holds a lock while it waits
+//! for the network, so that no iteration waits for it either.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,10 +9,10 @@ use zenoh::bytes::ZBytes;
 
 use crate::node::{Arrived, Link};
 
-/// Remarks kept until they are taken, and those remembered so as not to be made twice.
+/// Most remarks per node. They are remembered so that none is repeated.
 const MOST_REMARKS: usize = 64;
 
-/// What is handed over, and what has come.
+/// Submitted messages, arrived messages and news.
 #[derive(Debug)]
 pub(crate) struct Shared {
     orders: Mutex<Orders>,
@@ -24,7 +24,7 @@ pub(crate) struct Shared {
 
 #[derive(Debug)]
 struct Orders {
-    /// For each publication what is to be sent next; what was not sent in time is replaced.
+    /// The messages to send next, per publication. New ones replace those that were not sent in time.
     waiting: Vec<Vec<Vec<u8>>>,
     ending: bool,
     ended: bool,
@@ -38,12 +38,12 @@ struct News {
     made: Vec<String>,
 }
 
-/// What the thread is to do next.
+/// The next work of the thread.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
-    /// Publications by number, and what is to be sent.
+    /// Numbers of publications, and their messages to send.
     pub(crate) batches: Vec<(usize, Vec<Vec<u8>>)>,
-    /// Whether that was all.
+    /// Whether the node must end afterwards.
     pub(crate) ending: bool,
 }
 
@@ -71,7 +71,7 @@ impl Shared {
         self.wanted[publication].load(Ordering::Relaxed)
     }
 
-    /// Hands over what is to be sent, in place of what was not sent yet.
+    /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn order(&self, publication: usize, messages: Vec<Vec<u8>>) {
         lock(&self.orders).waiting[publication] = messages;
         self.changed.notify_one();
@@ -90,7 +90,7 @@ impl Shared {
         std::mem::take(&mut lock(&self.news).remarks)
     }
 
-    /// Has the thread end, and waits for that no longer than `patience`.
+    /// Asks the thread to end, and waits for that for at most `patience`.
     pub(crate) fn finish(&self, patience: Duration) {
         let mut orders = lock(&self.orders);
         orders.ending = true;
@@ -105,7 +105,7 @@ impl Shared {
         }
     }
 
-    /// What is to be done, as soon as there is anything, or nothing after that long.
+    /// Returns the work to do. Waits for some for at most `patience`.
     pub(crate) fn work(&self, patience: Duration) -> Work {
         let mut orders = lock(&self.orders);
         if !orders.ending && orders.waiting.iter().all(Vec::is_empty) {
@@ -121,7 +121,7 @@ impl Shared {
         }
     }
 
-    /// Waits between two attempts; whether the node is to end instead of trying again.
+    /// Waits between two attempts. Returns whether the node must end instead of trying again.
     pub(crate) fn pause(&self, pause: Duration) -> bool {
         let until = Instant::now() + pause;
         loop {
@@ -153,14 +153,14 @@ impl Shared {
         news.link = link;
     }
 
-    /// One more attempt has failed.
+    /// Records a failed attempt.
     pub(crate) fn failed(&self, why: String) {
         let mut news = lock(&self.news);
         news.attempts = news.attempts.saturating_add(1);
         news.link = Link::Lost(why);
     }
 
-    /// Says something of others, if it has not been said; a crowd is not heard out.
+    /// Adds a remark on other nodes, unless it is a repetition or there are too many.
     pub(crate) fn remark(&self, remark: String) {
         let mut news = lock(&self.news);
         if news.made.len() < MOST_REMARKS && !news.made.contains(&remark) {
@@ -169,7 +169,7 @@ impl Shared {
         }
     }
 
-    /// The thread is done.
+    /// Records that the thread ended.
     pub(crate) fn end(&self) {
         lock(&self.orders).ended = true;
         self.changed.notify_all();

@@ -1,15 +1,15 @@
-//! Where a robot's frames stand to each other, as the tree of ROS 2 wants it: what RViz and Nav2 need to place a scan. Frames
-//! that never move are told along with the one that does.
+//! The transforms between a robot's frames, in the format of ROS 2. RViz and Nav2 need them to place a scan.
+//! Static frames are published together with the moving one.
 
 use jde_schema::prelude::*;
 
 use crate::clock::Clock;
 use crate::messages::measured;
 
-/// The base, a scanner, and a ring of sonars.
+/// Most transforms: the base, a scanner, and a ring of 32 sonars.
 const MOST: usize = 34;
 
-/// A place and a rotation, as a step from one frame to the next.
+/// Translation and rotation from one frame to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Transform")]
@@ -18,7 +18,7 @@ pub(crate) struct Transform {
     pub(crate) rotation: Quaternion,
 }
 
-/// One step: where the child frame is in the frame of the header.
+/// The transform from the header's frame to the child frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/TransformStamped")]
@@ -28,7 +28,7 @@ pub(crate) struct TransformStamped {
     pub(crate) transform: Transform,
 }
 
-/// Several steps.
+/// Several transforms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "tf2_msgs/msg/TFMessage")]
@@ -37,7 +37,7 @@ pub(crate) struct Transforms {
 }
 
 impl Transforms {
-    /// Where the base is by an odometry measured at its stamp, or then if it has none, and what sits on the base.
+    /// The transform of the base, from an odometry measured at its stamp, or at `time` if it has none.
     pub(crate) fn of(odometry: &Odometry, time: Duration, clock: &Clock) -> Self {
         let pose = odometry.pose.pose;
         let mut this = Self::default();
@@ -60,7 +60,7 @@ impl Transforms {
         this
     }
 
-    /// Adds a frame that sits on the base.
+    /// Adds a frame that is fixed on the base.
     pub(crate) fn mount(&mut self, frame: Frame, place: Pose2D) {
         let Some(base) = self.transforms.first().copied() else {
             return;
@@ -86,12 +86,12 @@ impl Transforms {
     }
 
     fn push(&mut self, step: TransformStamped) {
-        // A ring has 32 sonars at most, so there is room.
+        // A ring has at most 32 sonars, so the list has room.
         let _ = self.transforms.push(step);
     }
 }
 
-/// The echoes of a ring of sonars as ROS 2 has them, one message a sonar, each in a frame of its own.
+/// Converts a ring of sonars to the messages of ROS 2: one per sonar, each in its own frame.
 pub(crate) fn echoes(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> + '_ {
     let sonars = ring.ranges.iter().zip(&ring.poses).enumerate();
     sonars.map(|(number, (range, pose))| {
@@ -168,7 +168,7 @@ mod tests {
         let topic = crate::messages::Codec::<Transforms>::new()
             .topic("/tf".to_owned(), crate::keys::Quality::Reliable);
         assert_eq!(topic.type_name, "tf2_msgs/msg/TFMessage");
-        // Of ROS 2 Jazzy, as `rosbags` 0.11.9 computes it.
+        // From ROS 2 Jazzy, as computed by `rosbags` 0.11.9.
         assert_eq!(
             topic.hash,
             "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"

@@ -1,4 +1,5 @@
-//! What the drivers of this plugin share: a node, the clocks of both sides, and what is said of how things are. It knows no topic.
+//! Shared by the drivers of this plugin: a node, the clocks of both sides, and reports of the connection. It
+//! knows no topics.
 
 use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -10,16 +11,16 @@ use crate::clock::{Clock, Measured};
 use crate::messages::Codec;
 use crate::node::{Link, Node, Plan};
 
-/// Complaints made before no more are listened to, until the driver is woken again.
+/// Most complaints until the driver wakes again.
 const MOST_COMPLAINTS: usize = 32;
 
-/// A node and how it is doing.
+/// A node and its state.
 pub(crate) struct Wire {
     pub(crate) node: Node,
     pub(crate) clock: Clock,
     report: Report,
     complaints: Vec<String>,
-    /// What it is called, and where it is.
+    /// Its name, domain and address, for messages.
     who: String,
 }
 
@@ -28,7 +29,7 @@ pub(crate) struct Inlet<T> {
     number: usize,
     topic: String,
     codec: Codec<T>,
-    /// When the newest message that could be read arrived, until it is stale.
+    /// Arrival of the newest readable message, until it is stale.
     heard: Option<Duration>,
 }
 
@@ -49,7 +50,7 @@ impl Wire {
         })
     }
 
-    /// Compares the clocks and says what was noticed; first in each iteration.
+    /// Compares the clocks and logs new remarks. Called first in each iteration.
     pub(crate) fn begin(&mut self, cx: &Context) {
         let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         self.clock.compare(cx.now(), wall);
@@ -58,7 +59,7 @@ impl Wire {
         }
     }
 
-    /// Says that something is wrong with what comes, once.
+    /// Warns of an invalid message, once per text.
     pub(crate) fn complain(&mut self, cx: &Context, words: String) {
         if self.complaints.len() >= MOST_COMPLAINTS || self.complaints.contains(&words) {
             return;
@@ -70,7 +71,7 @@ impl Wire {
         }
     }
 
-    /// The newest message of a subscription, once, in place of a value; when it arrived.
+    /// Takes the newest message of a subscription into `value`. Returns the time of its arrival.
     pub(crate) fn receive<T: Value>(
         &mut self,
         cx: &Context,
@@ -87,7 +88,7 @@ impl Wire {
         }
     }
 
-    /// When a value that arrived then was measured; its stamp becomes the same.
+    /// Returns when a value with this arrival was measured, and sets its stamp to that time.
     pub(crate) fn stamp<T: Value>(
         &mut self,
         cx: &Context,
@@ -115,7 +116,7 @@ impl Wire {
         time
     }
 
-    /// Says how the node stands; `looking` is for what, if it is there and that is not.
+    /// Reports the node's connection. `looking` names the missing counterpart of a connected node.
     pub(crate) fn tell(&mut self, cx: &Context, export: &mut Export<Connection>, looking: Option<&str>) {
         let (link, attempts) = self.node.link();
         let standing = match (&link, looking) {
@@ -128,7 +129,7 @@ impl Wire {
         self.report.tell(cx, export, standing, attempts);
     }
 
-    /// Lets the last words go out, and goes.
+    /// Sends the submitted messages and ends the node.
     pub(crate) fn rest(mut self, cx: &Context, export: &mut Export<Connection>) {
         self.node.rest();
         self.report.retract(cx, export);
@@ -146,12 +147,12 @@ impl<T: Value> Inlet<T> {
         }
     }
 
-    /// What it is called.
+    /// The name of its topic.
     pub(crate) fn topic(&self) -> &str {
         &self.topic
     }
 
-    /// A message was good.
+    /// Records a valid message.
     pub(crate) fn hear(&mut self, arrived: Duration) {
         self.heard = Some(arrived);
     }
@@ -161,7 +162,7 @@ impl<T: Value> Inlet<T> {
         self.heard.is_some()
     }
 
-    /// Whether its newest message has just become older than `patience`.
+    /// Returns whether its newest message has just become older than `patience`.
     pub(crate) fn falls_silent(&mut self, now: Duration, patience: Duration) -> bool {
         let silent = self.heard.is_some_and(|heard| now > heard + patience);
         if silent {

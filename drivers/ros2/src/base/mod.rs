@@ -1,5 +1,5 @@
-//! A robot of ROS 2 as a base: behind the same ports as the simulated Pioneer and the real one, so that an application changes
-//! its driver's lines alone. What is made of its messages is next door.
+//! A ROS 2 robot as a base, behind the same ports as the simulated and the real Pioneer, so that an
+//! application changes only the driver's lines. The conversion of messages is in `up`.
 
 mod up;
 
@@ -14,26 +14,27 @@ use crate::settings::{Modulations, Settings};
 use crate::wire::{Inlet, Wire};
 use up::Up;
 
-/// The battery speaks seldom: so many times longer it may be silent.
+/// The battery's topic is infrequent: its time limit is this many times `stale`.
 const BATTERY: u32 = 10;
 
-/// A robot that speaks ROS 2, as a base: its topics are exports, and the velocity commanded is published for it.
+/// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
 ///
-/// A topic's name is put into the namespace unless it begins with `/`; an empty name switches the topic off. What is not heard
-/// any more is taken back, and comes back by itself.
+/// A topic's name is relative to the namespace unless it begins with `/`; an empty name switches the topic
+/// off. An export is retracted when its topic falls silent, and returns with the next message.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Base {
-    /// Where the router of ROS 2 is, or other nodes are; several with commas between.
+    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
     #[modulation(default = "tcp/localhost:7447", fixed)]
     connect: Modulation<Text<512>>,
-    /// Where others may connect to, as in "tcp/localhost:7448"; with none, everything goes by way of the router.
+    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+    /// through the router.
     #[modulation(default = "", fixed)]
     listen: Modulation<Text<512>>,
-    /// A configuration of Zenoh instead of these two, for TLS, passwords and all else.
+    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
     #[modulation(default = "", unit = "path", fixed)]
     config: Modulation<Text<1024>>,
-    /// Domain; -1 for that of the environment's ROS_DOMAIN_ID, or 0.
+    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
     #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
     domain: Modulation<i32>,
     /// Namespace of the node and its topics.
@@ -57,28 +58,29 @@ pub struct Base {
     /// Topic of the velocity.
     #[modulation(default = "cmd_vel", fixed)]
     velocity_topic: Modulation<Text<128>>,
-    /// How far the laser is turned left on the base.
+    /// Angle by which the laser is turned to the left on the base.
     #[modulation(default = 0.0, unit = "rad", fixed)]
     laser_yaw: Modulation<f64>,
-    /// How long what was heard counts if nothing else comes; ten times that for the battery.
+    /// Time after which an export without a new message is retracted; ten times as long for the battery.
     #[modulation(default = 1.0, unit = "s", min = 0.01)]
     stale: Modulation<f64>,
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
-    /// What the laser sees; of more beams than fit the nearest of those side by side.
+    /// The scan of the laser. If it has more beams than fit, groups of adjacent beams are replaced by their
+    /// nearest.
     #[export]
     laser: Export<LaserScan>,
-    /// Pose and velocity as the wheels tell.
+    /// Pose and velocity from the wheels.
     #[export]
     odometry: Export<Odometry>,
-    /// What the camera sees.
+    /// The picture of the camera.
     #[export]
     image: Export<Image>,
-    /// How the battery is.
+    /// The state of the battery.
     #[export]
     battery: Export<BatteryState>,
-    /// Whether the robot is heard.
+    /// Whether messages of the robot arrive.
     #[export]
     connection: Export<Connection>,
     up: Option<Up>,
@@ -204,7 +206,7 @@ impl Base {
     }
 }
 
-/// A subscription to that topic, unless it has no name.
+/// Adds a subscription to that topic, unless its name is empty.
 fn inlet<T: Value>(topics: &mut Vec<Topic>, namespace: &str, name: &Text<128>) -> Result<Option<Inlet<T>>> {
     let Some(topic) = crate::names::topic(namespace, name.as_str())? else {
         return Ok(None);
@@ -217,7 +219,7 @@ fn inlet<T: Value>(topics: &mut Vec<Topic>, namespace: &str, name: &Text<128>) -
     Ok(Some(Inlet::new(topics.len() - 1, topic, codec)))
 }
 
-/// Takes back what comes from a topic once it has fallen silent.
+/// Retracts an export if its topic has just fallen silent.
 fn silent<T: Value>(
     inlet: &mut Option<Inlet<T>>,
     now: Duration,

@@ -1,4 +1,5 @@
-//! From the messages of a robot of ROS 2 to exports: what is no number, or has parts missing, is named and left out.
+//! Converts messages of a ROS 2 robot to exports. Messages with invalid numbers or missing parts are reported
+//! and dropped.
 
 use jde_schema::prelude::*;
 
@@ -8,7 +9,7 @@ use crate::scan::Sweep;
 use crate::topics::is_finite;
 use crate::wire::{Inlet, Wire};
 
-/// A node with these topics.
+/// The node with its topics.
 pub(super) struct Up {
     pub(super) wire: Wire,
     pub(super) laser: Option<Inlet<Sweep>>,
@@ -17,7 +18,7 @@ pub(super) struct Up {
     pub(super) battery: Option<Inlet<BatteryState>>,
     pub(super) velocity: Option<Codec<Twist>>,
     pub(super) drive: Drive,
-    /// Where scans are unpacked: too large for a stack.
+    /// Buffer for scans, which are too large for a stack.
     pub(super) sweep: Box<Sweep>,
 }
 
@@ -90,7 +91,7 @@ impl Up {
         }
     }
 
-    /// Whether the robot has said anything of late that tells how it is.
+    /// Whether a message of the laser, the odometry or the camera is fresh. The battery does not count.
     pub(super) fn is_heard(&self) -> bool {
         self.laser.as_ref().is_some_and(Inlet::is_heard)
             || self.odometry.as_ref().is_some_and(Inlet::is_heard)

@@ -1,4 +1,4 @@
-//! Keys as others write them, and tokens of others that fit or do not.
+//! Keys in the format of other implementations, and tokens of others that match or do not.
 
 use jde_schema::prelude::*;
 use proptest::prelude::*;
@@ -56,7 +56,7 @@ fn keys_are_keys_of_zenoh() {
 fn who_means_the_same_by_a_topic_is_not_spoken_of() {
     let theirs = scan().token(&name(), "cd34", Way::Out, 1);
     assert_eq!(scan().mismatch(Way::In, &theirs), None);
-    // Two that publish do not meet, whatever they publish.
+    // Two publications of the same topic never exchange messages.
     let other = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
     assert_eq!(other.mismatch(Way::Out, &theirs), None);
     let elsewhere = Codec::<Odometry>::new().topic("/scan".to_owned(), Quality::Sensor);

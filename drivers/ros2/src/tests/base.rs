@@ -1,4 +1,4 @@
-//! A robot of ROS 2 as a base.
+//! A ROS 2 robot as a base.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,7 @@ use proptest::test_runner::TestRunner;
 use super::*;
 use crate::Base;
 
-/// A picture that leaves room on a stack.
+/// A picture that is small enough for a stack.
 #[derive(Clone, Copy, Default, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/Image")]
@@ -119,7 +119,7 @@ fn pictures_that_do_not_fit_or_lack_rows_are_named() {
         put(&session, "/camera/image_raw", &image);
         said(bench, "/camera/image_raw: a picture with rows missing") == 1
     });
-    // As long as that of a picture of 1280 x 720 pixels: its length stands before its bytes.
+    // The length of a picture of 1280 x 720 pixels, which precedes its bytes.
     let key = topic::<Image>("/camera/image_raw").key(&name());
     image.data.clear();
     let mut large = Codec::new().encode(&image);
@@ -150,7 +150,7 @@ fn messages_nobody_meant_do_no_harm() {
             Codec::new().encode(&BatteryState::default()),
         ),
     ];
-    // One driver for all of them: what harms it stays.
+    // One driver receives all of them, so that damage would persist.
     let trial = RefCell::new(trial);
     let damage = (
         0..messages.len(),

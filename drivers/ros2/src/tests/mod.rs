@@ -1,4 +1,4 @@
-//! The drivers against sessions of Zenoh in this process, over real sockets of the loopback.
+//! The drivers against Zenoh sessions in this process, over real sockets of the loopback interface.
 
 mod base;
 mod topics;
@@ -20,7 +20,7 @@ use crate::keys::{Name, Quality, Topic};
 use crate::messages::Codec;
 use crate::scan::Sweep;
 
-/// A driver on the bench, in time that passes.
+/// A driver on the bench, in real time.
 struct Trial<S: Schema> {
     bench: Bench<S>,
     start: Instant,
@@ -28,7 +28,7 @@ struct Trial<S: Schema> {
 }
 
 impl<S: Schema> Trial<S> {
-    /// A driver that goes to a place, in a domain of this test alone.
+    /// A driver that connects to an address, in a domain of this test only.
     fn at(place: &str) -> Self {
         let mut bench = Bench::new();
         bench.set("connect", Text::<512>::new(place));
@@ -53,7 +53,7 @@ impl<S: Schema> Trial<S> {
         thread::yield_now();
     }
 
-    /// Iterates until something is so.
+    /// Iterates until a condition holds.
     fn until(&mut self, mut good: impl FnMut(&mut Bench<S>) -> bool) {
         while !good(&mut self.bench) {
             self.step();
@@ -84,13 +84,13 @@ fn said<S>(bench: &Bench<S>, words: &str) -> usize {
         .count()
 }
 
-/// A place that nobody has.
+/// Returns an unused address.
 fn free() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     format!("tcp/{}", listener.local_addr().unwrap())
 }
 
-/// Another program, which listens there.
+/// Opens the session of another program, which listens at that address.
 fn other(place: &str) -> Session {
     let mut config = zenoh::Config::default();
     for (key, value) in [
@@ -139,7 +139,7 @@ fn put<T: Value>(session: &Session, name: &str, value: &T) {
         .unwrap();
 }
 
-/// A stamp of now, by the wall's clock.
+/// A stamp of the present wall-clock time.
 fn stamp() -> Time {
     std::time::SystemTime::now()
         .duration_since(std::time::UNIX_EPOCH)

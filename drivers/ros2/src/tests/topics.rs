@@ -1,4 +1,4 @@
-//! What a robot of ours shows to ROS 2, and what it obeys.
+//! The topics that a jde robot publishes, and the velocities that it follows.
 
 use super::*;
 use crate::tf::Transforms;

@@ -1,4 +1,4 @@
-//! The way to others: settings, losses, and who does not meet.
+//! Connections: settings, losses, and nodes that do not communicate.
 
 use zenoh::liveliness::LivelinessToken;
 
@@ -140,13 +140,14 @@ fn the_threads_of_zenoh_give_way_to_those_of_the_robot() {
     );
 }
 
-/// Names of this process's threads, and how much they give way.
+/// Names and niceness of this process's threads.
 fn threads() -> Vec<(String, i32)> {
     let tasks = std::fs::read_dir("/proc/self/task").unwrap();
     tasks
         .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok())
         .filter_map(|stat| {
-            // The name stands in brackets and may hold anything; of the fields behind it the 17th is the niceness (proc_pid_stat(5)).
+            // The name is in brackets and may contain any character. The 17th field after it is the niceness
+            // (proc_pid_stat(5)).
             let (name, rest) = (
                 stat.split_once('(')?.1.rsplit_once(')')?.0,
                 stat.rsplit_once(')')?.1,

@@ -1,4 +1,5 @@
-//! Topics of a robot of ours: what it senses is published, and what ROS 2 wants it to do is exported for a motor schema to obey.
+//! The topics of a jde robot: its sensors are published, and velocities from ROS 2 are exported for a motor
+//! schema.
 
 mod outlet;
 
@@ -12,23 +13,25 @@ use crate::tf::{Transforms, echoes};
 use crate::wire::{Inlet, Wire};
 use outlet::{Outlet, due, offer, outlet};
 
-/// Shows a robot to ROS 2: each import that the application binds is published on its topic whenever it is new and somebody
-/// listens, and velocities that come from ROS 2 are exported for `ros2/follow`.
+/// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
+/// subscribers. Velocities from ROS 2 are exported for `ros2/follow`.
 ///
-/// A topic's name is put into the namespace unless it begins with `/`; an empty name switches the topic off.
+/// A topic's name is relative to the namespace unless it begins with `/`; an empty name switches the topic
+/// off.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Topics {
-    /// Where the router of ROS 2 is, or other nodes are; several with commas between.
+    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
     #[modulation(default = "tcp/localhost:7447", fixed)]
     connect: Modulation<Text<512>>,
-    /// Where others may connect to, as in "tcp/localhost:7448"; with none, everything goes by way of the router.
+    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+    /// through the router.
     #[modulation(default = "", fixed)]
     listen: Modulation<Text<512>>,
-    /// A configuration of Zenoh instead of these two, for TLS, passwords and all else.
+    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
     #[modulation(default = "", unit = "path", fixed)]
     config: Modulation<Text<1024>>,
-    /// Domain; -1 for that of the environment's ROS_DOMAIN_ID, or 0.
+    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
     #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
     domain: Modulation<i32>,
     /// Namespace of the node and its topics.
@@ -46,49 +49,49 @@ pub struct Topics {
     /// Topic of the camera.
     #[modulation(default = "image", fixed)]
     image_topic: Modulation<Text<128>>,
-    /// Topic of the sonars: a message for each, in frames `sonar_0`, `sonar_1` and so on.
+    /// Topic of the sonars: one message per sonar, in frames `sonar_0`, `sonar_1` and so on.
     #[modulation(default = "sonar", fixed)]
     sonars_topic: Modulation<Text<128>>,
     /// Topic of the battery.
     #[modulation(default = "battery_state", fixed)]
     battery_topic: Modulation<Text<128>>,
-    /// Topic of where the frames stand to each other: the base by the odometry, and on it the laser and the sonars.
+    /// Topic of the transforms between frames: the base by the odometry, and on it the laser and the sonars.
     #[modulation(default = "/tf", fixed)]
     tf_topic: Modulation<Text<128>>,
-    /// Topic of the velocities that ROS 2 wants.
+    /// Topic of the velocities from ROS 2.
     #[modulation(default = "cmd_vel", fixed)]
     cmd_vel_topic: Modulation<Text<128>>,
-    /// Where the laser sits on the base.
+    /// Pose of the laser on the base.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     laser_mount: Modulation<Pose2D>,
-    /// How long a velocity that came counts if no other comes.
+    /// Time after which a velocity without a successor is retracted.
     #[modulation(default = 0.5, unit = "s", min = 0.01)]
     stale: Modulation<f64>,
-    /// What a laser sees.
+    /// The scan of a laser.
     #[import(optional)]
     laser: Import<LaserScan>,
-    /// Where the robot is, by its wheels.
+    /// Pose and velocity from the wheels.
     #[import(optional)]
     odometry: Import<Odometry>,
-    /// What a camera sees.
+    /// The picture of a camera.
     #[import(optional)]
     image: Import<Image>,
-    /// What the sonars hear.
+    /// The ranges of the sonars.
     #[import(optional)]
     sonars: Import<RangeRing>,
-    /// How the battery is.
+    /// The state of the battery.
     #[import(optional)]
     battery: Import<BatteryState>,
-    /// The velocity that ROS 2 wants, while it is fresh.
+    /// The velocity from ROS 2, while it is fresh.
     #[export]
     cmd_vel: Export<Twist>,
-    /// Whether the router is there.
+    /// Whether the router or other nodes are connected.
     #[export]
     connection: Export<Connection>,
     up: Option<Up>,
 }
 
-/// A node with these topics.
+/// The node with its topics.
 struct Up {
     wire: Wire,
     laser: Option<Outlet<LaserScan>>,
@@ -200,7 +203,7 @@ impl Topics {
         })
     }
 
-    /// A node with a topic for each import that is bound.
+    /// Starts a node with a topic for each import that is bound.
     fn start(&self, cx: &Context) -> Result<Up> {
         self.with_settings(cx, |settings| self.start_with(cx, &settings))
     }
@@ -275,7 +278,7 @@ impl Topics {
     }
 }
 
-/// Whether all of its numbers are some.
+/// Whether all its numbers are finite.
 pub(crate) fn is_finite(twist: &Twist) -> bool {
     [twist.linear, twist.angular]
         .iter()

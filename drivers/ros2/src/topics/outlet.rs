@@ -1,4 +1,4 @@
-//! What is published of a robot of ours, and when: a value that is new, to whoever listens.
+//! The publications of a jde robot: each sends new values while it has subscribers.
 
 use jde_schema::prelude::*;
 
@@ -11,11 +11,11 @@ use crate::node::Node;
 pub(super) struct Outlet<T> {
     pub(super) number: usize,
     pub(super) codec: Codec<T>,
-    /// Number of the value that was sent last.
+    /// Sequence number of the last value sent.
     sent: u64,
 }
 
-/// A publication of that topic, unless it has no name or nothing to say.
+/// Adds a publication of that topic, unless its name is empty or its import is not bound.
 pub(super) fn outlet<T: Value>(
     topics: &mut Vec<Topic>,
     namespace: &str,
@@ -39,7 +39,7 @@ pub(super) fn outlet<T: Value>(
     }))
 }
 
-/// A publication that is wanted, and the value that it has not sent.
+/// Returns a publication that has subscribers, with its new value; `None` otherwise.
 pub(super) fn due<'a, 'call, T, V: Value>(
     node: &Node,
     outlet: &'a mut Option<Outlet<T>>,
@@ -53,7 +53,7 @@ pub(super) fn due<'a, 'call, T, V: Value>(
     Some((outlet, value))
 }
 
-/// Publishes a value that was not sent yet, if anybody listens.
+/// Publishes a new value if it has subscribers.
 pub(super) fn offer<T: Stamped>(
     node: &Node,
     clock: &Clock,
