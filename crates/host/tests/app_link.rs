@@ -136,7 +136,7 @@ fn this_machine_has_other_users() {
     assert_eq!(link.listen[2], socket);
 }
 
-/// Forms of `tls`: a certificate alone; with client certificates required; with client certificates not required.
+/// Forms of `tls`: a certificate alone; with client certificates required; with them not required.
 const OWN: &str = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
 const ASKS: &str = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
 const SHOWS: &str =

@@ -1,5 +1,5 @@
-//! Plugin files, valid and invalid. Invalid files are refused before any of their code runs. The message
-//! names the file and the remedy. The libraries are real: cargo and `cc` build them here.
+//! Plugin files, valid and invalid. What can be recognised as invalid is refused before any of its code runs.
+//! The message names the file and the remedy. The libraries are real: cargo and `cc` build them here.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -172,8 +172,8 @@ fn plugins_of_a_version_to_come_run_in_this_host() {
     performs(&folder, 99);
 }
 
-/// Runs a plugin in a host of ABI 1.0. Returns its output and its exit code. The code is 0 if the plugin worked and
-/// all guard marks are intact.
+/// Runs a plugin in a host of ABI 1.0. Returns its output and its exit code. The code is 0 if the plugin
+/// worked and all guard marks are intact.
 fn in_an_old_host(folder: &TempDir, plugin: &Path) -> (String, Option<i32>) {
     let host = folder.path().join("host");
     cc(&[], "host.c", &Path::new(TESTS).join("v1.0"), &host);
