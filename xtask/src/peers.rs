@@ -198,7 +198,7 @@ impl Server {
         // A full pipe would block the server.
         std::thread::spawn(move || lines.for_each(drop));
         let Some(line) = line else {
-            // The server ended by itself; the reason is in its output above.
+            // Standard error ended without the line, so the server ended by itself.
             let _ = process.kill();
             bail!("`jde sim` told of no serial line");
         };
