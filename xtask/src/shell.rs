@@ -1,5 +1,5 @@
-//! Starts other programs. A command is shown before it runs, has no standard input, and is named in its
-//! errors. This module knows nothing of the purpose of a command.
+//! Starts other programs, without standard input. Errors name the command. `run` also shows the command before
+//! it runs. This module knows nothing of the purpose of a command.
 
 use std::io::read_to_string;
 use std::process::{Command, Stdio};
@@ -14,9 +14,8 @@ use crate::paint::Paint;
 /// Returns the `cargo` that runs this program, so that all steps use one toolchain.
 pub(crate) fn cargo() -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    // Cargo describes this package in variables of the environment. Other packages would be rebuilt when
-    // these change, together with all that use them, each time that direct calls of cargo alternate with
-    // calls through this program.
+    // Removes the variables in which cargo describes this package. Otherwise some packages, and all that use
+    // them, would be rebuilt whenever direct calls of cargo alternate with calls through this program.
     for (name, _) in std::env::vars_os() {
         let told = name
             .to_str()
