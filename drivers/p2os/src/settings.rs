@@ -10,7 +10,7 @@ use crate::Pioneer;
 use crate::robot::Robot;
 
 impl Pioneer {
-    /// The robot that the modulations describe. Opens nothing.
+    /// The robot that the modulations describe. Opens no port.
     pub(crate) fn settings(&self, cx: &Context) -> Result<Robot> {
         let address = self.address(cx)?;
         let beams = self.beams(cx);

@@ -104,8 +104,8 @@ impl Settings<'_> {
                 .collect();
             format!("[{}]", quoted.join(","))
         };
-        // A client has one connection and retries it here. A peer listens or fails, and connects to others
-        // meanwhile.
+        // A client fails if it cannot connect, and its session's thread tries again. A peer fails only if it
+        // cannot listen, and connects to other nodes meanwhile.
         let patient = mode == "peer";
         let entries = [
             ("mode", format!("{mode:?}")),

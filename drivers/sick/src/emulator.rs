@@ -18,8 +18,7 @@ pub(crate) struct Scanner {
     /// Every value of the next scans.
     pub(crate) value: u16,
     pub(crate) status: u8,
-    /// How many of the next telegrams it answers with NACK. The first telegram of a conversation is not
-    /// counted.
+    /// How many of the next telegrams it answers with NACK, except the command to stop sending.
     pub(crate) nacks: u32,
     /// A command that it refuses.
     pub(crate) refuses: Option<u8>,

@@ -30,8 +30,8 @@ pub(crate) struct Stuck {
 }
 
 impl Progress {
-    /// Records the distance, m. Returns the target's data once the robot got no nearer for `patience`, and
-    /// then starts again. Never does so if `patience` is zero.
+    /// Records the distance, m. Once the robot got no nearer for `patience`, returns how long and how
+    /// near, and starts again. Always returns `None` if `patience` is zero.
     pub(crate) fn stuck(
         &mut self,
         now: Duration,

@@ -5,8 +5,8 @@ use jde_schema::prelude::*;
 
 /// Keeps all its children awake, whatever their number and names.
 ///
-/// The children compete in one group, unless the application defines others with `groups.NAME = { members =
-/// [...] }`. Each group has its own policy and fallback.
+/// The children compete in one group, unless the application defines others:
+/// `groups.NAME = { members = [...] }`. Each group has its own policy and fallback.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "5ms")]
 pub struct All {

@@ -10,9 +10,9 @@ const PAUSE: Duration = Duration::from_millis(300);
 
 /// Drives the base as a person wishes, for as long as the wish is renewed.
 ///
-/// It is ready while the wish is not older than `patience`. When the driver stops or the connection fails,
-/// the wish expires and another schema can win. Place it first among the roots. An iteration without a valid
-/// wish commands zero speed.
+/// It is ready while the wish is not older than `patience`. When the person leaves or the connection
+/// fails, the wish expires and another schema can win. Place it first among the roots. An iteration without a
+/// valid wish commands zero speed.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Base {

@@ -53,7 +53,7 @@ pub(crate) struct Session {
     deadline: Duration,
     /// Present speed of the line.
     baud: Option<u32>,
-    /// Model, versions and state, as the scanner reports them.
+    /// Model, firmware, serial number and state, as the scanner reports them.
     name: Vec<String>,
     warned: bool,
 }
