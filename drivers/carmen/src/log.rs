@@ -10,7 +10,7 @@ use jde_schema::types::Pose2D;
 
 use crate::record::{self, Line, Scan};
 
-/// Longest line that is read, bytes. A scan of 1088 ranges has a tenth of it.
+/// Upper limit of a line, bytes; a longer one is split. A scan of 1088 ranges has a tenth of it.
 const LONGEST_LINE: u64 = 256 << 10;
 /// Most unreadable lines that are reported one by one.
 const MOST_NOTES: usize = 3;

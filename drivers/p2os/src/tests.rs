@@ -1,5 +1,5 @@
-//! The driver over TCP and over a pseudo-terminal, connected to a scripted robot, which uses the library's
-//! server side.
+//! The driver over TCP and over a pseudo-terminal, connected to a scripted robot, which uses the same
+//! library.
 
 mod robot;
 

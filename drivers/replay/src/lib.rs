@@ -96,10 +96,10 @@ pub struct Recording {
     /// Position of the head, which has no effect.
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
-    /// The command of the base in force, for display and recording.
+    /// The command in force for the base, for display and recording.
     #[export]
     wanted: Export<Twist>,
-    /// The command of the head in force.
+    /// The command in force for the head, for display and recording.
     #[export]
     wanted_head: Export<PanTilt>,
     /// The scan of the laser.
@@ -132,7 +132,7 @@ pub struct Recording {
     /// Progress of the recording.
     #[export]
     playback: Export<Playback>,
-    /// Seconds played, and their total; done at the end unless it starts again.
+    /// Seconds played, and their total; done at the end unless `repeat` is set.
     #[export]
     mission: Export<Mission>,
     player: Option<Player>,

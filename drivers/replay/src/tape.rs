@@ -85,8 +85,8 @@ impl Tape {
         }
     }
 
-    /// Returns the next message of the wanted topics, if it is due. With a count of messages `left` it
-    /// is due while the count is positive; otherwise it is due if it was published up to `until`.
+    /// Returns the next message of the wanted topics, if it is due. With a count of messages `left` it is
+    /// due while the count is positive; otherwise it is due if it was published up to `until`.
     pub(crate) fn next(
         &mut self,
         until: Duration,
