@@ -1,8 +1,8 @@
-//! Runs the programs of `docs/protocol.md`, which are clients of the link in Python, unchanged against an
-//! application. A part of the step `peers`.
+//! Runs clients of the link in Python against an application: the programs of `docs/protocol.md`, unchanged, and
+//! peers without credentials. A part of the step `peers`.
 
 use std::net::TcpListener;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{self, Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -15,6 +15,8 @@ use crate::test::Context;
 const PAGE: &str = "docs/protocol.md";
 /// The application that the programs inspect. Its schema `example` has a panel.
 const APPLICATION: &str = "apps/safe-navigation.toml";
+/// Peers without credentials. None of them may operate the application.
+const ROGUE: &str = "crates/link/tests/peers/rogue.py";
 /// The endpoint of the robot on the page, which is replaced by that of the test.
 const ENDPOINT: &str = "tcp/robot2.local:7447";
 /// The limit for finding the application and for one program: a hundred times the usual time.
@@ -43,7 +45,26 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
         ensure!(!said.trim().is_empty(), "a program of {PAGE} found nothing");
         print!("{said}");
     }
+    let mut rogue = Command::new(python);
+    rogue
+        .arg(context.root.join(ROGUE))
+        .arg(context.target.join("debug/jde"))
+        .arg(application(context, "closed.toml", "")?)
+        .arg(context.target.join("peers"))
+        .env("JDE_PLUGIN_PATH", context.target.join("debug"));
+    shell::show(&rogue, context.paint);
+    print!("{}", shell::read_within(&mut rogue, 4 * PATIENCE)?);
     Ok(())
+}
+
+/// Writes a copy of the application with more lines into the folder of the peers.
+fn application(context: &Context, name: &str, more: &str) -> Result<PathBuf> {
+    let text = std::fs::read_to_string(context.root.join(APPLICATION))?;
+    // Its paths are relative to the folder of the original.
+    let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
+    let file = context.target.join("peers").join(name);
+    std::fs::write(&file, text + more)?;
+    Ok(file)
 }
 
 /// Returns the Python blocks of a page.
@@ -56,19 +77,12 @@ fn programs(page: &str) -> Vec<String> {
 
 /// Starts a robot that listens on the loopback interface. Returns its endpoint and its process.
 fn robot(context: &Context) -> Result<(String, Robot)> {
-    let folder = context.target.join("peers");
-    let text = std::fs::read_to_string(context.root.join(APPLICATION))?;
     // The port is free again before the robot binds it; no other program here asks for ports.
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
     let folder_of_plugins = context.target.join("debug");
-    let file = folder.join("open.toml");
-    // Its paths are relative to the folder of the original.
-    let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
-    std::fs::write(
-        &file,
-        format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\ninsecure = true\n"),
-    )?;
+    let link = format!("\n[link]\nlisten = [\"{endpoint}\"]\ninsecure = true\n");
+    let file = application(context, "open.toml", &link)?;
     let mut command = Command::new(folder_of_plugins.join("jde"));
     // A unique name: other tests may run applications on this machine at the same time.
     let name = format!("documented-{}", process::id());

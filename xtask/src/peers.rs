@@ -18,6 +18,7 @@ use crate::test::Context;
 const PACKAGES: &[&str] = &[
     "Soar==1.5.2",
     "cbor2==6.2.1",
+    "cryptography==50.0.2",
     "mcap==1.6.0",
     "mcap-ros2-support==0.6.0",
     ros2::PACKAGE,
@@ -26,6 +27,7 @@ const PACKAGES: &[&str] = &[
 const IMPORTS: &[&str] = &[
     "soar.robot.arcos",
     "cbor2",
+    "cryptography",
     "zenoh",
     "mcap.reader",
     "mcap_ros2.decoder",

@@ -279,13 +279,14 @@ fn unread(host: &mut Host, robot: &Robot, broken: &mut Vec<String>) -> Result<()
 /// The disk of the recording fails. The host must report it, and schemas must not be affected.
 fn spoilt(host: &mut Host, robot: &Robot, said: &str, broken: &mut Vec<String>) -> Result<()> {
     let full = is_full(LOOKS);
-    let before = host.turns()?;
-    let since = Instant::now();
     if !within(MOVES, || host.complained_of(said)) {
         broken.push(format!(
             "the recording's disk is spoilt, and nothing is said of `{said}`"
         ));
     }
+    let before = host.turns()?;
+    let since = Instant::now();
+    std::thread::sleep(HOSTILE);
     if !full {
         have_had_turns(host, &before, since, "a spoilt disk", broken)?;
     }
