@@ -120,6 +120,8 @@ fn build(root: &Path, paint: Paint) -> Result<PathBuf> {
     cargo
         .args(["build", "--release", "--package", PACKAGE, "--target-dir"])
         .arg(&target)
+        // An incremental build is split differently and has other counts.
+        .env("CARGO_INCREMENTAL", "0")
         .current_dir(root.join(FOLDER));
     shell::run(&mut cargo, paint)?;
     Ok(target.join("release").join(PACKAGE))
