@@ -82,6 +82,9 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
         gallery,
         file.clone(),
     ));
+    // From its first instant on, tools see the recording at its place.
+    player.begin(&mut stage, &events)?;
+    playing.show();
     let link = Link::open(&settings, Arc::clone(&playing) as _, &events)?;
     let name = &link.about().name;
     let lines = how.plain || !terminal::is_interactive();

@@ -130,9 +130,16 @@ impl Player {
         lock(&self.wanted).stop
     }
 
+    /// Goes to the place where playing starts. Call it once, before anything asks for the position.
+    pub(super) fn begin(&self, stage: &mut Stage, events: &Events) -> Result<(), Failure> {
+        let place = lock(&self.wanted).seek.take();
+        let place = place.unwrap_or(self.index.begin);
+        self.go_to(place, stage, events).map(drop)
+    }
+
     /// Plays until it is stopped. If `to_the_end` is set, also returns at the end.
     pub(super) fn play(&self, stage: &mut Stage, events: &Events, to_the_end: bool) -> Result<(), Failure> {
-        let mut coming = self.index.from(0)?;
+        let mut coming = self.index.from(self.position())?;
         let mut next: Option<Next> = None;
         let mut pace = Pace::new(self.position(), Instant::now(), self.wanted().speed);
         loop {

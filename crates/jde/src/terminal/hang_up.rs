@@ -1,5 +1,5 @@
-//! Detects that the terminal has hung up. Code that reads keys through a library must check here first: after
-//! a hang-up the library would read forever.
+//! Detects that the terminal has hung up. Code that reads keys through a library must check here first: the
+//! library takes a hang-up for a silent terminal.
 
 use std::io;
 use std::thread;

@@ -4,6 +4,7 @@
 //! terminal that is gone is an error.
 
 use std::io::{self, Write};
+use std::mem::ManuallyDrop;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,13 +26,17 @@ use super::{Printer, err, is_interactive, raw_out, settle};
 /// Panics of other threads that are kept and printed at the end. The first ones show the cause.
 const PANICS_KEPT: usize = 20;
 
+/// How long the library may wait for a key. Without any time it does not read at all.
+const READ: Duration = Duration::from_millis(1);
+
 /// Whether this process has taken the terminal. Restoring it twice would put the cursor over text printed in
 /// between.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// The terminal of a view.
 pub(crate) struct Screen {
-    terminal: Terminal<CrosstermBackend<Printer>>,
+    /// Never dropped: its drop panics when the terminal is gone. [`give_back`] restores what it would.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<Printer>>>,
     out: Printer,
 }
 
@@ -55,7 +60,7 @@ impl Screen {
         let mut most = Duration::ZERO;
         loop {
             wait_for_key(most)?;
-            while event::poll(Duration::ZERO)? {
+            while event::poll(READ)? {
                 if let Event::Key(key) = event::read()?
                     && key.kind != KeyEventKind::Release
                 {
@@ -121,7 +126,10 @@ fn take() -> io::Result<Screen> {
     // `Terminal::clear` would query the cursor's position, which the console of a robot may never answer.
     execute!(out, EnterAlternateScreen, Clear(ClearType::All))?;
     let terminal = Terminal::new(CrosstermBackend::new(raw_out()))?;
-    Ok(Screen { terminal, out })
+    Ok(Screen {
+        terminal: ManuallyDrop::new(terminal),
+        out,
+    })
 }
 
 /// Restores the terminal. Errors are ignored: the terminal may be gone.

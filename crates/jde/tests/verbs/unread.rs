@@ -310,7 +310,8 @@ fn whoever_had_a_terminal_ends_with_it() {
             let mut process = terminal.start(place.command(jde_with_plugins(arguments)), session);
             terminal.shows(begins);
             drop(terminal);
-            process.ended();
+            let panicked = 101;
+            assert_ne!(process.ended(), Some(panicked), "{arguments:?}");
             let _ = std::fs::rename(&other, place.folder().join(format!("{session}.mcap")));
         }
     }
