@@ -3,7 +3,7 @@
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -23,9 +23,11 @@ type Heard = Box<dyn Fn(i32, bool) + Send>;
 
 /// All current listeners, by number.
 static LISTENERS: Mutex<Vec<(u64, Heard)>> = Mutex::new(Vec::new());
+/// Notified of each new listener.
+static ADDED: Condvar = Condvar::new();
 
-/// Listens to signals until it is dropped. Without any listener, a signal leaves one second for writing
-/// pending output and then ends the process.
+/// Listens to signals until it is dropped. A signal without any listener waits one second for one, in which
+/// pending output is written, and then ends the process.
 pub(crate) struct Interrupts {
     number: u64,
 }
@@ -53,10 +55,13 @@ impl Interrupts {
     /// The operating system refuses to deliver signals.
     pub(crate) fn each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        listen()?;
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        // Before the handlers are installed: the first signal must find a listener.
         listeners().push((number, Box::new(heard)));
-        Ok(Self { number })
+        ADDED.notify_one();
+        let listener = Self { number };
+        listen()?;
+        Ok(listener)
     }
 }
 
@@ -89,18 +94,13 @@ fn listen() -> io::Result<()> {
 fn take(signal: i32) {
     // A thread that waits for a slow reader of the output must also return.
     terminal::let_go();
-    let is_heard = {
-        let listeners = listeners();
-        let alone = listeners.len() == 1;
-        listeners.iter().for_each(|(_, heard)| heard(signal, alone));
-        !listeners.is_empty()
-    };
-    if !is_heard {
-        std::thread::sleep(ENDS);
-        if listeners().is_empty() {
-            end_by(signal);
-        }
+    let listeners = ADDED.wait_timeout_while(listeners(), ENDS, |listeners| listeners.is_empty());
+    let (listeners, _) = listeners.unwrap_or_else(PoisonError::into_inner);
+    if listeners.is_empty() {
+        end_by(signal);
     }
+    let alone = listeners.len() == 1;
+    listeners.iter().for_each(|(_, heard)| heard(signal, alone));
 }
 
 fn listeners() -> MutexGuard<'static, Vec<(u64, Heard)>> {
@@ -140,11 +140,51 @@ mod tests {
     use std::process::{Command, Stdio};
 
     use jde_watchdog::Watchdog;
+    use signal_hook::consts::SIGTERM;
+    use signal_hook::low_level;
 
     use super::{Interrupts, ignored};
 
     /// Makes this test program listen to signals without acting on them.
     const LISTENED: &str = "JDE_TEST_LISTENED";
+
+    /// Runs one of these tests in a process of its own, in which [`LISTENED`] is set.
+    fn process(test: &str) -> Command {
+        let mut process = Command::new(std::env::current_exe().unwrap());
+        let name = format!("interrupt::tests::{test}");
+        process
+            .args(["--exact", &name, "--nocapture"])
+            .env(LISTENED, "")
+            .stdout(Stdio::piped());
+        process
+    }
+
+    /// Whether the signal thread of this process has taken a signal and waits, according to Linux.
+    fn waits_for_a_listener() -> bool {
+        let mut threads = std::fs::read_dir("/proc/self/task").unwrap().flatten();
+        threads.any(|thread| {
+            let read = |file: &str| std::fs::read_to_string(thread.path().join(file)).unwrap_or_default();
+            read("comm").trim() == "signals" && read("wchan").contains("futex")
+        })
+    }
+
+    #[test]
+    fn a_signal_between_two_listeners_reaches_the_second() {
+        let _watchdog = Watchdog::of_a_test();
+        if std::env::var_os(LISTENED).is_some() {
+            drop(Interrupts::call(|| {}).unwrap());
+            low_level::raise(SIGTERM).unwrap();
+            while !waits_for_a_listener() {}
+            let _listener = Interrupts::call(|| low_level::exit(42)).unwrap();
+            loop {
+                std::thread::park();
+            }
+        }
+        let mut process = process("a_signal_between_two_listeners_reaches_the_second")
+            .spawn()
+            .unwrap();
+        assert_eq!(process.wait().unwrap().code(), Some(42));
+    }
 
     #[test]
     fn a_signal_after_the_last_who_listened_ends_the_process() {
@@ -156,11 +196,7 @@ mod tests {
                 std::thread::park();
             }
         }
-        let name = "interrupt::tests::a_signal_after_the_last_who_listened_ends_the_process";
-        let mut process = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", name, "--nocapture"])
-            .env(LISTENED, "")
-            .stdout(Stdio::piped())
+        let mut process = process("a_signal_after_the_last_who_listened_ends_the_process")
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(process.stdout.take().unwrap()).lines();
