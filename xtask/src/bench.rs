@@ -47,7 +47,9 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
     let target = Metadata::of_workspace(root)?.target_directory;
     if !choice.list {
         shell::run(
-            shell::cargo().args(["build", "--release"]).current_dir(root),
+            shell::cargo()
+                .args(["build", "--release", "--workspace"])
+                .current_dir(root),
             paint,
         )?;
     }

@@ -74,7 +74,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "build",
         title: "the executable and its plugins",
-        help: "see the compiler's errors above; `cargo build` shows them again",
+        help: "see the compiler's errors above; `cargo build --workspace` shows them again",
         needs: &[],
         run: build,
     },
@@ -233,7 +233,7 @@ fn headers(context: &Context) -> Result<Done> {
 
 /// Builds the default members. Plugins are shared libraries, which `cargo test` does not build.
 fn build(context: &Context) -> Result<Done> {
-    context.run(context.cargo(&["build"]))
+    context.run(context.cargo(&["build", "--workspace"]))
 }
 
 fn lints(context: &Context) -> Result<Done> {

@@ -1,6 +1,7 @@
 //! This program as a child process without a verb: it runs one isolated schema for a running application, or
 //! inspects plugin files before another process maps them.
 
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 use jde_host::apart::{Program, serve};
@@ -29,6 +30,11 @@ fn itself(argument: &str) -> Program {
         path: "/proc/self/exe".into(),
         arguments: vec![argument.into()],
     }
+}
+
+/// Whether the first argument requests a child process.
+pub(crate) fn is_child(argument: &OsStr) -> bool {
+    argument == SCHEMA || argument == INSPECTOR
 }
 
 /// Runs the child process if the first argument requests one. Returns `None` for a verb.

@@ -9,6 +9,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use jde_host::StartError;
 use jde_host::app::{Fault, Faults, Place};
 use jde_host::plugin::PluginError;
+#[cfg(feature = "tools")]
 use jde_log::ReadError;
 
 use crate::terminal::{self, BAD, TITLE, WARN};
@@ -17,8 +18,8 @@ use crate::terminal::{self, BAD, TITLE, WARN};
 const MOST_SHOWN: usize = 40;
 
 /// The advice when plugins are missing. The faults themselves name the plugins and the searched folders.
-const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build` in its\n\
-    checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
+const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build\n\
+    --workspace` in its checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
 
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
@@ -65,9 +66,11 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Unanswered(String),
     /// A recording cannot be read.
+    #[cfg(feature = "tools")]
     #[error(transparent)]
     Recording(#[from] ReadError),
     /// A running application could not be reached, or refused the request.
+    #[cfg(feature = "tools")]
     #[error(transparent)]
     Link(#[from] jde_link::Error),
     /// A file could not be read or written.
@@ -144,8 +147,11 @@ impl Failure {
             | Self::File { .. }
             | Self::Output(_) => 1,
             Self::Start(StartError::Thread(_) | StartError::Hindered(_)) => 1,
+            #[cfg(feature = "tools")]
             Self::Link(error) => link_status(error),
-            Self::Use { .. } | Self::Recording(_) | Self::Application { unusable: false, .. } => 2,
+            #[cfg(feature = "tools")]
+            Self::Recording(_) => 2,
+            Self::Use { .. } | Self::Application { unusable: false, .. } => 2,
             Self::Start(StartError::Wiring(_) | StartError::NoProgram(_)) => 2,
             Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
             Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
@@ -181,15 +187,16 @@ impl Failure {
             | Self::Broken(_)
             | Self::NotReloaded(_)
             | Self::Unanswered(_)
-            | Self::Recording(_)
-            | Self::Link(_)
             | Self::File { .. }
             | Self::Output(_) => plain(&self.to_string(), None),
+            #[cfg(feature = "tools")]
+            Self::Recording(_) | Self::Link(_) => plain(&self.to_string(), None),
         }
     }
 }
 
 /// Returns 2 for errors that another command line or setting can fix, and 1 for all others.
+#[cfg(feature = "tools")]
 fn link_status(error: &jde_link::Error) -> u8 {
     use jde_link::Error;
     match error {

@@ -8,6 +8,7 @@ use jde_abi::describe;
 use jde_abi::inspect::Problem;
 use jde_host::app::{self, Application, Catalogue, Faults, Inspection, Override};
 use jde_host::plugin::{Described, PluginError, Plugins, SearchPath};
+#[cfg(feature = "tools")]
 use jde_log::replay::Attached;
 
 use crate::failure::{self, Failure};
@@ -112,6 +113,7 @@ pub(crate) fn plugins(path: SearchPath) -> Plugins {
 ///
 /// # Errors
 /// All faults of the application.
+#[cfg(feature = "tools")]
 pub(crate) fn attached(file: &Attached, overrides: &[Override], trust: Trust) -> Result<Loaded, Failure> {
     let Attached { name, text, folder } = file;
     let stood = folder.as_ref().map(|folder| folder.join(name));

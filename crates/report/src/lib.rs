@@ -3,18 +3,32 @@
 //!
 //! The crate reads recordings and draws. It runs no schema, uses no network and prints nothing.
 
+// Charts and pages use parts of the drawings that drives do not.
+#![cfg_attr(
+    not(feature = "recordings"),
+    allow(dead_code, reason = "only recordings use it")
+)]
+
+#[cfg(feature = "recordings")]
 mod analysis;
+#[cfg(feature = "recordings")]
 mod chart;
 mod drawing;
 mod map;
+#[cfg(feature = "recordings")]
 mod page;
 mod picture;
+mod round;
+#[cfg(feature = "recordings")]
 mod sheet;
-#[cfg(test)]
+#[cfg(all(test, feature = "recordings"))]
 mod tests;
 
+#[cfg(feature = "recordings")]
 pub use analysis::{Analysis, Number, Series, Wanted};
 pub use map::{Drive, Obstacle, PathPoint, RobotPath, Takeover, Target};
+#[cfg(feature = "recordings")]
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
+#[cfg(feature = "recordings")]
 pub use sheet::{SIDES, Size};

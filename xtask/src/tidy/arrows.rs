@@ -46,6 +46,7 @@ const TABLE: &[Row] = &[
     row("crates/shadow", &["crates/core"]),
     // The ABI's reader has the only list of the names that application files reserve.
     row("crates/macros", &["crates/abi"]),
+    row("crates/launcher", &["crates/jde"]),
     row("crates/sim", &[]),
     row("crates/types", &["crates/abi", "crates/macros"]),
     row("crates/board", &["crates/abi"]),

@@ -28,6 +28,10 @@ const PLACES: &[(&str, &str)] = &[
         "a program for ourselves, in which nothing drives",
     ),
     (
+        "crates/launcher/",
+        "it builds and passes on, and runs nothing while it prints",
+    ),
+    (
         "crates/watchdog/",
         "it ends a test that waits for ever, and says who was where",
     ),

@@ -67,11 +67,13 @@ fn check_file(file: &File) -> Vec<Violation> {
     found
 }
 
-/// Returns whether a line silences dead code without permission. Test code may do so with a reason: in files
-/// that several tests share.
+/// Returns whether a line silences dead code without permission. A reason permits it in test code, for files
+/// that several tests share, and in builds without a feature, for modules that both builds share.
 fn silences(line: &Line) -> bool {
     let named = has_word(&line.code, "allow") && has_word(&line.code, "dead_code");
-    named && !(line.test && has_word(&line.code, "reason"))
+    // rustfmt puts the second argument of a long `cfg_attr` on a line of its own.
+    let partial = line.code.contains("cfg_attr(") || line.code.trim_start().starts_with("allow(");
+    named && !((line.test || partial) && has_word(&line.code, "reason"))
 }
 
 /// Returns whether the text contains a word, and not only as a part of a longer one.
@@ -119,6 +121,8 @@ mod tests {
             ),
             [0; 0]
         );
+        let shared = "#![cfg_attr(not(feature = \"f\"), allow(dead_code, reason = \"f uses it\"))]\n";
+        assert_eq!(lines("a.rs", shared), [0; 0]);
     }
 
     #[test]

@@ -277,7 +277,7 @@ fn program(campaign: &Campaign) -> Result<PathBuf> {
         .clone()
         .or_else(beside)
         .filter(|program| program.is_file());
-    program.context("there is no `jde` beside this program; `cargo build --release` makes it")
+    program.context("there is no `jde` beside this program; `cargo build --release --workspace` makes it")
 }
 
 fn find_schemas(told: &serde_json::Value) -> Vec<&serde_json::Value> {

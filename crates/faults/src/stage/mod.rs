@@ -98,7 +98,8 @@ pub fn plugins(more: &[PathBuf]) -> Plugins {
 /// There is no such plugin.
 pub fn file_of(plugins: &Plugins, name: &str) -> Result<PathBuf> {
     let found = plugins.search_path().find(name);
-    let found =
-        found.with_context(|| format!("there is no plugin `{name}`; `cargo build --release` makes it"))?;
+    let found = found.with_context(|| {
+        format!("there is no plugin `{name}`; `cargo build --release --workspace` makes it")
+    })?;
     Ok(found.path)
 }

@@ -6,11 +6,15 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
 
-use super::run::{Link, Time};
+use super::clock::Time;
+#[cfg(feature = "tools")]
+use super::tools::Link;
 use super::{conclude, log};
 use crate::failure::{self, Failure};
 use crate::load;
 use crate::log::Filter;
+#[cfg(feature = "tools")]
+use crate::session::LinkWanted;
 use crate::session::{self, How, Telling, View};
 use crate::summary::Summary;
 use crate::terminal::{self, FAINT, TITLE};
@@ -42,6 +46,7 @@ pub(super) struct Demo {
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
+    #[cfg(feature = "tools")]
     #[command(flatten)]
     link: Link,
     /// The folder for path.png and decisions.jsonl.
@@ -93,8 +98,10 @@ impl Demo {
             words,
             decisions: Some(self.out.join("decisions.jsonl")),
             picture: Some(self.out.join("path.png")),
-            record: None,
-            link: self.link.into(),
+            #[cfg(feature = "tools")]
+            extensions: vec![Box::new(LinkWanted::from(self.link))],
+            #[cfg(not(feature = "tools"))]
+            extensions: Vec::new(),
             watch: false,
         };
         let finished = session::run(loaded, how, &log)?;

@@ -2,25 +2,11 @@
 //!
 //! A verb parses its options and calls the module that does the work. No work is done here.
 
-mod check;
-pub(crate) mod client;
-mod completions;
+mod clock;
 mod demo;
-mod describe;
-mod info;
-mod new;
-mod plot;
-mod plugins;
-pub(crate) mod quantity;
-mod recording;
-mod replay;
-mod report;
-mod run;
-mod shell;
-mod sim;
+#[cfg(feature = "tools")]
+pub(crate) mod tools;
 mod verbs;
-#[cfg(feature = "view")]
-mod view;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -28,11 +14,10 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::CompleteEnv;
 
-use self::client::{Client, Context};
 use crate::failure::Failure;
 use crate::load::Loaded;
 use crate::log::{Filter, Log};
-use crate::session::{Finished, Recorded};
+use crate::session::Finished;
 use crate::summary::{self, Summary};
 use crate::terminal::{self, Color};
 use crate::visible::visible_json;
@@ -72,22 +57,9 @@ struct Common {
 #[derive(Subcommand)]
 enum Verb {
     Demo(demo::Demo),
-    Run(run::Run),
-    Replay(replay::Replay),
-    Info(info::Info),
-    Plot(plot::Plot),
-    Report(report::Report),
-    Sim(sim::Sim),
-    Check(check::Check),
-    Describe(describe::Describe),
-    Plugins(plugins::Plugins),
-    New(new::New),
-    Completions(completions::Completions),
+    #[cfg(feature = "tools")]
     #[command(flatten)]
-    Client(Box<Client>),
-    Shell(shell::Shell),
-    #[cfg(feature = "view")]
-    View(view::View),
+    Tool(tools::Tool),
 }
 
 /// Parses the command line, runs the verb and returns the exit status.
@@ -104,21 +76,8 @@ pub(crate) fn main() -> ExitCode {
     terminal::choose(common.color);
     let done = match verb {
         Verb::Demo(demo) => demo.run(common.log),
-        Verb::Run(run) => run.run(common.log),
-        Verb::Replay(replay) => replay.run(common.log),
-        Verb::Info(info) => info.run(),
-        Verb::Plot(plot) => plot.run(),
-        Verb::Report(report) => report.run(),
-        Verb::Sim(sim) => sim.run(),
-        Verb::Check(check) => check.run(),
-        Verb::Describe(describe) => describe.run(),
-        Verb::Plugins(plugins) => plugins.run(),
-        Verb::New(new) => new.run(),
-        Verb::Completions(completions) => completions.run(),
-        Verb::Client(verb) => verb.run(&Context::default()),
-        Verb::Shell(shell) => shell.run(),
-        #[cfg(feature = "view")]
-        Verb::View(view) => view.run(&Context::default(), common.log),
+        #[cfg(feature = "tools")]
+        Verb::Tool(tool) => tool.run(common.log),
     };
     end(done)
 }
@@ -186,7 +145,7 @@ fn conclude(
     if !fulfilled(&summary) {
         return Err(Failure::Mission);
     }
-    summary.recording.map_or(Ok(()), Recorded::whole)
+    summary.recording.map_or(Ok(()), |recorded| recorded.whole())
 }
 
 /// Prints a value as one line of JSON on standard output.

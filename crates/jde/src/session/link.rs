@@ -14,6 +14,8 @@ use jde_host::plugin::Plugins;
 use jde_host::{BeforeStart, Handle};
 use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, Title, Tls};
 
+use super::extension::{Coming, Extension, Prepared};
+use super::recorded::Recorded;
 use crate::failure::Failure;
 
 /// The link that a run asks for.
@@ -31,7 +33,7 @@ pub(crate) struct Wanted {
 const MOST_WORDS: usize = 4096;
 
 /// The link of a run.
-pub(crate) struct Way {
+struct Way {
     settings: Settings,
     /// Whether the run must not start without the link.
     required: bool,
@@ -47,12 +49,12 @@ impl Way {
     /// # Errors
     /// The password cannot be read, the name is that of an imported application, or windows are wanted and
     /// there is no screen.
-    pub(crate) fn prepare(
-        wanted: &Wanted,
-        application: &Application,
-        lockstep: bool,
-        speed: f64,
-    ) -> Result<Option<Self>, Failure> {
+    fn prepare(wanted: &Wanted, coming: &Coming<'_>) -> Result<Option<Self>, Failure> {
+        let Coming {
+            application,
+            lockstep,
+            speed,
+        } = *coming;
         let link = &application.link;
         if !wanted.on.unwrap_or(!lockstep && !link.off) {
             return Ok(None);
@@ -79,15 +81,24 @@ impl Way {
             link: Arc::default(),
         }))
     }
+}
 
-    /// Returns the observer that passes the application's events to the link.
-    pub(crate) fn observer(&self) -> Box<dyn Observer> {
+impl Extension for Wanted {
+    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure> {
+        let way = Way::prepare(self, coming)?;
+        Ok(way.map(|way| Box::new(way) as _))
+    }
+}
+
+impl Prepared for Way {
+    /// The observer passes the application's events to the link.
+    fn observer(&self) -> Box<dyn Observer> {
         self.events.observer()
     }
 
-    /// Returns the hook that opens the link before any schema writes a variable. If the link fails, the run
-    /// goes on with a warning, or does not start if the link is required.
-    pub(crate) fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart {
+    /// The hook opens the link. If the link fails, the run goes on with a warning, or does not start if the link
+    /// is required.
+    fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart {
         let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
         let (events, link, view) = (self.events.clone(), Arc::clone(&self.link), self.view);
@@ -118,9 +129,10 @@ impl Way {
     }
 
     /// Closes the link.
-    pub(crate) fn close(&self) {
+    fn finish(&self) -> Option<Recorded> {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
         drop(link);
+        None
     }
 }
 

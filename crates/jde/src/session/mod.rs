@@ -2,12 +2,17 @@
 //! or with lines of output, or in lockstep.
 
 mod digest;
+mod extension;
+#[cfg(feature = "tools")]
 mod link;
 mod live;
+#[cfg(feature = "tools")]
 mod panels;
 mod progress;
 mod promised;
+#[cfg(feature = "tools")]
 mod record;
+mod recorded;
 mod recorder;
 mod sight;
 mod tally;
@@ -34,19 +39,23 @@ use crate::summary::Summary;
 use crate::terminal::{self, Words};
 use crate::{summary, top};
 use digest::Digested;
-use link::Way;
+use extension::{Coming, Prepared};
 use live::Live;
 use progress::Progress;
 use promised::Promised;
-use record::Recording;
 use recorder::{Recorder, SAMPLE};
 use watch::Watch;
 
+pub(crate) use extension::Extension;
+#[cfg(feature = "tools")]
 pub(crate) use link::{Wanted as LinkWanted, link_settings};
 pub(crate) use live::robot;
+#[cfg(feature = "tools")]
 pub(crate) use panels::Panels;
 pub(crate) use progress::{Millis, Telling, of};
-pub(crate) use record::{Around, Record, Recorded, RecordedFile, no_recording, when};
+#[cfg(feature = "tools")]
+pub(crate) use record::{Around, Record, no_recording, when};
+pub(crate) use recorded::{Recorded, RecordedFile};
 pub(crate) use recorder::Kept;
 pub(crate) use sight::{Progress as Mission, Read};
 pub(crate) use trace::{Sample, Trace};
@@ -67,10 +76,8 @@ pub(crate) struct How {
     pub(crate) decisions: Option<PathBuf>,
     /// The file for the picture of the drive.
     pub(crate) picture: Option<PathBuf>,
-    /// What to record, and where.
-    pub(crate) record: Option<Record>,
-    /// The link for tools.
-    pub(crate) link: LinkWanted,
+    /// What accompanies the run.
+    pub(crate) extensions: Vec<Box<dyn Extension>>,
     /// Whether schemas are reloaded when the files of their plugins change; real time only.
     pub(crate) watch: bool,
 }
@@ -119,30 +126,32 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     let progress = Progress::new(&application, how.words, telling);
     let digested = Digested::new(decisions);
     let (mut recorder, observer) = Recorder::new(&application, digested, trace, progress, how.lockstep);
-    let recording = how
-        .record
-        .as_ref()
-        .map(|record| Recording::begin(record, &application, how.lockstep))
-        .transpose()?;
-    let way = Way::prepare(&how.link, &application, how.lockstep, how.speed)?;
+    let coming = Coming {
+        application: &application,
+        lockstep: how.lockstep,
+        speed: how.speed,
+    };
+    let mut extensions = Vec::new();
+    for extension in &how.extensions {
+        extensions.extend(extension.prepare(&coming)?);
+    }
     let mut options = Options {
         observers: vec![observer],
         limit: how.limit,
         speed: how.speed,
-        on_turn: recording.as_ref().and_then(Recording::on_turn),
+        on_turn: extensions.iter().find_map(|extension| extension.on_turn()),
         apart: Some(crate::child::program()),
         ..Options::default()
     };
     options
         .observers
-        .extend(recording.as_ref().map(Recording::observer));
-    options.observers.extend(way.as_ref().map(Way::observer));
-    let shown_to = [
-        recording.as_ref().map(Recording::before_start),
-        way.as_ref().map(|way| way.before_start(&plugins)),
-    ];
+        .extend(extensions.iter().map(|extension| extension.observer()));
+    let hooks: Vec<_> = extensions
+        .iter()
+        .map(|extension| extension.before_start(&plugins))
+        .collect();
     options.before_start = Some(Box::new(|handle| {
-        shown_to.into_iter().flatten().try_for_each(|show| show(handle))
+        hooks.into_iter().try_for_each(|hook| hook(handle))
     }));
 
     let started = Instant::now();
@@ -156,10 +165,8 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         in_real_time(application, &plugins, options, shown, &mut recorder, log)
     };
     let wall = started.elapsed();
-    if let Some(way) = &way {
-        way.close();
-    }
-    let recorded = recording.as_ref().map(Recording::finish);
+    // The link ends before the recording, which it was prepared after.
+    let recorded = finish(&extensions);
     log.forget();
     let (outcome, handle) = ran?;
 
@@ -178,6 +185,12 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         summary,
         words: kept.words,
     })
+}
+
+/// Ends the extensions of a run, the last first. Returns the result of its recording.
+fn finish(extensions: &[Box<dyn Prepared>]) -> Option<Recorded> {
+    let results = extensions.iter().rev().map(|extension| extension.finish());
+    results.fold(None, Option::or)
 }
 
 /// Runs in virtual time on the calling thread.

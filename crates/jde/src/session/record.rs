@@ -7,13 +7,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::Observer;
+use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;
 use jde_host::{BeforeStart, StartError};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Split, Status, When, Written};
-use serde::Serialize;
 
+use super::extension::{Coming, Extension, Prepared};
 use super::panels::{Chosen, Panels, Taking};
+use super::recorded::{Recorded, RecordedFile, RecordedParts};
 use crate::failure::{Failure, shown};
 
 /// What to record, and where.
@@ -44,71 +46,8 @@ pub(crate) struct Around {
     pub(crate) memory: usize,
 }
 
-/// The result of a recording.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Recorded {
-    /// The file. With conditions, the name from which the numbered names are derived.
-    pub(crate) file: String,
-    /// The files written for conditions; `None` if there are no conditions.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) files: Option<Vec<RecordedFile>>,
-    /// The files that the recording is split into.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) parts: Option<RecordedParts>,
-    /// Messages that were dropped from memory before the time to keep them had passed.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub(crate) short: u64,
-    /// Messages in the recording.
-    pub(crate) kept: u64,
-    /// Values and events that are missing in it.
-    pub(crate) lost: u64,
-    /// Its size, bytes.
-    pub(crate) bytes: u64,
-    /// The error that ended the writing, if any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) trouble: Option<String>,
-}
-
-/// The files that a recording is split into.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RecordedParts {
-    /// The name of the first file.
-    pub(crate) first: String,
-    /// The name of the last file.
-    pub(crate) last: String,
-    /// How many files were written.
-    pub(crate) count: u64,
-    /// How many files were deleted, those of earlier recordings included.
-    pub(crate) deleted: u64,
-    /// Files that should have been deleted and remain, because another recording is writing them.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) left: Vec<String>,
-}
-
-/// A file written for a condition.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RecordedFile {
-    /// The name of the file.
-    pub(crate) file: String,
-    /// The condition that became true.
-    pub(crate) reason: String,
-    /// When it became true, s since the application's start.
-    pub(crate) time_s: f64,
-    /// How often conditions became true during the file's time.
-    pub(crate) fired: u64,
-    /// Messages in the file.
-    pub(crate) kept: u64,
-    /// Messages of its time that are missing.
-    pub(crate) lost: u64,
-    /// Its size, bytes.
-    pub(crate) bytes: u64,
-    /// The error that ended it too soon, if any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) trouble: Option<String>,
-}
-
 /// A recording in progress.
-pub(crate) struct Recording {
+struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
     on_turn: Option<OnTurn>,
@@ -125,7 +64,7 @@ impl Recording {
     /// # Errors
     /// The file cannot be written, a pattern matches no variable or no panel, or a condition cannot be read.
     /// Unless it was the writing that failed, no file is created or overwritten.
-    pub(crate) fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
+    fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
         let selection = Selection::new(record.only.clone(), &names).map_err(|unknown| {
             Failure::usage(
@@ -166,21 +105,28 @@ impl Recording {
             waits: record.around.is_some(),
         })
     }
+}
 
-    /// Returns the observer that records events.
-    pub(crate) fn observer(&self) -> Box<dyn Observer> {
+impl Extension for Record {
+    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure> {
+        let recording = Recording::begin(self, coming.application, coming.lockstep)?;
+        Ok(Some(Box::new(recording)))
+    }
+}
+
+impl Prepared for Recording {
+    fn observer(&self) -> Box<dyn Observer> {
         self.recorder.observer()
     }
 
-    /// Returns the function to call with every turn, which `jde replay` needs; `None` for a recording around
-    /// conditions.
-    pub(crate) fn on_turn(&self) -> Option<OnTurn> {
+    /// `jde replay` needs every turn. A recording around conditions has none.
+    fn on_turn(&self) -> Option<OnTurn> {
         self.on_turn.clone()
     }
 
-    /// Returns the hook that records the variables of an application from their first value on, and its
-    /// panels. Variables that are not recorded can still be read by conditions.
-    pub(crate) fn before_start(&self) -> BeforeStart {
+    /// The hook records the variables of an application from their first value on, and its panels. Variables
+    /// that are not recorded can still be read by conditions.
+    fn before_start(&self, _: &Arc<Plugins>) -> BeforeStart {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
         let (panels, taking) = (self.panels.clone(), Arc::clone(&self.taking));
         Box::new(move |handle| {
@@ -201,10 +147,10 @@ impl Recording {
         })
     }
 
-    /// Writes the rest, and returns the result.
-    pub(crate) fn finish(&self) -> Recorded {
+    /// Writes the rest.
+    fn finish(&self) -> Option<Recorded> {
         drop(self.taking.lock().unwrap_or_else(PoisonError::into_inner).take());
-        Recorded::of(&self.file, self.waits, self.recorder.finish())
+        Some(Recorded::of(&self.file, self.waits, self.recorder.finish()))
     }
 }
 
@@ -237,17 +183,6 @@ impl Recorded {
             bytes,
             trouble,
         }
-    }
-
-    /// Checks that the recording was written to its end.
-    ///
-    /// # Errors
-    /// The disk failed or was full.
-    pub(crate) fn whole(self) -> Result<(), Failure> {
-        let file = self.file;
-        self.trouble.map_or(Ok(()), |trouble| {
-            Err(Failure::Broken(format!("{file} ends too soon: {trouble}")))
-        })
     }
 }
 
@@ -296,11 +231,6 @@ fn recorded(written: Written) -> RecordedFile {
         bytes: written.bytes,
         trouble: written.trouble,
     }
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
-fn is_zero(number: &u64) -> bool {
-    *number == 0
 }
 
 /// Returns the failure for a recording that cannot be begun.

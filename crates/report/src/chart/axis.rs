@@ -3,6 +3,7 @@
 use super::{Area, SMALL};
 use crate::analysis::Columns;
 use crate::drawing::{Align, ColorRole, Drawing, Line};
+use crate::round::round_up;
 
 /// Least distance between two grid lines, units.
 const APART: f32 = 90.0;
@@ -10,16 +11,6 @@ const APART: f32 = 90.0;
 const LONG: [f64; 12] = [
     60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
-
-/// Rounds up to 1, 2 or 5 times a power of ten.
-pub(crate) fn round_up(least: f64) -> f64 {
-    let power = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0]
-        .map(|digit| digit * power)
-        .into_iter()
-        .find(|step| *step >= least)
-        .unwrap_or(10.0 * power)
-}
 
 /// The times of the grid lines, s, with their labels.
 fn times(columns: Columns, width: f32) -> Vec<(f64, String)> {

@@ -7,6 +7,7 @@ pub(crate) mod color_role;
 mod font;
 mod raster;
 mod shape;
+#[cfg(feature = "recordings")]
 mod svg;
 
 use tiny_skia::Rect;

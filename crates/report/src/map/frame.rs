@@ -7,8 +7,8 @@ use tiny_skia::Rect;
 
 use super::Drive;
 use super::legend::Entry;
-use crate::chart::round_up;
 use crate::drawing::Font;
+use crate::round::round_up;
 
 /// Usual width of a map with its margins, units: fills a page at 200 dots per inch.
 const WIDTH: f64 = 1600.0;

@@ -18,8 +18,8 @@ use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 
 use super::pace::Pace;
 use super::{Context, Target};
-use crate::cli::quantity;
-use crate::cli::recording::{RecordedPanels, Splitting, Waiting};
+use crate::cli::tools::quantity;
+use crate::cli::tools::recording::{RecordedPanels, Splitting, Waiting};
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::session::{self, Panels, Recorded};

@@ -13,7 +13,7 @@ use crate::new::{self, Kind};
   jde new schema follow
   jde new driver gripper --path ~/robots
   jde new app patrol")]
-pub(super) struct New {
+pub(crate) struct New {
     /// What to write.
     kind: What,
     /// Its name, such as follow-wall. The folder has the same name.

@@ -6,7 +6,7 @@ use std::path::Path;
 use clap::{Args, ValueHint};
 use jde_host::plugin::SearchPath;
 
-use super::print_json;
+use crate::cli::print_json;
 use crate::failure::Failure;
 use crate::{inspect, load, terminal};
 
@@ -17,7 +17,7 @@ use crate::{inspect, load, terminal};
 #[command(after_help = "Examples:
   jde describe vff
   jde describe target/debug/libfollow.so --json")]
-pub(super) struct Describe {
+pub(crate) struct Describe {
     /// The plugin's name or file.
     #[arg(value_hint = ValueHint::FilePath)]
     plugin: String,

@@ -19,7 +19,7 @@ use crate::{inspect, load, terminal};
 #[derive(Args)]
 #[command(after_help = "Example:
   jde check apps/safe-navigation.toml")]
-pub(super) struct Check {
+pub(crate) struct Check {
     /// The application's file, or the name of one in the folder apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: PathBuf,

@@ -8,8 +8,8 @@ use clap::{Args, ValueHint};
 use jde_log::{Recording, Survey, TopicSurvey, Troubled};
 use serde::Serialize;
 
-use super::print_json;
 use crate::attached::table::{Cell, Side, Table};
+use crate::cli::print_json;
 use crate::failure::{Failure, shown};
 use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
@@ -30,7 +30,7 @@ const MOST_LISTED: usize = 6;
 #[command(after_help = "Examples:
   jde info drive.mcap
   jde info drive.mcap --json | jq '.topics[].topic'")]
-pub(super) struct Info {
+pub(crate) struct Info {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,

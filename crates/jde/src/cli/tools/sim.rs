@@ -14,7 +14,9 @@ use jde_p2os_server::{Options, Place, Server, ServerError, Tally};
 use jde_sim::World;
 use serde::Serialize;
 
-use super::{print_json, quantity};
+use super::quantity;
+use crate::cli::clock::speed;
+use crate::cli::print_json;
 use crate::failure::Failure;
 use crate::interrupt::{self, Interrupts};
 use crate::places;
@@ -37,7 +39,7 @@ const PORT: u16 = 8101;
   jde sim office --p2os 0.0.0.0:8101         for the whole network: the protocol knows no password
   jde sim hall --p2os --model second=amigo --speed 2x --for 10min",
     group = ArgGroup::new("lines").args(["p2os", "pty"]).required(true).multiple(true))]
-pub(super) struct Sim {
+pub(crate) struct Sim {
     /// The world's file, or the name of one in the folder worlds.
     #[arg(value_name = "WORLD", value_hint = ValueHint::FilePath)]
     world: PathBuf,
@@ -55,7 +57,7 @@ pub(super) struct Sim {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Run this many times as fast as real time.
-    #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x")]
+    #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x")]
     speed: f64,
     /// End after this time of the machine.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]

@@ -24,7 +24,7 @@ use crate::recorded::{self, Output, Stretch};
   jde plot drive.mcap
   jde plot drive.mcap pioneer.odometry.twist.twist.linear.x pioneer.velocity.linear.x --from 10s --to 40s
   jde plot drive.mcap --size 2400x1600 -o - | feh -")]
-pub(super) struct Plot {
+pub(crate) struct Plot {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,

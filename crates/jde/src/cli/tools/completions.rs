@@ -17,7 +17,7 @@ const ASKED_BY: &str = "COMPLETE";
 #[command(after_help = "Examples:
   jde completions bash > ~/.local/share/bash-completion/completions/jde
   jde completions fish > ~/.config/fish/completions/jde.fish")]
-pub(super) struct Completions {
+pub(crate) struct Completions {
     /// The shell.
     shell: Shell,
 }

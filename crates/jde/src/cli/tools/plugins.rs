@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use super::print_json;
+use crate::cli::print_json;
 use crate::failure::Failure;
 use crate::{inspect, terminal};
 
@@ -14,7 +14,7 @@ use crate::{inspect, terminal};
 #[command(after_help = "Examples:
   jde plugins
   jde plugins apps/safe-navigation.toml --json")]
-pub(super) struct Plugins {
+pub(crate) struct Plugins {
     /// List what this application can use. It may name folders of its own.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: Option<PathBuf>,

@@ -63,16 +63,6 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses a speed factor from 0.01 to 100: "4x" or "0.5".
-pub(super) fn speed(text: &str) -> Result<f64, String> {
-    let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
-    match number {
-        Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),
-        Ok(_) => Err(format!("`{text}` must be from 0.01x to 100x")),
-        Err(_) => Err(format!("`{text}` is no speed; write a number such as 4x or 0.5x")),
-    }
-}
-
 /// Parses a size in bytes: "256MB", "1GB" or "64 kB".
 pub(super) fn size(text: &str) -> Result<usize, String> {
     let wrong = || format!("`{text}` is no size; write a number with kB, MB or GB, such as 256MB");
@@ -123,7 +113,7 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Every, Size, every, pixels, place, rate, size, speed, time};
+    use super::{Every, Size, every, pixels, place, rate, size, time};
 
     #[test]
     fn pixels_are_wide_and_high() {
@@ -207,15 +197,6 @@ mod tests {
         assert_eq!(rate("0.5"), Ok(0.5));
         for text in ["", "Hz", "0", "-1", "nan", "inf"] {
             assert!(rate(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn speeds_are_factors() {
-        assert_eq!(speed("4x"), Ok(4.0));
-        assert_eq!(speed("0.5"), Ok(0.5));
-        for text in ["", "x", "0x", "-1", "nan", "1000x"] {
-            assert!(speed(text).is_err(), "{text}");
         }
     }
 }

@@ -18,7 +18,7 @@ use ratatui::crossterm::terminal::disable_raw_mode;
 use signal_hook::consts::{SIGHUP, SIGINT};
 
 use super::client::{Client, Context, Target};
-use super::print_help;
+use crate::cli::print_help;
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::{Interrupts, end_by};
@@ -40,7 +40,7 @@ const MENU: &str = "completions";
   jde shell
   jde shell --app robot2 --at tls/robot2:7447 --key lab.toml
   printf 'stop goon\\nps\\n' | jde shell")]
-pub(super) struct Shell {
+pub(crate) struct Shell {
     #[command(flatten)]
     target: Target,
 }

@@ -13,7 +13,7 @@ use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
 use crate::attached::name::split_application;
-use crate::cli::quantity;
+use crate::cli::tools::quantity;
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::terminal::{self, FAINT, GOOD};

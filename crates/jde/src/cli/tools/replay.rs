@@ -7,7 +7,9 @@ use jde_core::Nanos;
 use jde_host::app::Override;
 use jde_log::replay::{Allowed, Span};
 
-use super::{log, quantity};
+use super::quantity;
+use crate::cli::clock::speed;
+use crate::cli::log;
 use crate::failure::Failure;
 use crate::load::Trust;
 use crate::log::Filter;
@@ -38,7 +40,7 @@ use crate::replay::{self, How};
   jde replay --decide drive.mcap --tolerance geometry_msgs/msg/Twist=1e-9
   jde replay --decide drive.mcap --app new.toml --json
   jde replay --decide drive.mcap --trust                  with the plugins that stand beside its application")]
-pub(super) struct Replay {
+pub(crate) struct Replay {
     /// The recording; with --decide, a whole run from its start.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
@@ -78,7 +80,7 @@ pub(super) struct Replay {
 #[derive(Args)]
 struct Play {
     /// Play this many times as fast as real time.
-    #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x", conflicts_with = "decide")]
+    #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x", conflicts_with = "decide")]
     speed: f64,
     /// Start again at the end.
     #[arg(long = "loop", conflicts_with = "decide")]

@@ -23,7 +23,7 @@ use crate::log::{Filter, Log};
   jde view safe-navigation
   jde view drive.mcap
   jde view --at tls/robot2:7447 --key me.toml")]
-pub(super) struct View {
+pub(crate) struct View {
     /// The name of a running application, or a recording: a file that ends in .mcap, or a path with a /.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
     what: Option<OsString>,

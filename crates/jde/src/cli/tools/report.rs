@@ -20,7 +20,7 @@ use crate::recorded::{self, Output, Stretch};
   jde report drive.mcap
   jde report drive.mcap --from 10s --to 40s -o failure.html
   ssh robot2 jde report drive.mcap -o - > drive.html")]
-pub(super) struct Report {
+pub(crate) struct Report {
     /// The recording.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,

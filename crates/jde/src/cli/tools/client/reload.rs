@@ -10,7 +10,8 @@ use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
 use crate::attached::name::split_application;
-use crate::cli::{print_json, quantity};
+use crate::cli::print_json;
+use crate::cli::tools::quantity;
 use crate::complete;
 use crate::failure::Failure;
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN, Words};

@@ -6,12 +6,15 @@ use clap::{Args, ValueHint};
 use jde_core::Nanos;
 use jde_host::app::Override;
 
+use super::link::Link;
+use super::quantity;
 use super::recording::Recording;
-use super::{conclude, log, quantity};
+use crate::cli::clock::Time;
+use crate::cli::{conclude, log};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
-use crate::session::{self, How, LinkWanted, Telling, View};
+use crate::session::{self, Extension, How, LinkWanted, Telling, View};
 use crate::summary::Summary;
 use crate::terminal;
 
@@ -32,7 +35,7 @@ use crate::terminal;
   jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
-pub(super) struct Run {
+pub(crate) struct Run {
     /// The application's file, or the name of one in the folder apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
     application: PathBuf,
@@ -65,65 +68,6 @@ pub(super) struct Run {
     link: Link,
 }
 
-/// How tools connect.
-#[derive(Args)]
-pub(super) struct Link {
-    /// The name under which tools and other robots find it, instead of the application's.
-    #[arg(long, value_name = "NAME")]
-    name: Option<String>,
-    /// Let no tool connect, whatever the application's file says.
-    #[arg(long, conflicts_with_all = ["name", "link"])]
-    no_link: bool,
-    /// Let tools connect also in lockstep, which usually ends before a tool can connect.
-    #[arg(long)]
-    link: bool,
-    /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
-    #[cfg(feature = "view")]
-    #[arg(long, conflicts_with = "no_link")]
-    view: bool,
-}
-
-impl Link {
-    #[cfg(feature = "view")]
-    fn view(&self) -> bool {
-        self.view
-    }
-
-    #[cfg(not(feature = "view"))]
-    fn view(&self) -> bool {
-        false
-    }
-}
-
-impl From<Link> for LinkWanted {
-    fn from(link: Link) -> Self {
-        let view = link.view();
-        Self {
-            view,
-            on: match (link.no_link, link.link || view || link.name.is_some()) {
-                (true, _) => Some(false),
-                (false, true) => Some(true),
-                (false, false) => None,
-            },
-            name: link.name,
-        }
-    }
-}
-
-/// The clock and the seed of a run.
-#[derive(Args)]
-pub(super) struct Time {
-    /// Run in virtual time, as fast as the machine can; the same seed gives the same run to the bit.
-    #[arg(long)]
-    pub(super) lockstep: bool,
-    /// The seed of all randomness, instead of the application's.
-    #[arg(long, value_name = "N")]
-    pub(super) seed: Option<u64>,
-    /// Run this many times as fast as real time.
-    #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x", conflicts_with = "lockstep")]
-    pub(super) speed: f64,
-}
-
 impl Run {
     /// Runs the application.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
@@ -133,6 +77,12 @@ impl Run {
             loaded.application.seed = seed;
         }
         let lines = self.plain || self.json || self.time.lockstep || !terminal::is_interactive();
+        // The recording comes first: it fails before the link opens.
+        let mut extensions: Vec<Box<dyn Extension>> = Vec::new();
+        if let Some(record) = self.record.wanted()? {
+            extensions.push(Box::new(record));
+        }
+        extensions.push(Box::new(LinkWanted::from(self.link)));
         let how = How {
             lockstep: self.time.lockstep,
             limit: self.limit,
@@ -149,8 +99,7 @@ impl Run {
             },
             decisions: self.decisions,
             picture: self.picture,
-            record: self.record.wanted()?,
-            link: self.link.into(),
+            extensions,
             watch: self.watch,
         };
         let finished = session::run(loaded, how, &log)?;

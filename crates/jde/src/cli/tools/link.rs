@@ -1,0 +1,50 @@
+//! The options of verbs that open a link: how tools connect to the run.
+
+use clap::Args;
+
+use crate::session::LinkWanted;
+
+/// How tools connect.
+#[derive(Args)]
+pub(crate) struct Link {
+    /// The name under which tools and other robots find it, instead of the application's.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Let no tool connect, whatever the application's file says.
+    #[arg(long, conflicts_with_all = ["name", "link"])]
+    no_link: bool,
+    /// Let tools connect also in lockstep, which usually ends before a tool can connect.
+    #[arg(long)]
+    link: bool,
+    /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
+    #[cfg(feature = "view")]
+    #[arg(long, conflicts_with = "no_link")]
+    view: bool,
+}
+
+impl Link {
+    #[cfg(feature = "view")]
+    fn view(&self) -> bool {
+        self.view
+    }
+
+    #[cfg(not(feature = "view"))]
+    fn view(&self) -> bool {
+        false
+    }
+}
+
+impl From<Link> for LinkWanted {
+    fn from(link: Link) -> Self {
+        let view = link.view();
+        Self {
+            view,
+            on: match (link.no_link, link.link || view || link.name.is_some()) {
+                (true, _) => Some(false),
+                (false, true) => Some(true),
+                (false, false) => None,
+            },
+            name: link.name,
+        }
+    }
+}

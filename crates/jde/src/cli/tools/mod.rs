@@ -1,0 +1,71 @@
+//! All verbs that need the link or recordings: every verb but `demo`.
+
+mod check;
+pub(crate) mod client;
+mod completions;
+mod describe;
+mod info;
+mod link;
+mod new;
+mod plot;
+mod plugins;
+pub(crate) mod quantity;
+pub(crate) mod recording;
+mod replay;
+mod report;
+mod run;
+mod shell;
+mod sim;
+#[cfg(feature = "view")]
+mod view;
+
+use clap::Subcommand;
+
+use self::client::{Client, Context};
+use crate::failure::Failure;
+use crate::log::Filter;
+pub(super) use link::Link;
+
+/// The verbs.
+#[derive(Subcommand)]
+pub(super) enum Tool {
+    Run(run::Run),
+    Replay(replay::Replay),
+    Info(info::Info),
+    Plot(plot::Plot),
+    Report(report::Report),
+    Sim(sim::Sim),
+    Check(check::Check),
+    Describe(describe::Describe),
+    Plugins(plugins::Plugins),
+    New(new::New),
+    Completions(completions::Completions),
+    #[command(flatten)]
+    Client(Box<Client>),
+    Shell(shell::Shell),
+    #[cfg(feature = "view")]
+    View(view::View),
+}
+
+impl Tool {
+    /// Runs the verb. `filter` selects the log of verbs that run an application.
+    pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
+        match self {
+            Self::Run(run) => run.run(filter),
+            Self::Replay(replay) => replay.run(filter),
+            Self::Info(info) => info.run(),
+            Self::Plot(plot) => plot.run(),
+            Self::Report(report) => report.run(),
+            Self::Sim(sim) => sim.run(),
+            Self::Check(check) => check.run(),
+            Self::Describe(describe) => describe.run(),
+            Self::Plugins(plugins) => plugins.run(),
+            Self::New(new) => new.run(),
+            Self::Completions(completions) => completions.run(),
+            Self::Client(verb) => verb.run(&Context::default()),
+            Self::Shell(shell) => shell.run(),
+            #[cfg(feature = "view")]
+            Self::View(view) => view.run(&Context::default(), filter),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The executable as a library. Connects the other crates, owns the command line and prints errors. Each verb's work
+//! has a module of its own. This file contains no control code.
+
+// Modules that both builds share have parts that only the tools use.
+#![cfg_attr(
+    not(feature = "tools"),
+    allow(dead_code, unused_imports, reason = "only the tools use it")
+)]
+
+#[cfg(feature = "tools")]
+mod attached;
+mod child;
+mod cli;
+#[cfg(feature = "tools")]
+mod complete;
+mod failure;
+#[cfg(feature = "tools")]
+mod inspect;
+mod interrupt;
+mod load;
+mod log;
+#[cfg(feature = "tools")]
+mod new;
+mod places;
+#[cfg(feature = "tools")]
+mod playback;
+mod queue;
+#[cfg(feature = "tools")]
+mod recorded;
+#[cfg(feature = "tools")]
+mod replay;
+mod session;
+#[cfg(feature = "tools")]
+mod strip;
+mod summary;
+mod terminal;
+mod top;
+mod visible;
+#[cfg(feature = "tools")]
+mod why;
+
+/// Whether the first argument makes this process serve another `jde` as its child.
+#[must_use]
+pub fn is_child(argument: &std::ffi::OsStr) -> bool {
+    child::is_child(argument)
+}
+
+/// Runs the verb of the command line, or serves as a child process of another `jde`. Returns the exit status.
+#[must_use]
+pub fn main() -> std::process::ExitCode {
+    terminal::tell_panics();
+    child::main().unwrap_or_else(cli::main)
+}

@@ -1,0 +1,48 @@
+//! What may accompany a run: the link for tools, and the recording.
+
+use std::sync::Arc;
+
+use jde_host::BeforeStart;
+use jde_host::app::Application;
+use jde_host::event::Observer;
+use jde_host::plugin::Plugins;
+use jde_host::turn::OnTurn;
+
+use super::recorded::Recorded;
+use crate::failure::Failure;
+
+/// What is known of a run before it starts.
+pub(crate) struct Coming<'a> {
+    /// The application.
+    pub(crate) application: &'a Application,
+    /// Whether it runs in virtual time.
+    pub(crate) lockstep: bool,
+    /// Seconds of application time per second of the machine.
+    pub(crate) speed: f64,
+}
+
+/// What the user wants beside a run.
+pub(crate) trait Extension {
+    /// Prepares it. Returns `None` if this run has none.
+    ///
+    /// # Errors
+    /// The run must not start.
+    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure>;
+}
+
+/// An extension of one run.
+pub(crate) trait Prepared {
+    /// Returns an observer of all events.
+    fn observer(&self) -> Box<dyn Observer>;
+
+    /// Returns the function to call with every turn, if it needs them.
+    fn on_turn(&self) -> Option<OnTurn> {
+        None
+    }
+
+    /// Returns the hook to call before any schema writes a variable.
+    fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart;
+
+    /// Ends it. Returns the result of a recording.
+    fn finish(&self) -> Option<Recorded>;
+}

@@ -1,0 +1,66 @@
+//! What `cargo run` runs in a checkout: `demo` and child processes at once, with the few libraries they need.
+//! For every other verb it builds all of jde, which takes minutes the first time, and passes the verb on.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+/// Packages of the workspace that no user of jde runs.
+const NOT_BUILT: [&str; 3] = ["jde-launcher", "jde-faults", "xtask"];
+
+fn main() -> ExitCode {
+    let verb = std::env::args_os().nth(1).unwrap_or_default();
+    if verb == "demo" || jde::is_child(&verb) {
+        return jde::main();
+    }
+    let error = match build_and_run() {
+        Ok(code) => return code,
+        Err(error) => error,
+    };
+    // If standard error is closed, there is no place left to report to.
+    let _ = writeln!(
+        io::stderr(),
+        "error: jde cannot be built and started: {error}\n  help: run `cargo build --workspace`, then target/debug/jde"
+    );
+    ExitCode::FAILURE
+}
+
+/// Builds `jde` and all plugins beside this program, and replaces this process by `jde`. Returns only if that
+/// is not possible, or with the exit status of a build that failed.
+fn build_and_run() -> io::Result<ExitCode> {
+    let launcher = std::env::current_exe()?;
+    let profile = launcher.parent().unwrap_or(Path::new(""));
+    let target = profile.parent().unwrap_or(Path::new(""));
+    let jde = profile.join("jde");
+    if !jde.exists() {
+        let message =
+            "jde: this verb needs the rest of jde, which is built now; the first time takes some minutes";
+        writeln!(io::stderr(), "{message}")?;
+    }
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+    let mut build = Command::new(cargo);
+    build
+        .args(["build", "--workspace", "--manifest-path"])
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml"))
+        .arg("--target-dir")
+        .arg(target);
+    for package in NOT_BUILT {
+        build.args(["--exclude", package]);
+    }
+    if profile.ends_with("release") {
+        build.arg("--release");
+    }
+    if jde.exists() {
+        // Nearly always there is nothing to build.
+        build.arg("--quiet");
+    }
+    let built = build.status()?;
+    if !built.success() {
+        return Ok(ExitCode::from(
+            u8::try_from(built.code().unwrap_or(1)).unwrap_or(1),
+        ));
+    }
+    Err(Command::new(jde).args(std::env::args_os().skip(1)).exec())
+}
