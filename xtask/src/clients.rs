@@ -23,7 +23,7 @@ const ENDPOINT: &str = "tcp/robot2.local:7447";
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A running application; killed when dropped.
-struct Robot(Child);
+struct RobotProcess(Child);
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     let page = std::fs::read_to_string(context.root.join(PAGE))?;
@@ -76,7 +76,7 @@ fn programs(page: &str) -> Vec<String> {
 }
 
 /// Starts a robot that listens on the loopback interface. Returns its endpoint and its process.
-fn robot(context: &Context) -> Result<(String, Robot)> {
+fn robot(context: &Context) -> Result<(String, RobotProcess)> {
     // The port is free again before the robot binds it; no other program here asks for ports.
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
@@ -96,7 +96,7 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
         .stdout(Stdio::null())
         .spawn()
         .context("cannot start `jde run`")?;
-    let mut robot = Robot(child);
+    let mut robot = RobotProcess(child);
     let (begun, quoted) = (Instant::now(), format!("\"{name}\""));
     loop {
         let mut apps = Command::new(context.target.join("debug/jde"));
@@ -111,7 +111,7 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
     }
 }
 
-impl Drop for Robot {
+impl Drop for RobotProcess {
     fn drop(&mut self) {
         // The process may have ended before.
         let _ = self.0.kill();

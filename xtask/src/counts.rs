@@ -18,7 +18,7 @@ use crate::shell;
 const FOLDER: &str = "benches";
 const PACKAGE: &str = "jde-paths";
 /// The file with the expected counts.
-const KEPT: &str = "benches/counts.json";
+const BASELINE_FILE: &str = "benches/counts.json";
 /// A path runs this many times, and then twice as many times. The difference excludes the start and the end
 /// of the process.
 const TIMES: u64 = 1000;
@@ -37,13 +37,14 @@ struct Counts {
 /// Counts, and compares with the expected counts. Returns an error if they differ. Does not compare counts of
 /// another compiler.
 pub(crate) fn check(root: &Path, paint: Paint) -> Result<()> {
-    let file = root.join(KEPT);
+    let file = root.join(BASELINE_FILE);
     let kept = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-    let kept: Counts = serde_json::from_str(&kept).with_context(|| format!("{KEPT} has an unknown form"))?;
+    let kept: Counts =
+        serde_json::from_str(&kept).with_context(|| format!("{BASELINE_FILE} has an unknown form"))?;
     let compiler = compiler()?;
     if compiler != kept.compiler {
         println!(
-            "instructions are not compared: {KEPT} is of {}, and this is {compiler}",
+            "instructions are not compared: {BASELINE_FILE} is of {}, and this is {compiler}",
             kept.compiler
         );
         return Ok(());
@@ -68,8 +69,11 @@ pub(crate) fn renew(root: &Path, paint: Paint) -> Result<()> {
         compiler: compiler()?,
         instructions: count(root, paint)?,
     };
-    fs::write(root.join(KEPT), serde_json::to_string_pretty(&counts)? + "\n")?;
-    println!("{KEPT} is renewed");
+    fs::write(
+        root.join(BASELINE_FILE),
+        serde_json::to_string_pretty(&counts)? + "\n",
+    )?;
+    println!("{BASELINE_FILE} is renewed");
     Ok(())
 }
 
@@ -79,7 +83,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
     for (path, now) in counted {
         let Some(then) = kept.get(path) else {
             faults.push(format!(
-                "`{path}` takes {now} instructions, and {KEPT} does not know it"
+                "`{path}` takes {now} instructions, and {BASELINE_FILE} does not know it"
             ));
             continue;
         };
@@ -92,7 +96,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
         }
     }
     let gone = kept.keys().filter(|path| !counted.contains_key(*path));
-    faults.extend(gone.map(|path| format!("{KEPT} has `{path}`, which is no path any more")));
+    faults.extend(gone.map(|path| format!("{BASELINE_FILE} has `{path}`, which is no path any more")));
     faults
 }
 

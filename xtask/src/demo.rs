@@ -7,7 +7,7 @@
 use anyhow::{Context as _, Result, ensure};
 
 use crate::shell;
-use crate::step::Done;
+use crate::step::StepOutcome;
 use crate::test::Context;
 
 /// The name under which the demonstration prints the digest of its decisions.
@@ -15,7 +15,7 @@ const DIGEST: &str = "decisions_sha256";
 /// The number of hexadecimal digits of the digest.
 const DIGITS: usize = 64;
 
-pub(crate) fn run(context: &Context) -> Result<Done> {
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let first = decisions(context, "1")?;
     let again = decisions(context, "1")?;
     let other = decisions(context, "2")?;
@@ -24,7 +24,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         first != other,
         "seeds 1 and 2 both decided {first}: the seed has no effect"
     );
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
 /// Runs the demonstration and returns the digest of its decisions.

@@ -6,13 +6,13 @@ mod cargo_json;
 mod clients;
 mod counts;
 mod demo;
+mod disk_space;
 mod faults;
 mod headers;
 mod metadata;
 mod paint;
 mod peers;
 mod prerequisites;
-mod room;
 mod ros2;
 mod shell;
 mod step;
@@ -116,7 +116,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
             only,
             skip,
         }) => {
-            let choice = step::Choice {
+            let choice = step::StepSelection {
                 fail_fast,
                 only,
                 skip,

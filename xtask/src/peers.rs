@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result, bail, ensure};
 use crate::clients;
 use crate::ros2;
 use crate::shell;
-use crate::step::Done;
+use crate::step::StepOutcome;
 use crate::test::Context;
 
 /// The packages for a separate Python environment.
@@ -46,9 +46,9 @@ const LIMIT: &str = "90s";
 /// The command that installs what the step lacks.
 const INSTALL: &str = "sudo apt-get install python3-venv python3-tk";
 
-pub(crate) fn run(context: &Context) -> Result<Done> {
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip, tkinter"])) {
-        return context.lacks("Python with venv and tkinter", INSTALL);
+        return context.missing_tool("Python with venv and tkinter", INSTALL);
     }
     let python = environment(context)?;
     let client = context.root.join(CLIENT);
@@ -65,7 +65,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     read_panels(context, &python)?;
     clients::run(context, &python)?;
     ros2::run(context, &python)?;
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
 /// Records the demonstration in lockstep. Independent libraries read the recording.

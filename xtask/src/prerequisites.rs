@@ -5,9 +5,9 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
-use crate::room;
+use crate::disk_space;
 use crate::shell;
-use crate::step::Done;
+use crate::step::StepOutcome;
 use crate::test::Context;
 
 /// Something that the steps need, usually a program.
@@ -99,9 +99,9 @@ pub(crate) fn has_screen() -> bool {
 
 /// Installs missing tools if allowed; otherwise prints how to. Fails if a tool is still missing that no run
 /// can do without: in CI any tool, elsewhere the C compiler.
-pub(crate) fn run(context: &Context) -> Result<Done> {
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     // Little room is not fatal: some steps need less, and cargo reports a full disk.
-    match room::warning(&context.target) {
+    match disk_space::warning(&context.target) {
         Ok(warning) => warning.iter().for_each(|warning| println!("{warning}")),
         Err(error) => println!("whether there is room on the disk cannot be told: {error:#}"),
     }
@@ -135,7 +135,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
     if !fatal.is_empty() {
         bail!("missing: {}", fatal.join(", "));
     }
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
 /// Returns whether the machine may be changed: with `--install`, or as root in CI.

@@ -23,7 +23,7 @@ const LIMIT: &str = "180s";
 /// A peer that runs until its standard input closes or this is dropped.
 struct Peer {
     process: Child,
-    words: BufReader<ChildStdout>,
+    output: BufReader<ChildStdout>,
 }
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
@@ -73,7 +73,7 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
         .stdout(Stdio::null())
         .spawn()
         .context("cannot start `jde run ros2`")?;
-    let mut ours = Running(ours);
+    let mut ours = ChildGuard(ours);
     let mut program = peer(context, python, &["drive", port]);
     print!(
         "{}",
@@ -123,14 +123,14 @@ impl Peer {
         let words = process.stdout.take().context("it has no standard output")?;
         Ok(Self {
             process,
-            words: BufReader::new(words),
+            output: BufReader::new(words),
         })
     }
 
     /// Returns the next line of the peer's output.
     fn line(&mut self) -> Result<String> {
         let mut line = String::new();
-        self.words.read_line(&mut line)?;
+        self.output.read_line(&mut line)?;
         ensure!(line.ends_with('\n'), "the peer ended, and said why above");
         Ok(line.trim().to_owned())
     }
@@ -154,9 +154,9 @@ impl Drop for Peer {
 }
 
 /// A process that is killed when dropped.
-struct Running(Child);
+struct ChildGuard(Child);
 
-impl Drop for Running {
+impl Drop for ChildGuard {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();

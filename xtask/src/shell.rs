@@ -19,7 +19,7 @@ pub(crate) fn cargo() -> Command {
     for (name, _) in std::env::vars_os() {
         let told = name
             .to_str()
-            .is_some_and(|name| TOLD.iter().any(|told| name.starts_with(told)));
+            .is_some_and(|name| CARGO_VARIABLES.iter().any(|told| name.starts_with(told)));
         if told {
             cargo.env_remove(name);
         }
@@ -28,7 +28,7 @@ pub(crate) fn cargo() -> Command {
 }
 
 /// The prefixes of the variables in which cargo describes a package to the program that it runs.
-const TOLD: [&str; 2] = ["CARGO_PKG_", "CARGO_MANIFEST_"];
+const CARGO_VARIABLES: [&str; 2] = ["CARGO_PKG_", "CARGO_MANIFEST_"];
 
 /// Runs a command whose output appears as it is written. Returns an error unless the command succeeds.
 pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {

@@ -17,12 +17,12 @@ pub(crate) struct Step<C> {
     pub(crate) help: &'static str,
     /// If one of these steps failed, this step is skipped, since it would report nothing new.
     pub(crate) needs: &'static [&'static str],
-    pub(crate) run: fn(&C) -> Result<Done>,
+    pub(crate) run: fn(&C) -> Result<StepOutcome>,
 }
 
 /// The outcome of a step that did not fail.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Done {
+pub(crate) enum StepOutcome {
     Passed,
     /// The step could not run here, for this reason.
     Skipped(String),
@@ -30,7 +30,7 @@ pub(crate) enum Done {
 
 /// The steps to run.
 #[derive(Debug, Default)]
-pub(crate) struct Choice {
+pub(crate) struct StepSelection {
     /// Whether to stop after the first failure.
     pub(crate) fail_fast: bool,
     /// The only steps to run; empty for all.
@@ -40,29 +40,29 @@ pub(crate) struct Choice {
 
 /// The results of the chosen steps.
 #[derive(Debug, Default)]
-pub(crate) struct Report {
-    lines: Vec<(&'static str, Ending, Duration)>,
+pub(crate) struct StepReport {
+    lines: Vec<(&'static str, StepResult, Duration)>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Ending {
+enum StepResult {
     Passed,
     Failed(&'static str),
     Skipped(String),
 }
 
 /// Runs the chosen steps in their order. Prints the title, the time and the outcome of each.
-pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &Choice, paint: Paint) -> Report {
+pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &StepSelection, paint: Paint) -> StepReport {
     let chosen = |name: &str| choice.only.is_empty() || choice.only.iter().any(|only| only == name);
     let chosen: Vec<&Step<C>> = steps.iter().filter(|step| chosen(step.name)).collect();
-    let mut report = Report::default();
+    let mut report = StepReport::default();
     for (index, step) in chosen.iter().enumerate() {
         let title = format!("[{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.title);
         println!("\n{}", paint.bold(&title));
         let start = Instant::now();
         let ending = report
             .reason_to_skip(step, choice)
-            .map_or_else(|| run(step, context), Ending::Skipped);
+            .map_or_else(|| run(step, context), StepResult::Skipped);
         let time = start.elapsed();
         println!("{}", ending.line(step.name, time, paint));
         report.lines.push((step.name, ending, time));
@@ -70,22 +70,22 @@ pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &Choice, paint:
     report
 }
 
-fn run<C>(step: &Step<C>, context: &C) -> Ending {
+fn run<C>(step: &Step<C>, context: &C) -> StepResult {
     match (step.run)(context) {
-        Ok(Done::Passed) => Ending::Passed,
-        Ok(Done::Skipped(why)) => Ending::Skipped(why),
+        Ok(StepOutcome::Passed) => StepResult::Passed,
+        Ok(StepOutcome::Skipped(why)) => StepResult::Skipped(why),
         Err(error) => {
             println!("error: {error:#}");
-            Ending::Failed(step.help)
+            StepResult::Failed(step.help)
         }
     }
 }
 
-impl Report {
+impl StepReport {
     pub(crate) fn has_failed(&self) -> bool {
         self.lines
             .iter()
-            .any(|(_, ending, _)| matches!(ending, Ending::Failed(_)))
+            .any(|(_, ending, _)| matches!(ending, StepResult::Failed(_)))
     }
 
     /// Returns one line per step, and the counts alone on the last line, for programs that parse them.
@@ -94,17 +94,18 @@ impl Report {
         for (name, ending, time) in &self.lines {
             let _ = writeln!(text, "{}", ending.line(name, *time, paint));
         }
-        let count = |wanted: fn(&Ending) -> bool| self.lines.iter().filter(|line| wanted(&line.1)).count();
-        let passed = count(|ending| matches!(ending, Ending::Passed));
-        let failed = count(|ending| matches!(ending, Ending::Failed(_)));
-        let skipped = count(|ending| matches!(ending, Ending::Skipped(_)));
+        let count =
+            |wanted: fn(&StepResult) -> bool| self.lines.iter().filter(|line| wanted(&line.1)).count();
+        let passed = count(|ending| matches!(ending, StepResult::Passed));
+        let failed = count(|ending| matches!(ending, StepResult::Failed(_)));
+        let skipped = count(|ending| matches!(ending, StepResult::Skipped(_)));
         let total = self.lines.iter().map(|line| line.2).sum();
         let _ = writeln!(text, "all of it in {}", duration(total));
         let _ = write!(text, "\n{passed} passed, {failed} failed, {skipped} skipped");
         text
     }
 
-    fn reason_to_skip<C>(&self, step: &Step<C>, choice: &Choice) -> Option<String> {
+    fn reason_to_skip<C>(&self, step: &Step<C>, choice: &StepSelection) -> Option<String> {
         if choice.skip.iter().any(|skip| skip == step.name) {
             return Some("as asked".to_owned());
         }
@@ -114,18 +115,18 @@ impl Report {
         let failed = self
             .lines
             .iter()
-            .find(|(name, ending, _)| step.needs.contains(name) && matches!(ending, Ending::Failed(_)))?;
+            .find(|(name, ending, _)| step.needs.contains(name) && matches!(ending, StepResult::Failed(_)))?;
         Some(format!("{} failed", failed.0))
     }
 }
 
-impl Ending {
+impl StepResult {
     fn line(&self, name: &str, time: Duration, paint: Paint) -> String {
         let took = duration(time);
         match self {
-            Ending::Passed => format!("{} {name} ({took})", paint.green("passed ")),
-            Ending::Failed(help) => format!("{} {name} ({took}): {help}", paint.red("failed ")),
-            Ending::Skipped(why) => format!("{} {name}: {why}", paint.yellow("skipped")),
+            StepResult::Passed => format!("{} {name} ({took})", paint.green("passed ")),
+            StepResult::Failed(help) => format!("{} {name} ({took}): {help}", paint.red("failed ")),
+            StepResult::Skipped(why) => format!("{} {name}: {why}", paint.yellow("skipped")),
         }
     }
 }
@@ -153,7 +154,7 @@ mod tests {
         fn step(
             name: &'static str,
             needs: &'static [&'static str],
-            run: fn(&Trace) -> Result<Done>,
+            run: fn(&Trace) -> Result<StepOutcome>,
         ) -> Step<Trace> {
             Step {
                 name,
@@ -170,20 +171,20 @@ mod tests {
             }),
             step("test", &["build"], |trace| {
                 trace.borrow_mut().push("test");
-                Ok(Done::Passed)
+                Ok(StepOutcome::Passed)
             }),
             step("tidy", &[], |trace| {
                 trace.borrow_mut().push("tidy");
-                Ok(Done::Passed)
+                Ok(StepOutcome::Passed)
             }),
             step("grind", &[], |trace| {
                 trace.borrow_mut().push("grind");
-                Ok(Done::Skipped("no valgrind".to_owned()))
+                Ok(StepOutcome::Skipped("no valgrind".to_owned()))
             }),
         ]
     }
 
-    fn outcome(choice: &Choice) -> (Vec<&'static str>, String, bool) {
+    fn outcome(choice: &StepSelection) -> (Vec<&'static str>, String, bool) {
         let trace = Trace::default();
         let report = run_all(&steps(), &trace, choice, Paint::plain());
         let summary = report.summary(Paint::plain());
@@ -193,7 +194,7 @@ mod tests {
 
     #[test]
     fn independent_steps_run_on_after_a_failure() {
-        let (ran, counts, failed) = outcome(&Choice::default());
+        let (ran, counts, failed) = outcome(&StepSelection::default());
         assert_eq!(ran, ["build", "tidy", "grind"]);
         assert_eq!(counts, "1 passed, 1 failed, 2 skipped");
         assert!(failed);
@@ -201,9 +202,9 @@ mod tests {
 
     #[test]
     fn nothing_runs_after_a_failure_when_asked() {
-        let (ran, counts, _) = outcome(&Choice {
+        let (ran, counts, _) = outcome(&StepSelection {
             fail_fast: true,
-            ..Choice::default()
+            ..StepSelection::default()
         });
         assert_eq!(ran, ["build"]);
         assert_eq!(counts, "0 passed, 1 failed, 3 skipped");
@@ -211,9 +212,9 @@ mod tests {
 
     #[test]
     fn a_step_alone_runs_without_what_it_needs() {
-        let (ran, counts, failed) = outcome(&Choice {
+        let (ran, counts, failed) = outcome(&StepSelection {
             only: vec!["test".to_owned()],
-            ..Choice::default()
+            ..StepSelection::default()
         });
         assert_eq!(ran, ["test"]);
         assert_eq!(counts, "1 passed, 0 failed, 0 skipped");
@@ -222,9 +223,9 @@ mod tests {
 
     #[test]
     fn a_skipped_step_is_shown() {
-        let (ran, counts, failed) = outcome(&Choice {
+        let (ran, counts, failed) = outcome(&StepSelection {
             skip: vec!["build".to_owned()],
-            ..Choice::default()
+            ..StepSelection::default()
         });
         assert_eq!(ran, ["test", "tidy", "grind"]);
         assert_eq!(counts, "2 passed, 0 failed, 2 skipped");
@@ -233,7 +234,12 @@ mod tests {
 
     #[test]
     fn a_failure_says_what_to_do() {
-        let report = run_all(&steps(), &Trace::default(), &Choice::default(), Paint::plain());
+        let report = run_all(
+            &steps(),
+            &Trace::default(),
+            &StepSelection::default(),
+            Paint::plain(),
+        );
         let summary = report.summary(Paint::plain());
         assert!(summary.contains("s): what to do"), "{summary}");
         assert!(summary.contains("skipped test: build failed"), "{summary}");

@@ -9,7 +9,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::metadata::Metadata;
 use crate::paint::Paint;
-use crate::step::{self, Choice, Done, Step};
+use crate::step::{self, Step, StepOutcome, StepSelection};
 use crate::{demo, headers, peers, prerequisites, shell, tidy, valgrind};
 
 /// The context of every step.
@@ -130,7 +130,7 @@ const STEPS: &[Step<Context>] = &[
 ];
 
 /// Runs the chosen steps and prints a summary. The exit code is a failure if a step fails.
-pub(crate) fn run(root: PathBuf, choice: &Choice, install: bool, paint: Paint) -> Result<ExitCode> {
+pub(crate) fn run(root: PathBuf, choice: &StepSelection, install: bool, paint: Paint) -> Result<ExitCode> {
     let target = Metadata::of_workspace(&root)?.target_directory;
     let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
     let context = Context {
@@ -180,42 +180,42 @@ impl Context {
 
     /// Returns the outcome of a step that lacks a program: a failure in CI, otherwise a skip that the summary
     /// shows.
-    pub(crate) fn lacks(&self, program: &str, how: &str) -> Result<Done> {
+    pub(crate) fn missing_tool(&self, program: &str, how: &str) -> Result<StepOutcome> {
         if self.ci {
             bail!("{program} is not installed: {how}");
         }
-        Ok(Done::Skipped(format!("{program} is not installed: {how}")))
+        Ok(StepOutcome::Skipped(format!("{program} is not installed: {how}")))
     }
 
-    fn run(&self, mut command: Command) -> Result<Done> {
+    fn run(&self, mut command: Command) -> Result<StepOutcome> {
         shell::run(&mut command, self.paint)?;
-        Ok(Done::Passed)
+        Ok(StepOutcome::Passed)
     }
 }
 
-fn fmt(context: &Context) -> Result<Done> {
+fn fmt(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(&mut context.cargo(&["fmt", "--version"])) {
-        return context.lacks("rustfmt", "rustup component add rustfmt");
+        return context.missing_tool("rustfmt", "rustup component add rustfmt");
     }
     for workspace in WORKSPACES {
         // File names only: the remedy is always to run rustfmt.
         let mut cargo = context.cargo(&["fmt", "--all", "--manifest-path", workspace, "--"]);
         shell::run(cargo.args(["--check", "--files-with-diff"]), context.paint)?;
     }
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
-fn tidy(context: &Context) -> Result<Done> {
+fn tidy(context: &Context) -> Result<StepOutcome> {
     tidy::run(&context.root)?;
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
 /// Skipped without `cargo-deny`, in CI too: building it takes minutes, and its database is a repository that
 /// may be unreachable.
-fn advisories(context: &Context) -> Result<Done> {
+fn advisories(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(&mut context.cargo(&["deny", "--version"])) {
         let why = "cargo-deny is not installed: cargo install cargo-deny --locked";
-        return Ok(Done::Skipped(why.to_owned()));
+        return Ok(StepOutcome::Skipped(why.to_owned()));
     }
     for workspace in WORKSPACES {
         let mut deny = context.cargo(&["deny", "--manifest-path", workspace, "check"]);
@@ -223,22 +223,22 @@ fn advisories(context: &Context) -> Result<Done> {
         deny.args(["--allow", "advisory-not-detected"]);
         shell::run(deny.arg("advisories"), context.paint)?;
     }
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
-fn headers(context: &Context) -> Result<Done> {
+fn headers(context: &Context) -> Result<StepOutcome> {
     headers::check(&context.root)?;
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
 /// Builds the default members. Plugins are shared libraries, which `cargo test` does not build.
-fn build(context: &Context) -> Result<Done> {
+fn build(context: &Context) -> Result<StepOutcome> {
     context.run(context.cargo(&["build", "--workspace"]))
 }
 
-fn lints(context: &Context) -> Result<Done> {
+fn lints(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(&mut context.cargo(&["clippy", "--version"])) {
-        return context.lacks("clippy", "rustup component add clippy");
+        return context.missing_tool("clippy", "rustup component add clippy");
     }
     for workspace in WORKSPACES {
         // The fuzzers link C++ code, which nothing else here needs.
@@ -255,10 +255,10 @@ fn lints(context: &Context) -> Result<Done> {
         }
         shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
     }
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }
 
-fn tests(context: &Context) -> Result<Done> {
+fn tests(context: &Context) -> Result<StepOutcome> {
     let mut cargo = context.cargo(&["test", "--workspace", "--no-fail-fast", "--config", LIMITED]);
     // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {
@@ -274,7 +274,7 @@ fn tests(context: &Context) -> Result<Done> {
 
 /// Uses separate flags, and therefore a target folder of its own. In a shared folder each would rebuild the
 /// other's crates.
-fn loom(context: &Context) -> Result<Done> {
+fn loom(context: &Context) -> Result<StepOutcome> {
     let packages = ["--package", "jde-board", "--package", "jde-gate"];
     let mut cargo = context.cargo(&["test", "--release", "--test", "loom"]);
     cargo.args(packages);
@@ -283,7 +283,7 @@ fn loom(context: &Context) -> Result<Done> {
     context.run(cargo)
 }
 
-fn docs(context: &Context) -> Result<Done> {
+fn docs(context: &Context) -> Result<StepOutcome> {
     let mut cargo = context.cargo(&["doc", "--workspace", "--no-deps"]);
     cargo.env("RUSTDOCFLAGS", with_flag("RUSTDOCFLAGS", "-D warnings"));
     context.run(cargo)
@@ -312,14 +312,14 @@ mod tests {
     fn what_is_missing_fails_only_where_nobody_looks() {
         let context = |ci| Context::of_a_test(false, ci);
         let error = context(true)
-            .lacks("valgrind", "install it")
+            .missing_tool("valgrind", "install it")
             .unwrap_err()
             .to_string();
         assert_eq!(error, "valgrind is not installed: install it");
-        let done = context(false).lacks("valgrind", "install it").unwrap();
+        let done = context(false).missing_tool("valgrind", "install it").unwrap();
         assert_eq!(
             done,
-            Done::Skipped("valgrind is not installed: install it".to_owned())
+            StepOutcome::Skipped("valgrind is not installed: install it".to_owned())
         );
     }
 }

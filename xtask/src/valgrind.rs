@@ -10,7 +10,7 @@ use crate::cargo_json;
 use crate::counts;
 use crate::prerequisites::INSTALL_VALGRIND;
 use crate::shell;
-use crate::step::Done;
+use crate::step::StepOutcome;
 use crate::test::Context;
 
 /// The tests: folder of the package and name.
@@ -33,9 +33,9 @@ const OPTIONS: &[&str] = &[
 /// The percentage of the cells' torture rounds to run, since memcheck is about 30 times slower.
 const ROUNDS: (&str, &str) = ("JDE_TORTURE", "1");
 
-pub(crate) fn run(context: &Context) -> Result<Done> {
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("valgrind").args(["--quiet", "true"])) {
-        return context.lacks("valgrind", INSTALL_VALGRIND);
+        return context.missing_tool("valgrind", INSTALL_VALGRIND);
     }
     for program in cargo_json::build_tests(context, TESTS)? {
         let mut valgrind = Command::new("valgrind");
@@ -44,5 +44,5 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         shell::run(&mut valgrind, context.paint)?;
     }
     counts::check(&context.root, context.paint)?;
-    Ok(Done::Passed)
+    Ok(StepOutcome::Passed)
 }

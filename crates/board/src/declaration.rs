@@ -26,7 +26,7 @@ pub struct Stamp {
 
 impl Stamp {
     /// The writer of an initial value.
-    pub const NOBODY: u32 = u32::MAX;
+    pub const NO_WRITER: u32 = u32::MAX;
 }
 
 /// What may write a variable, and what a write means.
@@ -82,17 +82,17 @@ impl Declaration {
     pub(crate) fn check(&self, finite: Option<&Finite>) -> Result<(), Error> {
         let variable = self.full_name();
         if self.owner.is_empty() || self.name.is_empty() {
-            return Err(Error::Nameless {
+            return Err(Error::Unnamed {
                 owner: self.owner.clone(),
                 name: self.name.clone(),
             });
         }
-        if self.writers.saturating_add(self.readers) > Cell::MOST_USERS {
+        if self.writers.saturating_add(self.readers) > Cell::MAX_USERS {
             return Err(Error::TooMany {
                 variable,
                 writers: self.writers,
                 readers: self.readers,
-                most: Cell::MOST_USERS,
+                most: Cell::MAX_USERS,
             });
         }
         let Some(initial) = &self.initial else {

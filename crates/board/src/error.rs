@@ -8,7 +8,7 @@ pub enum Error {
     Duplicate(String),
     /// A part of the name is empty.
     #[error("variable `{owner}.{name}` needs both an owner and a name")]
-    Nameless {
+    Unnamed {
         /// The owner, as given.
         owner: String,
         /// The name, as given.
@@ -72,7 +72,7 @@ pub enum Error {
     },
     /// The maximum number of writers is open.
     #[error("`{variable}` takes {most} writer(s), and {writers} writes it; `{name}` cannot", writers = .taken.join(", "))]
-    WritersTaken {
+    TooManyWriters {
         /// The variable.
         variable: String,
         /// The writer that was to be opened.
@@ -84,7 +84,7 @@ pub enum Error {
     },
     /// A loan of an abandoned call cannot be set aside, because no slot is left for it.
     #[error("all {most} slots of `{variable}` that readers may hold are taken; wait until one lets go")]
-    Crowded {
+    TooManyReaders {
         /// The variable.
         variable: String,
         /// The number of slots that readers may hold.

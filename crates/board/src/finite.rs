@@ -23,7 +23,7 @@ enum Count {
     One,
     Fixed(usize),
     /// The number of elements is a `u32` in the value.
-    Stated {
+    Dynamic {
         offset: usize,
         capacity: usize,
     },
@@ -90,7 +90,7 @@ fn check(field: &Field) -> Option<Check> {
             | Form::Text {
                 capacity,
                 length_offset,
-            } => Count::Stated {
+            } => Count::Dynamic {
                 offset: length_offset,
                 capacity,
             },
@@ -108,7 +108,7 @@ impl Check {
         let count = match self.count {
             Count::One => 1,
             Count::Fixed(count) => count,
-            Count::Stated { offset, capacity } => {
+            Count::Dynamic { offset, capacity } => {
                 (u32::from_ne_bytes(array(bytes, offset)) as usize).min(capacity)
             }
         };

@@ -11,8 +11,6 @@ mod cell;
 mod sync;
 
 #[cfg(not(loom))]
-mod bell;
-#[cfg(not(loom))]
 mod board;
 #[cfg(not(loom))]
 mod declaration;
@@ -22,6 +20,8 @@ mod error;
 pub mod finite;
 #[cfg(not(loom))]
 mod nearest;
+#[cfg(not(loom))]
+mod notifier;
 #[cfg(not(loom))]
 mod rate;
 #[cfg(not(loom))]
@@ -50,8 +50,8 @@ pub use {
     error::{Error, Refused},
     nearest::nearest,
     reader::{Latched, Reader},
-    shared::{Mapped, Shared},
+    shared::{Mapping, Shared},
     variable::{Variable, VariableStatus},
     watch::Watch,
-    writer::{Parted, Writer},
+    writer::{DetachedLoan, Writer},
 };

@@ -9,7 +9,7 @@ use crate::Nanos;
 const LAST: u64 = 8;
 /// The longest interval that counts, in mean intervals. So the rate of a schema that slept is soon right
 /// again.
-const LONGEST: u64 = 4;
+const MAX_INTERVAL: u64 = 4;
 
 /// Exponential average of the intervals between values. Writers write it at each publication, so it has a
 /// cache line of its own: readers read the data beside it.
@@ -23,7 +23,7 @@ pub(crate) struct Rate {
 }
 
 impl Rate {
-    pub(crate) fn published(&self, time: Nanos) {
+    pub(crate) fn record(&self, time: Nanos) {
         let last = self.last.load(Ordering::Relaxed);
         self.last.store(time.saturating_add(1), Ordering::Relaxed);
         let Some(interval) = last.checked_sub(1).and_then(|last| time.checked_sub(last)) else {
@@ -33,7 +33,7 @@ impl Rate {
         let mean = if mean == 0 {
             interval
         } else {
-            let interval = interval.min(mean.saturating_mul(LONGEST));
+            let interval = interval.min(mean.saturating_mul(MAX_INTERVAL));
             mean - mean / LAST + interval / LAST
         };
         self.interval.store(mean, Ordering::Relaxed);
@@ -57,7 +57,7 @@ mod tests {
 
     fn after(times: impl IntoIterator<Item = Nanos>) -> Rate {
         let rate = Rate::default();
-        times.into_iter().for_each(|time| rate.published(time));
+        times.into_iter().for_each(|time| rate.record(time));
         rate
     }
 

@@ -6,7 +6,7 @@
 use std::ptr::NonNull;
 use std::sync::Arc;
 
-use crate::cell::{Aligned, Glance, Mark, Pin};
+use crate::cell::{Aligned, Pin, SlotStamp, VersionCheck};
 use crate::store::Cell;
 use crate::variable::lock;
 use crate::{Stamp, Variable};
@@ -15,26 +15,26 @@ use crate::{Stamp, Variable};
 pub struct Reader {
     variable: Arc<Variable>,
     ticket: usize,
-    hold: Hold,
-    held: Held,
-    seen: Seen,
+    storage: Storage,
+    value: LatchedValue,
+    latch_state: LatchState,
     /// Size of a value in bytes.
     bytes: usize,
 }
 
 /// The value that was taken last.
-struct Held {
+struct LatchedValue {
     /// Where it is, in the memory that `Hold` keeps. It stays there unchanged until another value is taken.
     bytes: NonNull<u8>,
     stamp: Stamp,
     /// Recognises that nothing newer was published.
-    glance: Glance,
+    version_check: VersionCheck,
 }
 
 // SAFETY: the pointer is to the reader's own memory, or to memory that it has pinned.
-unsafe impl Send for Held {}
+unsafe impl Send for LatchedValue {}
 // SAFETY: a shared reference allows reads only.
-unsafe impl Sync for Held {}
+unsafe impl Sync for LatchedValue {}
 
 /// A value that does not change until it is released.
 #[derive(Clone, Copy, Debug)]
@@ -47,18 +47,18 @@ pub struct Latched<'a> {
 
 /// The result of the first latch after a release.
 #[derive(Clone, Copy)]
-enum Seen {
+enum LatchState {
     /// No latch since the release.
-    NotLooked,
+    NotLatched,
     /// There is no value.
-    Nothing,
+    Empty,
     /// The value that is held.
-    Held,
+    Value,
 }
 
 /// How the latched value is kept. It is kept beyond a release: as long as nothing newer is published, the
 /// next latch uses it again, and reads a single word to know that.
-enum Hold {
+enum Storage {
     /// For small values: a copy.
     Copy(Aligned),
     /// For readers of other values beyond the declared number: a copy that is made at each latch.
@@ -70,17 +70,17 @@ enum Hold {
 impl Reader {
     pub(crate) fn new(variable: Arc<Variable>, ticket: usize) -> Self {
         let hold = match &variable.cell {
-            Cell::Pinned(_) if ticket < variable.describe().readers => Hold::Pin(None),
-            Cell::Pinned(_) => Hold::Crowded(Aligned::new(variable.bytes())),
-            Cell::Ring(_) => Hold::Copy(Aligned::new(variable.bytes())),
+            Cell::Pinned(_) if ticket < variable.describe().readers => Storage::Pin(None),
+            Cell::Pinned(_) => Storage::Crowded(Aligned::new(variable.bytes())),
+            Cell::Ring(_) => Storage::Copy(Aligned::new(variable.bytes())),
         };
         Self {
             bytes: variable.bytes(),
-            held: Held::nothing(&variable.cell),
+            value: LatchedValue::empty(&variable.cell),
             variable,
             ticket,
-            hold,
-            seen: Seen::NotLooked,
+            storage: hold,
+            latch_state: LatchState::NotLatched,
         }
     }
 
@@ -92,7 +92,7 @@ impl Reader {
 
     /// Returns another reader of the variable, under the same name, without a latched value.
     #[must_use]
-    pub fn another(&self) -> Self {
+    pub fn duplicate(&self) -> Self {
         self.variable.reader(&self.variable.reader_name(self.ticket))
     }
 
@@ -101,8 +101,8 @@ impl Reader {
     /// published and there is no initial value. That result stays equally long.
     #[inline(always)]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
-        if let Seen::NotLooked = self.seen {
-            self.seen = self.look();
+        if let LatchState::NotLatched = self.latch_state {
+            self.latch_state = self.look();
         }
         self.latched()
     }
@@ -110,7 +110,7 @@ impl Reader {
     /// Releases the latched value and latches the newest.
     #[inline(always)]
     pub fn latch_newest(&mut self) -> Option<Latched<'_>> {
-        self.seen = self.look();
+        self.latch_state = self.look();
         self.latched()
     }
 
@@ -118,18 +118,18 @@ impl Reader {
     #[inline(always)]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
-        matches!(self.seen, Seen::Held).then(|| Latched {
+        matches!(self.latch_state, LatchState::Value).then(|| Latched {
             // SAFETY: it was taken, so this many bytes are there. Only `take` writes to them, with this
             // reader borrowed exclusively.
-            bytes: unsafe { std::slice::from_raw_parts(self.held.bytes.as_ptr(), self.bytes) },
-            stamp: self.held.stamp,
+            bytes: unsafe { std::slice::from_raw_parts(self.value.bytes.as_ptr(), self.bytes) },
+            stamp: self.value.stamp,
         })
     }
 
     /// Releases the latched value, so the next latch takes the newest.
     #[inline]
     pub fn release(&mut self) {
-        self.seen = Seen::NotLooked;
+        self.latch_state = LatchState::NotLatched;
     }
 
     /// Returns the number of the newest value, without latching it; 0 before the first.
@@ -140,82 +140,86 @@ impl Reader {
 
     /// Holds the newest value, if there is one.
     #[inline(always)]
-    fn look(&mut self) -> Seen {
+    fn look(&mut self) -> LatchState {
         // SAFETY: this reader keeps the variable, and with it the cell and its own pin, if it has one.
-        if unsafe { self.held.glance.unchanged() } {
-            self.show()
+        if unsafe { self.value.version_check.is_unchanged() } {
+            self.current_state()
         } else {
-            self.take()
+            self.fetch()
         }
     }
 
     /// Takes the newest value.
     #[inline(never)]
-    fn take(&mut self) -> Seen {
-        self.held = match (&mut self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), Cell::Ring(ring)) => {
+    fn fetch(&mut self) -> LatchState {
+        self.value = match (&mut self.storage, &self.variable.cell) {
+            (Storage::Copy(copy), Cell::Ring(ring)) => {
                 let mark = ring.read(copy.words_mut(self.bytes.div_ceil(8)));
-                Held::new(copy.base(), mark, ring.glance(mark.sequence))
+                LatchedValue::new(copy.base(), mark, ring.version_check(mark.sequence))
             }
-            (Hold::Pin(kept), Cell::Pinned(pinned)) => {
+            (Storage::Pin(kept), Cell::Pinned(pinned)) => {
                 if let Some(older) = kept.take() {
                     pinned.unpin(older);
                 }
                 let pin = kept.insert(pinned.pin());
                 // SAFETY: pinned in this cell.
                 let bytes = unsafe { pinned.bytes(pin) };
-                Held::new(bytes.as_ptr().cast_mut(), pinned.mark(pin), pinned.glance(pin))
+                LatchedValue::new(
+                    bytes.as_ptr().cast_mut(),
+                    pinned.stamp(pin),
+                    pinned.version_check(pin),
+                )
             }
-            (Hold::Crowded(copy), Cell::Pinned(pinned)) => {
-                let _one_at_a_time = lock(&self.variable.copying);
+            (Storage::Crowded(copy), Cell::Pinned(pinned)) => {
+                let _one_at_a_time = lock(&self.variable.copy_lock);
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
                 copy.bytes_mut(self.bytes)
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
-                let mark = pinned.mark(&pin);
+                let mark = pinned.stamp(&pin);
                 pinned.unpin(pin);
-                Held::new(copy.base(), mark, pinned.blind())
+                LatchedValue::new(copy.base(), mark, pinned.never_matching())
             }
-            (Hold::Copy(_), Cell::Pinned(_)) | (Hold::Crowded(_) | Hold::Pin(_), Cell::Ring(_)) => {
+            (Storage::Copy(_), Cell::Pinned(_)) | (Storage::Crowded(_) | Storage::Pin(_), Cell::Ring(_)) => {
                 unreachable!("a reader's hold is made for its variable's cell")
             }
         };
-        self.show()
+        self.current_state()
     }
 
     /// Returns `Held` for the value that is held, or `Nothing` if it was retracted or does not exist.
     #[inline(always)]
-    fn show(&self) -> Seen {
-        if self.variable.shows(self.held.stamp.sequence) {
-            Seen::Held
+    fn current_state(&self) -> LatchState {
+        if self.variable.is_visible(self.value.stamp.sequence) {
+            LatchState::Value
         } else {
-            Seen::Nothing
+            LatchState::Empty
         }
     }
 }
 
-impl Held {
+impl LatchedValue {
     /// Returns no value. The first latch takes one.
-    fn nothing(cell: &Cell) -> Self {
+    fn empty(cell: &Cell) -> Self {
         Self {
             bytes: NonNull::dangling(),
-            stamp: Mark::default().into(),
-            glance: cell.blind(),
+            stamp: SlotStamp::default().into(),
+            version_check: cell.never_matching(),
         }
     }
 
-    fn new(bytes: *mut u8, mark: Mark, glance: Glance) -> Self {
+    fn new(bytes: *mut u8, mark: SlotStamp, glance: VersionCheck) -> Self {
         Self {
             bytes: NonNull::new(bytes).expect("values are somewhere"),
             stamp: mark.into(),
-            glance,
+            version_check: glance,
         }
     }
 }
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        if let (Hold::Pin(held), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
+        if let (Storage::Pin(held), Cell::Pinned(pinned)) = (&mut self.storage, &self.variable.cell)
             && let Some(pin) = held.take()
         {
             pinned.unpin(pin);

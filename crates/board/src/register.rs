@@ -54,7 +54,7 @@ impl Register {
     }
 
     /// Returns the seats on which this writer is open.
-    pub(crate) fn seats_of(&self, id: u32) -> impl Iterator<Item = usize> {
+    pub(crate) fn grants_of(&self, id: u32) -> impl Iterator<Item = usize> {
         let seats = self.writers.iter().enumerate();
         seats
             .filter(move |(_, writer)| matches!(writer, Some((open, _)) if *open == id))

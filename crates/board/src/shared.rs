@@ -24,15 +24,15 @@ pub struct Shared {
 }
 
 /// Such memory, mapped into the process that received it.
-pub struct Mapped {
+pub struct Mapping {
     base: NonNull<u8>,
     bytes: usize,
 }
 
 // SAFETY: it returns raw pointers only; each use of one states why it is sound.
-unsafe impl Send for Mapped {}
+unsafe impl Send for Mapping {}
 // SAFETY: as above.
-unsafe impl Sync for Mapped {}
+unsafe impl Sync for Mapping {}
 
 impl Shared {
     pub(crate) fn new(file: OwnedFd, first: usize, bytes: usize) -> Self {
@@ -49,7 +49,7 @@ impl Shared {
     ///
     /// # Errors
     /// Errors of the system.
-    pub fn to_write(&self) -> io::Result<OwnedFd> {
+    pub fn writable_file(&self) -> io::Result<OwnedFd> {
         self.file.try_clone()
     }
 
@@ -57,13 +57,13 @@ impl Shared {
     ///
     /// # Errors
     /// Errors of the system.
-    pub fn to_read(&self) -> io::Result<OwnedFd> {
+    pub fn readable_file(&self) -> io::Result<OwnedFd> {
         let own = format!("/proc/self/fd/{}", self.file.as_raw_fd());
         Ok(open(own, OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?)
     }
 }
 
-impl Mapped {
+impl Mapping {
     /// Maps the [`Shared::extent`] of a file, for writing or for reading only.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Mapped {
     }
 }
 
-impl Drop for Mapped {
+impl Drop for Mapping {
     fn drop(&mut self) {
         // SAFETY: mapped in `new` with this size, and owned.
         unsafe { unmap(self.base, self.bytes) };

@@ -1,10 +1,10 @@
 //! The choice of a variable's cell, and what both kinds of cell have in common.
 
-use crate::cell::{Aligned, Glance, Mark, Pinned, Ring};
+use crate::cell::{Aligned, Pinned, Ring, SlotStamp, VersionCheck};
 use crate::{Access, Declaration, Stamp};
 
 /// Largest value that readers copy and do not borrow, in bytes: two cache lines.
-const MOST_COPIED: usize = 128;
+const MAX_COPIED: usize = 128;
 /// Slots of a small value's ring. A reader retries only if three values are published during one copy.
 const RING_SLOTS: u64 = 4;
 
@@ -17,14 +17,14 @@ pub(crate) enum Cell {
 impl Cell {
     /// The maximum of writers and readers together, without the two spare ones of [`Cell::new`] and the
     /// newest value.
-    pub(crate) const MOST_USERS: usize = Pinned::MOST_SLOTS - 3;
+    pub(crate) const MAX_USERS: usize = Pinned::MAX_SLOTS - 3;
 
     /// Returns the cell of a variable. With `shared`, other processes can map its values, unless they are
     /// small.
     pub(crate) fn new(declaration: &Declaration, shared: bool) -> std::io::Result<Self> {
         let bytes = declaration.value_type.bytes;
         match declaration.access {
-            Access::Export if bytes <= MOST_COPIED => {
+            Access::Export if bytes <= MAX_COPIED => {
                 let words = bytes.div_ceil(8);
                 let mut initial = Aligned::new(bytes);
                 if let Some(value) = &declaration.initial {
@@ -50,25 +50,25 @@ impl Cell {
     }
 
     /// Returns a glance that never recognises a value as the newest.
-    pub(crate) fn blind(&self) -> Glance {
+    pub(crate) fn never_matching(&self) -> VersionCheck {
         match self {
-            Self::Ring(ring) => ring.blind(),
-            Self::Pinned(pinned) => pinned.blind(),
+            Self::Ring(ring) => ring.never_matching(),
+            Self::Pinned(pinned) => pinned.never_matching(),
         }
     }
 
     /// Returns the number and the stamp of the newest value.
-    pub(crate) fn newest(&self) -> Mark {
+    pub(crate) fn newest(&self) -> SlotStamp {
         match self {
-            Self::Ring(ring) => ring.mark(),
+            Self::Ring(ring) => ring.stamp(),
             Self::Pinned(pinned) => pinned.newest(),
         }
     }
 }
 
-impl From<Mark> for Stamp {
+impl From<SlotStamp> for Stamp {
     #[inline]
-    fn from(mark: Mark) -> Self {
+    fn from(mark: SlotStamp) -> Self {
         Self {
             time: mark.time,
             sequence: mark.sequence,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use crate::{Error, Nanos, Reader, Refused, Stamp, Variable, Writer};
 
 /// The strictest alignment that a value may need. Loaned and latched bytes have a stricter one.
-const MOST_ALIGN: usize = 16;
+const MAX_ALIGN: usize = 16;
 
 /// Plain data.
 ///
@@ -62,7 +62,7 @@ impl<T: Plain> TypedWriter<T> {
     /// # Errors
     /// As [`Variable::writer`], and if `T` has another size or an alignment above 16.
     pub fn open(variable: &Arc<Variable>, id: u32, name: &str) -> Result<Self, Error> {
-        fits::<T>(variable)?;
+        check_type::<T>(variable)?;
         Ok(Self {
             writer: variable.writer(id, name)?,
             value: PhantomData,
@@ -95,7 +95,7 @@ impl<T: Plain> TypedReader<T> {
     /// # Errors
     /// `T` has another size or an alignment above 16.
     pub fn open(variable: &Arc<Variable>, name: &str) -> Result<Self, Error> {
-        fits::<T>(variable)?;
+        check_type::<T>(variable)?;
         Ok(Self {
             reader: variable.reader(name),
             value: PhantomData,
@@ -173,7 +173,7 @@ impl<T> Deref for Ref<'_, T> {
     }
 }
 
-fn fits<T: Plain>(variable: &Variable) -> Result<(), Error> {
+fn check_type<T: Plain>(variable: &Variable) -> Result<(), Error> {
     let declaration = variable.describe();
     let rust = std::any::type_name::<T>();
     if size_of::<T>() != declaration.value_type.bytes {
@@ -185,7 +185,7 @@ fn fits<T: Plain>(variable: &Variable) -> Result<(), Error> {
             got: size_of::<T>(),
         });
     }
-    if align_of::<T>() > MOST_ALIGN {
+    if align_of::<T>() > MAX_ALIGN {
         return Err(Error::TypeAlign {
             variable: declaration.full_name(),
             rust,

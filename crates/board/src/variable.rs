@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::bell::Bell;
 use crate::finite::Finite;
+use crate::notifier::Notifier;
 use crate::rate::Rate;
 use crate::register::Register;
 use crate::store::Cell;
@@ -20,7 +20,7 @@ pub struct Variable {
     declaration: Declaration,
     pub(crate) cell: Cell,
     finite: Option<Finite>,
-    bell: Bell,
+    notifier: Notifier,
     rate: Rate,
     /// Values up to this number are retracted.
     retracted: AtomicU64,
@@ -28,12 +28,12 @@ pub struct Variable {
     not_finite: AtomicU64,
     not_finite_at: Mutex<Option<String>>,
     pub(crate) watchers: Watchers,
-    register: Mutex<Register>,
+    ports: Mutex<Register>,
     /// Held while the host puts a value, so that one spare slot is enough for all of them.
-    putting: Mutex<()>,
+    put_lock: Mutex<()>,
     /// Held while a reader beyond the declared number copies, so that one spare pin is enough for all of
     /// them.
-    pub(crate) copying: Mutex<()>,
+    pub(crate) copy_lock: Mutex<()>,
 }
 
 /// The status of a variable.
@@ -80,16 +80,16 @@ impl Variable {
             declaration,
             cell,
             finite,
-            bell: Bell::default(),
+            notifier: Notifier::default(),
             rate: Rate::default(),
             retracted: AtomicU64::new(0),
             refused: AtomicU64::new(0),
             not_finite: AtomicU64::new(0),
             not_finite_at: Mutex::new(None),
             watchers: Watchers::default(),
-            register: Mutex::new(register),
-            putting: Mutex::new(()),
-            copying: Mutex::new(()),
+            ports: Mutex::new(register),
+            put_lock: Mutex::new(()),
+            copy_lock: Mutex::new(()),
         })
     }
 
@@ -111,9 +111,9 @@ impl Variable {
     /// Returns where latched or loaned bytes begin in that memory; `None` if they are elsewhere, as copies
     /// are.
     #[must_use]
-    pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
+    pub fn offset_of(&self, bytes: &[u8]) -> Option<usize> {
         match &self.cell {
-            Cell::Pinned(pinned) => pinned.shared().and_then(|_| pinned.place_of(bytes)),
+            Cell::Pinned(pinned) => pinned.shared().and_then(|_| pinned.offset_of(bytes)),
             Cell::Ring(_) => None,
         }
     }
@@ -124,12 +124,12 @@ impl Variable {
         let mark = self.cell.newest();
         let written = mark.sequence > 0;
         let age = now.saturating_sub(mark.time);
-        let register = lock(&self.register);
+        let register = lock(&self.ports);
         VariableStatus {
             sequence: mark.sequence,
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
-            retracted: written && !self.shows(mark.sequence),
+            retracted: written && !self.is_visible(mark.sequence),
             last_writer: written.then_some(mark.writer),
             writers: register.writers(),
             readers: register.readers(),
@@ -153,9 +153,9 @@ impl Variable {
     /// # Errors
     /// [`Error::WritersTaken`]: an export has one writer at a time, other variables as many as declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
-        let mut register = lock(&self.register);
+        let mut register = lock(&self.ports);
         let Some(seat) = register.open_writer(id, name) else {
-            return Err(Error::WritersTaken {
+            return Err(Error::TooManyWriters {
                 variable: self.declaration.full_name(),
                 name: name.to_owned(),
                 most: self.declaration.writers,
@@ -173,7 +173,7 @@ impl Variable {
     /// Opens it for reading. Tools show `name`.
     #[must_use]
     pub fn reader(self: &Arc<Self>, name: &str) -> Reader {
-        let ticket = lock(&self.register).open_reader(name);
+        let ticket = lock(&self.ports).open_reader(name);
         Reader::new(self.clone(), ticket)
     }
 
@@ -181,7 +181,7 @@ impl Variable {
     /// newest. Returns at once if there is one.
     pub fn wait_newer(&self, sequence: u64, timeout: Duration) -> u64 {
         if self.newest() <= sequence {
-            self.bell.wait(timeout, || self.newest() > sequence);
+            self.notifier.wait(timeout, || self.newest() > sequence);
         }
         self.newest()
     }
@@ -191,15 +191,15 @@ impl Variable {
     /// Without watches, a publication costs one more load.
     #[must_use = "dropped, it ends"]
     pub fn watch(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
-        Watch::begin(self, call)
+        Watch::new(self, call)
     }
 
     /// Lets a writer's commands take effect (R7), now or as soon as it is opened. Only commands need grants.
     pub fn grant(&self, writer_id: u32) {
-        let mut register = lock(&self.register);
+        let mut register = lock(&self.ports);
         register.granted.insert(writer_id);
         if let Cell::Pinned(pinned) = &self.cell {
-            register.seats_of(writer_id).for_each(|seat| pinned.grant(seat));
+            register.grants_of(writer_id).for_each(|seat| pinned.grant(seat));
         }
     }
 
@@ -207,19 +207,19 @@ impl Variable {
     /// effect, even if it began before. It never waits for the writer. Earlier commands stay until they are
     /// replaced or expire.
     pub fn withdraw(&self, writer_id: u32) {
-        let mut register = lock(&self.register);
+        let mut register = lock(&self.ports);
         register.granted.remove(&writer_id);
         if let Cell::Pinned(pinned) = &self.cell {
             register
-                .seats_of(writer_id)
+                .grants_of(writer_id)
                 .for_each(|seat| pinned.withdraw(seat));
         }
     }
 
     /// Returns whether a writer's commands take effect.
     #[must_use]
-    pub fn holds_grant(&self, writer_id: u32) -> bool {
-        lock(&self.register).granted.contains(&writer_id)
+    pub fn has_grant(&self, writer_id: u32) -> bool {
+        lock(&self.ports).granted.contains(&writer_id)
     }
 
     /// Publishes a value of the host itself (braking, holding, an operator), whatever the grants, and returns
@@ -238,13 +238,13 @@ impl Variable {
             return Err(Refused::WrongSize);
         }
         self.check(bytes)?;
-        let putting = lock(&self.putting);
+        let putting = lock(&self.put_lock);
         let mut claim = pinned.claim();
         // SAFETY: claimed from this cell; the slice ends with the copy.
         unsafe { pinned.bytes_mut(&mut claim) }.copy_from_slice(bytes);
         let published = pinned.publish(claim, None, time, writer, valid_until);
         drop(putting);
-        self.settle(published.map_err(|_| Refused::NoAuthority), time)
+        self.finish_publish(published.map_err(|_| Refused::NoAuthority), time)
     }
 
     /// Retracts the newest value of an export: a reader that latches gets no value until the next one. A
@@ -263,12 +263,12 @@ impl Variable {
     #[must_use]
     pub fn is_retracted(&self) -> bool {
         let newest = self.newest();
-        newest > 0 && !self.shows(newest)
+        newest > 0 && !self.is_visible(newest)
     }
 
     /// Returns whether readers get a value: it was published and not retracted, or it is an initial value.
     #[inline]
-    pub(crate) fn shows(&self, sequence: u64) -> bool {
+    pub(crate) fn is_visible(&self, sequence: u64) -> bool {
         sequence > self.retracted.load(Ordering::Acquire)
             || (sequence == 0 && self.declaration.initial.is_some())
     }
@@ -318,37 +318,41 @@ impl Variable {
 
     /// Ends every attempt to publish: a success notifies the waiting threads and the watches, a refusal is
     /// counted.
-    pub(crate) fn settle(&self, published: Result<u64, Refused>, time: Nanos) -> Result<u64, Refused> {
+    pub(crate) fn finish_publish(
+        &self,
+        published: Result<u64, Refused>,
+        time: Nanos,
+    ) -> Result<u64, Refused> {
         if published.is_err() {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return published;
         }
-        self.rate.published(time);
-        self.bell.ring();
+        self.rate.record(time);
+        self.notifier.notify_all();
         self.watchers.call();
         published
     }
 
     pub(crate) fn reader_name(&self, ticket: usize) -> String {
-        lock(&self.register).reader_name(ticket).to_owned()
+        lock(&self.ports).reader_name(ticket).to_owned()
     }
 
     /// Returns a ticket for a slot of the cell, if readers may hold one more.
     pub(crate) fn open_slot(&self) -> Result<usize, Error> {
-        let mut register = lock(&self.register);
+        let mut register = lock(&self.ports);
         let ticket = register.open_reader("a call that was given up");
         if ticket < self.declaration.readers {
             return Ok(ticket);
         }
         register.close_reader(ticket);
-        Err(Error::Crowded {
+        Err(Error::TooManyReaders {
             variable: self.declaration.full_name(),
             most: self.declaration.readers,
         })
     }
 
     pub(crate) fn close_writer(&self, seat: usize) {
-        let mut register = lock(&self.register);
+        let mut register = lock(&self.ports);
         register.close_writer(seat);
         if let Cell::Pinned(pinned) = &self.cell {
             pinned.withdraw(seat);
@@ -356,7 +360,7 @@ impl Variable {
     }
 
     pub(crate) fn close_reader(&self, ticket: usize) {
-        lock(&self.register).close_reader(ticket);
+        lock(&self.ports).close_reader(ticket);
     }
 }
 

@@ -9,11 +9,11 @@ use std::time::Duration;
 use arc_swap::ArcSwap;
 
 use crate::Variable;
-use crate::bell::Bell;
+use crate::notifier::Notifier;
 
 thread_local! {
     /// The number of watch calls that this thread is inside of.
-    static INSIDE: Cell<usize> = const { Cell::new(0) };
+    static CALL_DEPTH: Cell<usize> = const { Cell::new(0) };
 }
 
 /// A call after each publication and retraction of a variable, until the watch is dropped.
@@ -35,22 +35,22 @@ pub(crate) struct Watchers {
 
 struct Watcher {
     call: Box<dyn Fn() + Send + Sync>,
-    ended: AtomicBool,
+    cancelled: AtomicBool,
     /// Threads that are about to call, or are inside the call.
-    calling: AtomicUsize,
-    returned: Bell,
+    active_calls: AtomicUsize,
+    returned: Notifier,
 }
 
 /// One call under way. It ends when this is dropped, also by a panic.
-struct Calling<'a>(&'a Watcher);
+struct CallGuard<'a>(&'a Watcher);
 
 impl Watch {
-    pub(crate) fn begin(variable: &Arc<Variable>, call: impl Fn() + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(variable: &Arc<Variable>, call: impl Fn() + Send + Sync + 'static) -> Self {
         let watcher = Arc::new(Watcher {
             call: Box::new(call),
-            ended: AtomicBool::new(false),
-            calling: AtomicUsize::new(0),
-            returned: Bell::default(),
+            cancelled: AtomicBool::new(false),
+            active_calls: AtomicUsize::new(0),
+            returned: Notifier::default(),
         });
         variable.watchers.add(&watcher);
         Self {
@@ -63,7 +63,7 @@ impl Watch {
 impl Drop for Watch {
     fn drop(&mut self) {
         self.variable.watchers.remove(&self.watcher);
-        self.watcher.end();
+        self.watcher.cancel();
     }
 }
 
@@ -93,38 +93,38 @@ impl Watchers {
 
 impl Watcher {
     fn call(&self) {
-        let calling = Calling::begin(self);
+        let calling = CallGuard::new(self);
         // Sequentially consistent with `end`: either this thread sees the end, or that thread sees this call.
-        if !self.ended.load(Ordering::SeqCst) {
+        if !self.cancelled.load(Ordering::SeqCst) {
             (self.call)();
         }
         drop(calling);
     }
 
-    fn end(&self) {
-        self.ended.store(true, Ordering::SeqCst);
-        if INSIDE.get() > 0 {
+    fn cancel(&self) {
+        self.cancelled.store(true, Ordering::SeqCst);
+        if CALL_DEPTH.get() > 0 {
             return;
         }
-        while self.calling.load(Ordering::SeqCst) > 0 {
-            let returned = || self.calling.load(Ordering::SeqCst) == 0;
+        while self.active_calls.load(Ordering::SeqCst) > 0 {
+            let returned = || self.active_calls.load(Ordering::SeqCst) == 0;
             self.returned.wait(Duration::from_secs(1), returned);
         }
     }
 }
 
-impl<'a> Calling<'a> {
-    fn begin(watcher: &'a Watcher) -> Self {
-        INSIDE.set(INSIDE.get() + 1);
-        watcher.calling.fetch_add(1, Ordering::SeqCst);
+impl<'a> CallGuard<'a> {
+    fn new(watcher: &'a Watcher) -> Self {
+        CALL_DEPTH.set(CALL_DEPTH.get() + 1);
+        watcher.active_calls.fetch_add(1, Ordering::SeqCst);
         Self(watcher)
     }
 }
 
-impl Drop for Calling<'_> {
+impl Drop for CallGuard<'_> {
     fn drop(&mut self) {
-        self.0.calling.fetch_sub(1, Ordering::SeqCst);
-        self.0.returned.ring();
-        INSIDE.set(INSIDE.get() - 1);
+        self.0.active_calls.fetch_sub(1, Ordering::SeqCst);
+        self.0.returned.notify_all();
+        CALL_DEPTH.set(CALL_DEPTH.get() - 1);
     }
 }

@@ -13,35 +13,35 @@ use crate::{Error, Nanos, Refused, Variable};
 pub struct Writer {
     variable: Arc<Variable>,
     id: u32,
-    seat: usize,
-    room: Room,
+    grant_index: usize,
+    buffer: LoanBuffer,
 }
 
 /// Loaned room that its writer has set aside. A call that still has it may go on writing there without
 /// effect. A drop gives it back.
 #[must_use = "dropped, the room is given to others"]
-pub struct Parted {
+pub struct DetachedLoan {
     variable: Arc<Variable>,
-    room: Room,
+    buffer: LoanBuffer,
     /// A reader's ticket, for the slot of the cell that it occupies.
     ticket: Option<usize>,
 }
 
 /// Where the next value is written.
-enum Room {
+enum LoanBuffer {
     /// For small values: outside the cell.
-    Beside { bytes: Aligned, loaned: bool },
+    Outside { bytes: Aligned, loaned: bool },
     /// For other values: in a slot of the cell.
-    Within { claim: Option<Claim> },
+    InSlot { claim: Option<Claim> },
 }
 
 impl Writer {
     pub(crate) fn new(variable: Arc<Variable>, id: u32, seat: usize) -> Self {
         Self {
-            room: Room::new(&variable),
+            buffer: LoanBuffer::new(&variable),
             variable,
             id,
-            seat,
+            grant_index: seat,
         }
     }
 
@@ -60,17 +60,17 @@ impl Writer {
     /// Returns room for the next value, on a 64-byte boundary, with arbitrary contents. It is the same room
     /// until a publish or a discard.
     pub fn loan(&mut self) -> &mut [u8] {
-        match (&mut self.room, &self.variable.cell) {
-            (Room::Within { claim }, Cell::Pinned(pinned)) => {
+        match (&mut self.buffer, &self.variable.cell) {
+            (LoanBuffer::InSlot { claim }, Cell::Pinned(pinned)) => {
                 let claim = claim.get_or_insert_with(|| pinned.claim());
                 // SAFETY: claimed from this cell; `&mut self` allows no second slice.
                 unsafe { pinned.bytes_mut(claim) }
             }
-            (Room::Beside { bytes, loaned }, Cell::Ring(_)) => {
+            (LoanBuffer::Outside { bytes, loaned }, Cell::Ring(_)) => {
                 *loaned = true;
                 bytes.bytes_mut(self.variable.bytes())
             }
-            (Room::Within { .. }, Cell::Ring(_)) | (Room::Beside { .. }, Cell::Pinned(_)) => {
+            (LoanBuffer::InSlot { .. }, Cell::Ring(_)) | (LoanBuffer::Outside { .. }, Cell::Pinned(_)) => {
                 unreachable!("a writer's room is made for its variable's cell")
             }
         }
@@ -78,8 +78,8 @@ impl Writer {
 
     /// Returns whether room is loaned.
     #[must_use]
-    pub fn is_lent(&self) -> bool {
-        self.room.is_lent()
+    pub fn is_loaned(&self) -> bool {
+        self.buffer.is_loaned()
     }
 
     /// Publishes the loaned value and returns its number. `time` is when it was measured; a time after `now`
@@ -101,8 +101,8 @@ impl Writer {
         // A future time would make the value look new until then, and no older than later values.
         let time = time.min(now);
         let variable = &*self.variable;
-        let published = match (&mut self.room, &variable.cell) {
-            (Room::Within { claim }, Cell::Pinned(pinned)) => {
+        let published = match (&mut self.buffer, &variable.cell) {
+            (LoanBuffer::InSlot { claim }, Cell::Pinned(pinned)) => {
                 let mut claim = claim.take().ok_or(Refused::NothingLoaned)?;
                 // SAFETY: claimed from this cell; the slice ends with the check.
                 if let Err(refused) = variable.check(unsafe { pinned.bytes_mut(&mut claim) }) {
@@ -112,25 +112,25 @@ impl Writer {
                 pinned
                     .publish(
                         claim,
-                        variable.gate(self.seat),
+                        variable.gate(self.grant_index),
                         time,
                         self.id,
                         variable.valid_until(now, least),
                     )
                     .map_err(|_| Refused::NoAuthority)
             }
-            (Room::Beside { bytes, loaned }, Cell::Ring(ring)) => {
+            (LoanBuffer::Outside { bytes, loaned }, Cell::Ring(ring)) => {
                 if !std::mem::take(loaned) {
                     return Err(Refused::NothingLoaned);
                 }
                 let words = bytes.words(variable.bytes().div_ceil(8));
                 Ok(ring.publish(words, time, self.id))
             }
-            (Room::Within { .. }, Cell::Ring(_)) | (Room::Beside { .. }, Cell::Pinned(_)) => {
+            (LoanBuffer::InSlot { .. }, Cell::Ring(_)) | (LoanBuffer::Outside { .. }, Cell::Pinned(_)) => {
                 unreachable!("a writer's room is made for its variable's cell")
             }
         };
-        variable.settle(published, time)
+        variable.finish_publish(published, time)
     }
 
     /// Retracts the newest value of an export, see [`Variable::retract`].
@@ -144,29 +144,29 @@ impl Writer {
     ///
     /// # Errors
     /// [`Error::Crowded`] if readers hold all the slots that they may hold. Nothing changes then.
-    pub fn part(&mut self) -> Result<Option<Parted>, Error> {
-        if !self.room.is_lent() {
+    pub fn detach_loan(&mut self) -> Result<Option<DetachedLoan>, Error> {
+        if !self.buffer.is_loaned() {
             return Ok(None);
         }
-        let ticket = match &self.room {
-            Room::Beside { .. } => None,
-            Room::Within { .. } => Some(self.variable.open_slot()?),
+        let ticket = match &self.buffer {
+            LoanBuffer::Outside { .. } => None,
+            LoanBuffer::InSlot { .. } => Some(self.variable.open_slot()?),
         };
-        let fresh = Room::new(&self.variable);
-        Ok(Some(Parted {
+        let fresh = LoanBuffer::new(&self.variable);
+        Ok(Some(DetachedLoan {
             variable: self.variable.clone(),
-            room: std::mem::replace(&mut self.room, fresh),
+            buffer: std::mem::replace(&mut self.buffer, fresh),
             ticket,
         }))
     }
 
     /// Gives back the loaned room without publishing.
     pub fn discard(&mut self) {
-        self.room.discard(&self.variable);
+        self.buffer.discard(&self.variable);
     }
 }
 
-impl Parted {
+impl DetachedLoan {
     /// Returns the size of a value in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -174,28 +174,28 @@ impl Parted {
     }
 }
 
-impl Room {
+impl LoanBuffer {
     fn new(variable: &Variable) -> Self {
         match &variable.cell {
-            Cell::Ring(_) => Self::Beside {
+            Cell::Ring(_) => Self::Outside {
                 bytes: Aligned::new(variable.bytes()),
                 loaned: false,
             },
-            Cell::Pinned(_) => Self::Within { claim: None },
+            Cell::Pinned(_) => Self::InSlot { claim: None },
         }
     }
 
-    fn is_lent(&self) -> bool {
+    fn is_loaned(&self) -> bool {
         match self {
-            Self::Beside { loaned, .. } => *loaned,
-            Self::Within { claim } => claim.is_some(),
+            Self::Outside { loaned, .. } => *loaned,
+            Self::InSlot { claim } => claim.is_some(),
         }
     }
 
     fn discard(&mut self, variable: &Variable) {
         match self {
-            Self::Beside { loaned, .. } => *loaned = false,
-            Self::Within { claim } => {
+            Self::Outside { loaned, .. } => *loaned = false,
+            Self::InSlot { claim } => {
                 if let (Some(claim), Cell::Pinned(pinned)) = (claim.take(), &variable.cell) {
                     pinned.abandon(claim);
                 }
@@ -204,9 +204,9 @@ impl Room {
     }
 }
 
-impl Drop for Parted {
+impl Drop for DetachedLoan {
     fn drop(&mut self) {
-        self.room.discard(&self.variable);
+        self.buffer.discard(&self.variable);
         if let Some(ticket) = self.ticket {
             self.variable.close_reader(ticket);
         }
@@ -216,6 +216,6 @@ impl Drop for Parted {
 impl Drop for Writer {
     fn drop(&mut self) {
         self.discard();
-        self.variable.close_writer(self.seat);
+        self.variable.close_writer(self.grant_index);
     }
 }

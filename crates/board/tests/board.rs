@@ -168,7 +168,7 @@ fn an_initial_value_is_number_0_and_nobodys() {
         let expected = Stamp {
             time: 0,
             sequence: 0,
-            writer: Stamp::NOBODY,
+            writer: Stamp::NO_WRITER,
             valid_until: u64::MAX,
         };
         assert_eq!(stamp, expected);
@@ -438,7 +438,7 @@ fn a_loan_that_was_parted_with_is_written_by_nobody_else_until_it_is_given_back(
         let left = writer.loan();
         left.copy_from_slice(&1.0_f64.to_ne_bytes());
         let left = left.as_mut_ptr();
-        let parted = writer.part().unwrap().expect("something was loaned");
+        let parted = writer.detach_loan().unwrap().expect("something was loaned");
         assert_eq!(parted.bytes(), 8);
         assert_eq!(writer.publish(1, 1), Err(Refused::NothingLoaned));
         let mut reader = variable.reader("reader");
@@ -448,7 +448,7 @@ fn a_loan_that_was_parted_with_is_written_by_nobody_else_until_it_is_given_back(
             reader.release();
             assert_eq!(latch(&mut reader).unwrap().0, sequence as f64);
         }
-        assert!(writer.part().unwrap().is_none(), "nothing is loaned now");
+        assert!(writer.detach_loan().unwrap().is_none(), "nothing is loaned now");
         drop(parted);
         let room: Vec<_> = (0..20)
             .map(|time| {
@@ -469,15 +469,19 @@ fn no_more_loans_are_parted_with_than_readers_may_hold_slots() {
     let mut parted = Vec::new();
     for _ in 0..modulation.describe().readers {
         writer.loan();
-        parted.extend(writer.part().unwrap());
+        parted.extend(writer.detach_loan().unwrap());
     }
     writer.loan();
-    let crowded = writer.part().err().expect("every slot is taken").to_string();
+    let crowded = writer
+        .detach_loan()
+        .err()
+        .expect("every slot is taken")
+        .to_string();
     assert!(crowded.starts_with("all "), "{crowded}");
     write(&mut writer, 1.0, 1).expect("nothing has changed");
     parted.pop();
     writer.loan();
-    assert!(writer.part().is_ok_and(|parted| parted.is_some()));
+    assert!(writer.detach_loan().is_ok_and(|parted| parted.is_some()));
 }
 
 #[test]

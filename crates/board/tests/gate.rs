@@ -15,14 +15,14 @@ fn command(writer: &mut Writer, value: f64) -> Result<u64, Refused> {
 fn r7_without_a_grant_no_command_takes_effect_and_all_are_counted() {
     let velocity = variable(&float64(), COMMAND);
     let mut goon = velocity.writer(1, "goon").unwrap();
-    assert!(!velocity.holds_grant(1));
+    assert!(!velocity.has_grant(1));
     for _ in 0..20 {
         assert_eq!(command(&mut goon, 1.0), Err(Refused::NoAuthority));
     }
     let status = velocity.status(0);
     assert_eq!((status.sequence, status.refused), (0, 20));
     velocity.grant(1);
-    assert!(velocity.holds_grant(1));
+    assert!(velocity.has_grant(1));
     assert_eq!(
         command(&mut goon, 1.0),
         Ok(1),

@@ -7,7 +7,7 @@
 #![cfg(loom)]
 #![allow(unsafe_code, reason = "loom's pointers are read and written raw, and checked")]
 
-use jde_board::cell::{Mark, Pinned, Ring, Withdrawn};
+use jde_board::cell::{Pinned, Ring, SlotStamp, Withdrawn};
 use loom::sync::Arc;
 use loom::thread;
 

@@ -10,7 +10,7 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::sync::Arc;
 
-use jde_board::{Access, Board, Mapped, Variable};
+use jde_board::{Access, Board, Mapping, Variable};
 
 mod common;
 use common::{declaration, float64, words};
@@ -23,7 +23,7 @@ fn image() -> Arc<Variable> {
     Board::new().declare_shared(declared).expect("there is memory")
 }
 
-fn seen(mapped: &Mapped, place: usize) -> Vec<u8> {
+fn seen(mapped: &Mapping, place: usize) -> Vec<u8> {
     let first = mapped.at(place, WORDS * 8).expect("it is inside");
     // SAFETY: the mapping has these bytes, and nothing writes to them meanwhile.
     unsafe { std::slice::from_raw_parts(first, WORDS * 8) }.to_vec()
@@ -33,14 +33,16 @@ fn seen(mapped: &Mapped, place: usize) -> Vec<u8> {
 fn what_is_published_is_seen_where_the_file_is_mapped() {
     let variable = image();
     let shared = variable.shared().expect("it can be mapped");
-    let file = shared.to_read().expect("a file");
-    let mapped = Mapped::new(file.as_fd(), shared.extent(), false).expect("it is mapped");
+    let file = shared.readable_file().expect("a file");
+    let mapped = Mapping::new(file.as_fd(), shared.extent(), false).expect("it is mapped");
     let (mut writer, mut reader) = (variable.writer(1, "camera").unwrap(), variable.reader("eye"));
     for value in [3_u8, 5, 8, 13, 21] {
         writer.loan().fill(value);
         writer.publish(1, 1).expect("it is published");
         let latched = reader.latch().expect("a value");
-        let place = variable.place_of(latched.bytes).expect("it is borrowed in place");
+        let place = variable
+            .offset_of(latched.bytes)
+            .expect("it is borrowed in place");
         assert_eq!(seen(&mapped, place), vec![value; WORDS * 8]);
         reader.release();
     }
@@ -50,10 +52,10 @@ fn what_is_published_is_seen_where_the_file_is_mapped() {
 fn what_is_written_where_the_file_is_mapped_is_published() {
     let variable = image();
     let shared = variable.shared().expect("it can be mapped");
-    let file = shared.to_write().expect("a file");
-    let mapped = Mapped::new(file.as_fd(), shared.extent(), true).expect("it is mapped");
+    let file = shared.writable_file().expect("a file");
+    let mapped = Mapping::new(file.as_fd(), shared.extent(), true).expect("it is mapped");
     let (mut writer, mut reader) = (variable.writer(1, "camera").unwrap(), variable.reader("eye"));
-    let place = variable.place_of(writer.loan()).expect("it is loaned in place");
+    let place = variable.offset_of(writer.loan()).expect("it is loaned in place");
     let first = mapped.at(place, WORDS * 8).expect("it is inside");
     // SAFETY: the mapping has these bytes, and the loan guarantees that no other thread accesses them.
     unsafe { first.write_bytes(34, WORDS * 8) };
@@ -65,14 +67,14 @@ fn what_is_written_where_the_file_is_mapped_is_published() {
 fn who_may_only_read_cannot_map_it_to_write() {
     let variable = image();
     let shared = variable.shared().expect("it can be mapped");
-    let file = shared.to_read().expect("a file");
-    assert!(Mapped::new(file.as_fd(), shared.extent(), true).is_err());
+    let file = shared.readable_file().expect("a file");
+    assert!(Mapping::new(file.as_fd(), shared.extent(), true).is_err());
 }
 
 #[test]
 fn nobody_can_take_memory_away_beneath_the_others() {
     let variable = image();
-    let file = variable.shared().expect("it can be mapped").to_write();
+    let file = variable.shared().expect("it can be mapped").writable_file();
     let file = std::fs::File::from(file.expect("a file"));
     assert!(file.set_len(0).is_err());
     assert!(file.set_len(1 << 30).is_err());
@@ -83,11 +85,11 @@ fn what_lies_outside_is_at_no_place() {
     let variable = image();
     let shared = variable.shared().expect("it can be mapped");
     let (_, bytes) = shared.extent();
-    let file = shared.to_read().expect("a file");
-    let mapped = Mapped::new(file.as_fd(), shared.extent(), false).expect("it is mapped");
+    let file = shared.readable_file().expect("a file");
+    let mapped = Mapping::new(file.as_fd(), shared.extent(), false).expect("it is mapped");
     assert!(mapped.at(bytes, 1).is_none());
     assert!(mapped.at(usize::MAX, 2).is_none());
-    assert!(variable.place_of(&[0; WORDS * 8]).is_none());
+    assert!(variable.offset_of(&[0; WORDS * 8]).is_none());
 }
 
 #[test]
@@ -106,7 +108,7 @@ const NOBODY: u32 = 65_534;
 fn the_memory_is_its_users_alone() {
     let variable = image();
     let shared = variable.shared().expect("it can be mapped");
-    let file = File::from(shared.to_read().expect("a file"));
+    let file = File::from(shared.readable_file().expect("a file"));
     assert_eq!(file.metadata().expect("about it").mode() & 0o777, 0o400);
     let name = format!("/proc/{}/fd/{}", std::process::id(), file.as_raw_fd());
     assert!(File::open(&name).is_ok(), "its own user reads it");

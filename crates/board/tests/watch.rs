@@ -52,7 +52,7 @@ fn r12_what_was_dropped_is_never_called_again() {
 
 #[test]
 fn r12_dropping_waits_for_a_call_that_another_thread_is_inside_of() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let variable = modulation();
     let (inside, left) = (Arc::new(Barrier::new(2)), Arc::new(AtomicBool::new(false)));
     let (go, wait) = mpsc::channel::<()>();

@@ -16,15 +16,15 @@ pub struct GroupContract {
     /// Its name.
     pub name: String,
     /// A check finds that a precondition changed. A selection follows at once.
-    pub by_check: Promise,
+    pub by_check: TakeoverBound,
     /// A check finds another urgency, or something else that only the policy uses changed. The next selection
     /// follows the winner's iteration (R2). Present only if the policy uses more than readiness.
-    pub by_winner: Option<Promise>,
+    pub by_winner: Option<TakeoverBound>,
 }
 
 /// A sum of times.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Promise {
+pub struct TakeoverBound {
     /// The member with the longest takeover.
     pub slowest: SchemaId,
     /// Its name.
@@ -37,12 +37,12 @@ pub struct Promise {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Term {
     /// What takes the time.
-    pub what: String,
+    pub description: String,
     /// The longest time that it takes.
     pub nanos: Nanos,
     /// Whether this is a wait that the policy imposes. The selection after it has a cause of its own (R15),
     /// so the wait is not part of the measured time.
-    pub waits: bool,
+    pub is_policy_wait: bool,
 }
 
 /// Computes the contract of every group of a valid specification. A group without known members has none.
@@ -54,7 +54,7 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
             *father = arbitration(group).saturating_add(*father);
         }
     }
-    let sums = Sums {
+    let sums = ContractCalculator {
         spec,
         own: &|id| own[id.index()],
     };
@@ -68,10 +68,10 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
 /// of the policy. It does not allocate. `own` returns how long the arbitrations of a schema's own groups may
 /// take in total.
 pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
-    let sums = Sums { spec, own };
+    let sums = ContractCalculator { spec, own };
     let group = spec.groups.get(id.index())?;
     let (looks, acts) = sums.slowest(group)?;
-    Some(add(sums.looks(looks)).saturating_add(sums.hands_over(group, acts)))
+    Some(saturating_sum(sums.detection_times(looks)).saturating_add(sums.handover_time(group, acts)))
 }
 
 /// How long the father of a group may take to arbitrate.
@@ -87,7 +87,7 @@ impl GroupContract {
     /// Returns the longer of the two sums: from the situation to the first iteration.
     #[must_use]
     pub fn total(&self) -> Nanos {
-        let paced = self.by_winner.as_ref().map_or(0, Promise::total);
+        let paced = self.by_winner.as_ref().map_or(0, TakeoverBound::total);
         self.by_check.total().max(paced)
     }
 
@@ -95,16 +95,16 @@ impl GroupContract {
     /// policy.
     #[must_use]
     pub fn allowed(&self) -> Nanos {
-        let measured = self.by_check.terms.iter().filter(|term| !term.waits);
-        add(measured.map(|term| term.nanos))
+        let measured = self.by_check.terms.iter().filter(|term| !term.is_policy_wait);
+        saturating_sum(measured.map(|term| term.nanos))
     }
 }
 
-impl Promise {
+impl TakeoverBound {
     /// The sum of the terms.
     #[must_use]
     pub fn total(&self) -> Nanos {
-        add(self.terms.iter().map(|term| term.nanos))
+        saturating_sum(self.terms.iter().map(|term| term.nanos))
     }
 }
 
@@ -119,13 +119,13 @@ impl fmt::Display for GroupContract {
     }
 }
 
-impl fmt::Display for Promise {
+impl fmt::Display for TakeoverBound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (who, total) = (&self.slowest_name, Millis(self.total()));
         write!(f, "{who} takes over within {total} = ")?;
         for (n, term) in self.terms.iter().enumerate() {
             let plus = if n == 0 { "" } else { " + " };
-            write!(f, "{plus}{} {}", term.what, Millis(term.nanos))?;
+            write!(f, "{plus}{} {}", term.description, Millis(term.nanos))?;
         }
         Ok(())
     }
@@ -144,17 +144,17 @@ impl fmt::Display for Millis {
     }
 }
 
-fn add(nanos: impl IntoIterator<Item = Nanos>) -> Nanos {
+fn saturating_sum(nanos: impl IntoIterator<Item = Nanos>) -> Nanos {
     nanos.into_iter().fold(0, Nanos::saturating_add)
 }
 
 /// The arithmetic over one specification.
-struct Sums<'s> {
+struct ContractCalculator<'s> {
     spec: &'s Spec,
     own: &'s dyn Fn(SchemaId) -> Nanos,
 }
 
-impl Sums<'_> {
+impl ContractCalculator<'_> {
     fn contract(&self, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
         let (looks, acts) = self.slowest(group)?;
         let wait = self.policy_wait(group);
@@ -165,20 +165,20 @@ impl Sums<'_> {
             Policy::Sticky { .. }
                 if wait
                     .as_ref()
-                    .is_none_or(|wait| wait.nanos <= add(pace.iter().map(|term| term.nanos))) =>
+                    .is_none_or(|wait| wait.nanos <= saturating_sum(pace.iter().map(|term| term.nanos))) =>
             {
                 pace
             }
             Policy::Sticky { .. } => wait.iter().cloned().collect(),
             Policy::Priority | Policy::RoundRobin { .. } => Vec::new(),
         };
-        let promise = |between: Vec<Term>| Promise {
+        let promise = |between: Vec<Term>| TakeoverBound {
             slowest: acts,
             slowest_name: self.name(acts),
             terms: [
-                self.looks_in_words(looks),
+                self.detection_terms(looks),
                 between,
-                self.hands_over_in_words(group, acts),
+                self.handover_terms(group, acts),
             ]
             .concat(),
         };
@@ -195,8 +195,8 @@ impl Sums<'_> {
     fn slowest(&self, group: &GroupSpec) -> Option<(SchemaId, SchemaId)> {
         let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
         let members = || group.members.iter().filter(known).rev();
-        let looks = members().max_by_key(|id| add(self.looks(**id)))?;
-        let acts = members().max_by_key(|id| add(self.acts(**id)))?;
+        let looks = members().max_by_key(|id| saturating_sum(self.detection_times(**id)))?;
+        let acts = members().max_by_key(|id| saturating_sum(self.start_times(**id)))?;
         Some((*looks, *acts))
     }
 
@@ -204,7 +204,7 @@ impl Sums<'_> {
     /// previous check has ended (for a triggered schema, a turn under way). Then comes what may be under way
     /// when the turn is due or the value arrives: a drawing, a gesture, an arbitration and another that waits
     /// for it. The check itself is last.
-    fn looks(&self, id: SchemaId) -> [Nanos; 4] {
+    fn detection_times(&self, id: SchemaId) -> [Nanos; 4] {
         let schema = &self.spec.schemas[id.index()];
         let before = if schema.triggered {
             schema.budget
@@ -219,7 +219,7 @@ impl Sums<'_> {
         ]
     }
 
-    fn looks_in_words(&self, id: SchemaId) -> Vec<Term> {
+    fn detection_terms(&self, id: SchemaId) -> Vec<Term> {
         let name = self.name(id);
         let schema = &self.spec.schemas[id.index()];
         let before = match schema.budget.checked_div(schema.period).unwrap_or(0) {
@@ -233,20 +233,20 @@ impl Sums<'_> {
             format!("arbitrations by {name}"),
             format!("check by {name}"),
         ];
-        self::terms(words, self.looks(id))
+        self::terms(words, self.detection_times(id))
     }
 
     /// From the decision to the first iteration. The father arbitrates, twice if an arbitration is under way.
     /// The loser ends its iteration, or its patience ends. The winner ends its drawing, a gesture, its
     /// arbitration and another that waits for it, and checks again before it acts (R8).
-    fn hands_over(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
+    fn handover_time(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
         let father = arbitration(group).saturating_mul(2);
         father
             .saturating_add(group.patience)
-            .saturating_add(add(self.acts(acts)))
+            .saturating_add(saturating_sum(self.start_times(acts)))
     }
 
-    fn hands_over_in_words(&self, group: &GroupSpec, acts: SchemaId) -> Vec<Term> {
+    fn handover_terms(&self, group: &GroupSpec, acts: SchemaId) -> Vec<Term> {
         let (think, name) = (arbitration(group), self.name(acts));
         let words = [
             "arbitration that is under way".to_owned(),
@@ -259,11 +259,11 @@ impl Sums<'_> {
             format!("arbitrations by {name}"),
             format!("look of {name} before it acts"),
         ];
-        all.extend(self::terms(words, self.acts(acts)));
+        all.extend(self::terms(words, self.start_times(acts)));
         all
     }
 
-    fn acts(&self, id: SchemaId) -> [Nanos; 3] {
+    fn start_times(&self, id: SchemaId) -> [Nanos; 3] {
         [
             self.panel(id),
             (self.own)(id).saturating_mul(2),
@@ -280,9 +280,9 @@ impl Sums<'_> {
             Policy::Priority | Policy::HighestUrgency | Policy::Father => return None,
         };
         Some(Term {
-            what: what.to_owned(),
+            description: what.to_owned(),
             nanos,
-            waits: true,
+            is_policy_wait: true,
         })
         .filter(|term| term.nanos > 0)
     }
@@ -302,7 +302,7 @@ impl Sums<'_> {
         let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
         let members = group.members.iter().filter(known).rev();
         let Some(slowest) = members
-            .max_by_key(|id| add(sums(**id)))
+            .max_by_key(|id| saturating_sum(sums(**id)))
             .filter(|_| group.members.len() > 1)
         else {
             return Vec::new();
@@ -316,7 +316,7 @@ impl Sums<'_> {
         ];
         let mut terms = self::terms(words, sums(*slowest));
         for term in &mut terms {
-            term.waits = true;
+            term.is_policy_wait = true;
         }
         terms
     }
@@ -346,9 +346,9 @@ impl Sums<'_> {
 /// The terms that take any time, with their words.
 fn terms<const N: usize>(words: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
     let all = words.into_iter().zip(nanos).map(|(what, nanos)| Term {
-        what,
+        description: what,
         nanos,
-        waits: false,
+        is_policy_wait: false,
     });
     all.filter(|term| term.nanos > 0).collect()
 }

@@ -45,7 +45,7 @@ pub enum Effect {
     /// A motor schema is no longer WINNER and stays awake.
     Demoted(SchemaId),
     /// The father's own arbitration is requested. The answer carries the ticket.
-    Ask {
+    Arbitrate {
         /// The group.
         group: GroupId,
         /// Identifies this question.
@@ -85,7 +85,7 @@ pub enum Effect {
     /// A selection was made (R15). The effects that carry it out follow.
     Decided(Record),
     /// A winner began its first iteration (R15).
-    Took {
+    TookOver {
         /// The group.
         group: GroupId,
         /// The number of the record that chose the winner.

@@ -45,9 +45,9 @@ mod spec_error;
 mod state;
 mod validate;
 
-pub use contract::{GroupContract, Promise, Term, contract};
+pub use contract::{GroupContract, TakeoverBound, Term, contract};
 pub use effect::{Effect, Level};
-pub use hierarchy::{Answer, Check, Handover, Hierarchy, Operator, Timer};
+pub use hierarchy::{ArbitrationReply, Check, Handover, Hierarchy, Operator, Timer};
 pub use record::{Candidate, Case, Cause, Decider, Record};
 pub use refused::Refused;
 pub use spec::{
@@ -55,4 +55,4 @@ pub use spec::{
     SchemaSpec, Spec,
 };
 pub use spec_error::SpecError;
-pub use state::{Health, Requester, Standing, State};
+pub use state::{ActuationState, Health, Requester, State};

@@ -29,7 +29,7 @@ pub enum Refused {
         because: String,
     },
     /// A handover replaces the schema or one of its fathers, so everything below is going to sleep (R5).
-    Leaving {
+    BeingReplaced {
         /// The father that made the request, or the schema that an operator plays.
         schema: String,
     },
@@ -75,7 +75,7 @@ impl fmt::Display for Refused {
                 f,
                 "`{father}` has no authority: `{because}` is not WINNER; wake and sleep children only while winning"
             ),
-            Self::Leaving { schema } => write!(
+            Self::BeingReplaced { schema } => write!(
                 f,
                 "`{schema}` is losing its place, and what is below goes to sleep: try again when it wins"
             ),

@@ -94,7 +94,7 @@ pub enum SpecError {
         group: String,
     },
     /// The policy of a group of roots is the father's own function, but roots have no father.
-    NobodyToAsk {
+    NoArbitrator {
         /// The group.
         group: String,
     },
@@ -183,7 +183,7 @@ impl fmt::Display for SpecError {
                     "the hysteresis of `{group}` must be a finite number, 0 or more"
                 )
             }
-            Self::NobodyToAsk { group } => {
+            Self::NoArbitrator { group } => {
                 write!(
                     f,
                     "the roots `{group}` have no father to decide: choose a ready-made policy"

@@ -47,7 +47,7 @@ pub enum Requester {
 
 /// What the actuators do on behalf of a group.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-pub enum Standing {
+pub enum ActuationState {
     /// No member has won since the father woke the first member.
     Fresh,
     /// A member is WINNER.

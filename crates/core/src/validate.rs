@@ -210,7 +210,7 @@ pub(crate) fn policy_fault(group: &GroupSpec, policy: Policy) -> Option<SpecErro
         Policy::Sticky { .. } => Some(SpecError::BadHysteresis { group: name() }),
         Policy::RoundRobin { turn: 0 } => Some(SpecError::ZeroTurn { group: name() }),
         Policy::RoundRobin { .. } => None,
-        Policy::Father if group.father.is_none() => Some(SpecError::NobodyToAsk { group: name() }),
+        Policy::Father if group.father.is_none() => Some(SpecError::NoArbitrator { group: name() }),
         Policy::Father => None,
     }
 }

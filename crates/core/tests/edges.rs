@@ -5,8 +5,8 @@
 mod family;
 
 use jde_core::{
-    Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused, SchemaId,
-    SchemaSpec, Spec, State, Timer,
+    ArbitrationReply, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused,
+    SchemaId, SchemaSpec, Spec, State, Timer,
 };
 
 use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
@@ -26,7 +26,13 @@ fn calls_about_nobody_are_refused_or_have_no_effect() {
         h.overrun(NOBODY, out);
         h.on_time(NOBODY, out);
         h.set_period(NOBODY, 5);
-        h.answered(1, GroupId(99), 1, Answer::Failed { reason: "?".into() }, out);
+        h.arbitrated(
+            1,
+            GroupId(99),
+            1,
+            ArbitrationReply::Failed { reason: "?".into() },
+            out,
+        );
         h.fire(1, Timer::Hold(GroupId(99)), out);
         assert_eq!(h.set_policy(1, GroupId(99), Policy::Father, out), Ok(()));
         assert_eq!(h.wake(1, NOBODY, A, out), Err(Refused::Unknown { index: 99 }));
@@ -75,14 +81,17 @@ fn r4_an_answer_to_an_old_question_has_no_effect() {
     let mut h = family(Policy::Father);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
     effects(|out| h.tick(h.next_timer().expect("a budget"), out));
-    assert_eq!((h.winner(CHILDREN), h.asked(CHILDREN)), (Some(A), None));
-    let late = Answer::Chose {
+    assert_eq!(
+        (h.winner(CHILDREN), h.pending_arbitration(CHILDREN)),
+        (Some(A), None)
+    );
+    let late = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "late".into(),
     };
-    assert_eq!(effects(|out| h.answered(9, CHILDREN, ticket, late, out)), []);
+    assert_eq!(effects(|out| h.arbitrated(9, CHILDREN, ticket, late, out)), []);
     assert_eq!(h.winner(CHILDREN), Some(A));
 }
 
@@ -91,13 +100,13 @@ fn r4_one_that_fell_asleep_while_the_father_thought_is_not_its_fault() {
     let mut h = family(Policy::Father);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
     effects(|out| h.faulted(2, B, "gone".into(), out));
-    let answer = Answer::Chose {
+    let answer = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "it was there".into(),
     };
-    effects(|out| h.answered(3, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out));
     assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
 }
 
@@ -126,14 +135,14 @@ fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
             out,
         )
     });
-    assert!(matches!(out.last(), Some(Effect::Ask { .. })));
-    let ticket = h.asked(CHILDREN).expect("an absence");
-    let nobody = Answer::Chose {
+    assert!(matches!(out.last(), Some(Effect::Arbitrate { .. })));
+    let ticket = h.pending_arbitration(CHILDREN).expect("an absence");
+    let nobody = ArbitrationReply::Chosen {
         child: None,
         reason: "wait".into(),
     };
-    let out = effects(|out| h.answered(2, CHILDREN, ticket, nobody, out));
-    assert!(!out.iter().any(|e| matches!(e, Effect::Ask { .. })));
+    let out = effects(|out| h.arbitrated(2, CHILDREN, ticket, nobody, out));
+    assert!(!out.iter().any(|e| matches!(e, Effect::Arbitrate { .. })));
     assert!(out.contains(&Effect::Brake { group: CHILDREN }));
 }
 
@@ -142,10 +151,14 @@ fn r1_a_force_does_not_wait_for_the_father() {
     let mut h = family(Policy::Father);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
-    assert!(h.asked(CHILDREN).is_some());
+    assert!(h.pending_arbitration(CHILDREN).is_some());
     effects(|out| h.operator(2, Operator::Force(B), out).expect("b is healthy"));
     assert_eq!(
-        (h.winner(CHILDREN), h.asked(CHILDREN), h.next_timer()),
+        (
+            h.winner(CHILDREN),
+            h.pending_arbitration(CHILDREN),
+            h.next_timer()
+        ),
         (Some(B), None, None)
     );
 }
@@ -214,12 +227,12 @@ fn r3_a_loser_that_hangs_is_no_longer_ready_so_the_level_selects_again() {
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
-    let nobody = Answer::Chose {
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
+    let nobody = ArbitrationReply::Chosen {
         child: None,
         reason: "neither".into(),
     };
-    effects(|out| h.answered(2, CHILDREN, ticket, nobody, out));
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, nobody, out));
     assert_eq!(h.winner(CHILDREN), Some(A), "it iterates still");
     effects(|out| h.fire(9, Timer::Patience(CHILDREN), out));
     assert_eq!(h.winner(CHILDREN), Some(B), "it is alone now");
@@ -264,7 +277,10 @@ fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father
     let mut h = family(Policy::Father);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
-    assert_eq!((h.winner(CHILDREN), h.asked(CHILDREN).is_some()), (Some(A), true));
+    assert_eq!(
+        (h.winner(CHILDREN), h.pending_arbitration(CHILDREN).is_some()),
+        (Some(A), true)
+    );
     effects(|out| h.sleep(2, FATHER, A, out).expect("authority"));
     assert_eq!(h.state(A), State::Winner);
     assert!(!h.begin(2, A, &mut Vec::new()));
@@ -277,15 +293,15 @@ fn r5_a_handover_to_one_that_fell_asleep_goes_to_nobody_until_the_father_has_ans
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
-    let answer = Answer::Chose {
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
+    let answer = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    effects(|out| h.answered(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, answer, out));
     effects(|out| h.checked(3, C, READY, out));
     assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(B));
-    assert!(h.asked(CHILDREN).is_some());
+    assert!(h.pending_arbitration(CHILDREN).is_some());
     effects(|out| h.faulted(4, B, "gone".into(), out));
     effects(|out| h.end(5, A, out));
     assert_eq!(
@@ -327,7 +343,7 @@ fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
     let mut h = family(Policy::Father);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
     effects(|out| {
         h.checked(
             2,
@@ -339,11 +355,11 @@ fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
             out,
         )
     });
-    let answer = Answer::Chose {
+    let answer = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    let out = effects(|out| h.answered(3, CHILDREN, ticket, answer, out));
+    let out = effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out));
     assert!(!out.contains(&Effect::Demoted(A)) && !out.contains(&Effect::Promoted(B)));
     assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
 }
@@ -376,14 +392,14 @@ fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
-    let ticket = h.asked(CHILDREN).expect("a collision");
-    let answer = Answer::Chose {
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
+    let answer = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    effects(|out| h.answered(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, answer, out));
     effects(|out| h.checked(3, C, READY, out));
-    assert!(h.asked(CHILDREN).is_some() && h.handover(CHILDREN).is_some());
+    assert!(h.pending_arbitration(CHILDREN).is_some() && h.handover(CHILDREN).is_some());
     effects(|out| h.faulted(4, A, "hung".into(), out));
     assert_eq!(h.winner(CHILDREN), Some(B));
 }

@@ -6,8 +6,8 @@
 mod family;
 
 use jde_core::{
-    Absence, Answer, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Restart,
-    SchemaId, SchemaSpec, Spec, State,
+    Absence, ArbitrationReply, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy,
+    Restart, SchemaId, SchemaSpec, Spec, State,
 };
 
 use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
@@ -30,12 +30,12 @@ fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
             h.faulted(2, A, "it broke".into(), out);
             h.end(2, A, out);
         });
-        if let Some(ticket) = h.asked(CHILDREN) {
-            let answer = Answer::Chose {
+        if let Some(ticket) = h.pending_arbitration(CHILDREN) {
+            let answer = ArbitrationReply::Chosen {
                 child: Some(B),
                 reason: "what is left".into(),
             };
-            out.extend(effects(|out| h.answered(3, CHILDREN, ticket, answer, out)));
+            out.extend(effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out)));
         }
         let records = out.iter().filter_map(|effect| match effect {
             Effect::Decided(record) => Some((record.before, record.choice, record.changed)),

@@ -7,8 +7,8 @@ mod random;
 use std::collections::BTreeSet;
 
 use jde_core::{
-    Answer, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused, SchemaId,
-    Spec, State, Timer,
+    ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused,
+    SchemaId, Spec, State, Timer,
 };
 use jde_shadow::{Shadow, below, ids};
 use proptest::prelude::*;
@@ -125,7 +125,7 @@ impl Run {
     fn judge(&mut self, out: &[Effect]) -> Result<(), TestCaseError> {
         let spec = self.h.spec().clone();
         self.shadow.apply(&spec, out).map_err(TestCaseError::fail)?;
-        self.shadow.agrees(&self.h).map_err(TestCaseError::fail)?;
+        self.shadow.check_against(&self.h).map_err(TestCaseError::fail)?;
         for effect in out {
             match effect {
                 Effect::Slept { id, .. } => {
@@ -135,7 +135,7 @@ impl Run {
                     self.records += 1;
                     prop_assert_eq!(record.number, self.records, "R15: a record is missing");
                 }
-                Effect::Ask { group, ticket, level } => {
+                Effect::Arbitrate { group, ticket, level } => {
                     let ids = level.candidates.iter().map(|c| c.id).collect();
                     self.tickets.push((*group, *ticket, ids));
                 }
@@ -183,7 +183,7 @@ impl Run {
                 );
                 continue;
             }
-            if self.h.asked(id).is_some() {
+            if self.h.pending_arbitration(id).is_some() {
                 let armed = self.h.timers().any(|(_, timer)| timer == Timer::Arbitration(id));
                 prop_assert!(armed, "R4: a question without a budget");
                 continue;
@@ -237,7 +237,7 @@ impl Run {
             let live = group.members.iter().any(|&m| self.h.is_awake(m));
             let frozen = group.father.is_some_and(|father| self.is_leaving(father));
             let due = before.is_some() && self.h.winner(id).is_none();
-            if due && live && !frozen && self.h.asked(id).is_none() {
+            if due && live && !frozen && self.h.pending_arbitration(id).is_none() {
                 let answered = out.iter().any(|effect| match *effect {
                     Effect::Brake { group } | Effect::Hold { group, .. } => group == id,
                     _ => false,
@@ -258,14 +258,14 @@ impl Run {
                 !self.is_leaving(id),
                 "R5: an iteration begins in a subtree that is leaving"
             );
-            self.shadow.began(id);
+            self.shadow.begin_iteration(id);
         }
         self.judge(&out)
     }
 
     fn end(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
         let now = self.now;
-        self.shadow.ended(id);
+        self.shadow.end_iteration(id);
         self.transaction(|h, out| h.end(now, id, out))
     }
 
@@ -301,18 +301,18 @@ impl Run {
         let now = self.now;
         let reason = "a reason".to_owned();
         let answer = match what % 6 {
-            0 => Answer::Failed { reason },
-            1 => Answer::Chose { child: None, reason },
-            2 => Answer::Chose {
+            0 => ArbitrationReply::Failed { reason },
+            1 => ArbitrationReply::Chosen { child: None, reason },
+            2 => ArbitrationReply::Chosen {
                 child: Some(SchemaId(u32::from(what) % 40)),
                 reason,
             },
-            _ => Answer::Chose {
+            _ => ArbitrationReply::Chosen {
                 child: on_offer.get(usize::from(what) % on_offer.len().max(1)).copied(),
                 reason,
             },
         };
-        self.transaction(|h, out| h.answered(now, group, ticket, answer.clone(), out))
+        self.transaction(|h, out| h.arbitrated(now, group, ticket, answer.clone(), out))
     }
 
     fn operate(&mut self, id: SchemaId, what: u16) -> Result<(), TestCaseError> {
@@ -363,7 +363,7 @@ impl Run {
 
     fn shutdown(&mut self) -> Result<(), TestCaseError> {
         self.up = false;
-        self.shadow.shutting_down();
+        self.shadow.begin_shutdown();
         let now = self.now;
         self.transaction(|h, out| h.shutdown(now, out))?;
         prop_assert!(

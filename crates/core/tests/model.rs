@@ -244,7 +244,7 @@ impl World {
             }
             Step::End(id) => {
                 self.threads[id.index()] = Thread::Between;
-                self.shadow.ended(id);
+                self.shadow.end_iteration(id);
                 self.call(executor, |h, out| h.end(0, id, out));
             }
             Step::Fault(id) => {
@@ -276,7 +276,7 @@ impl World {
         };
         if began {
             self.threads[id.index()] = Thread::Iterating { commanded: false };
-            self.shadow.began(id);
+            self.shadow.begin_iteration(id);
             if self.is_leaving(id) {
                 self.broken = Some(format!("R5: {id:?} begins while it or its father leaves"));
             }
@@ -297,7 +297,7 @@ impl World {
         let kept = self
             .shadow
             .apply(self.h.spec(), &out)
-            .and_then(|()| self.shadow.agrees(&self.h));
+            .and_then(|()| self.shadow.check_against(&self.h));
         if let Err(broken) = kept {
             self.broken.get_or_insert(broken);
         }
@@ -345,7 +345,7 @@ impl World {
             (
                 self.h.winner(g),
                 self.h.handover(g).map(|h| h.to),
-                self.h.standing(g),
+                self.h.actuation(g),
             )
         });
         let timers: Vec<_> = self.h.timers().map(|(_, timer)| timer).collect();

@@ -3,8 +3,8 @@
 //! It refuses to start anything.
 
 use jde_core::{
-    Absence, GroupContract, GroupId, GroupSpec, Hierarchy, Kind, Policy, Promise, SchemaId, SchemaSpec, Spec,
-    SpecError, contract,
+    Absence, GroupContract, GroupId, GroupSpec, Hierarchy, Kind, Policy, SchemaId, SchemaSpec, Spec,
+    SpecError, TakeoverBound, contract,
 };
 
 const MS: u64 = 1_000_000;
@@ -131,7 +131,7 @@ fn policies_that_cannot_work_are_refused() {
     let roots = faults(|s| s.groups[0].policy = Policy::Father);
     assert_eq!(
         roots,
-        [SpecError::NobodyToAsk {
+        [SpecError::NoArbitrator {
             group: "roots".into()
         }]
     );
@@ -151,7 +151,7 @@ fn a_policy_that_cannot_work_is_refused_while_running_too() {
     let refused = h.set_policy(0, GroupId(0), Policy::Father, &mut Vec::new());
     assert_eq!(
         refused,
-        Err(SpecError::NobodyToAsk {
+        Err(SpecError::NoArbitrator {
             group: "roots".into()
         })
     );
@@ -268,7 +268,7 @@ fn r17_dwell_and_turns_are_waited_for() {
     spec.groups[1].policy = sticky(50 * MS);
     let motion = motion_contract(&spec);
     assert_eq!(motion.by_check.total(), (75 + 50 + 5) * MS);
-    let paced = |motion: &GroupContract| motion.by_winner.as_ref().map(Promise::total);
+    let paced = |motion: &GroupContract| motion.by_winner.as_ref().map(TakeoverBound::total);
     assert_eq!(paced(&motion), Some((75 + 75 + 5) * MS));
     assert_eq!(motion.allowed(), (75 + 5) * MS);
     spec.groups[1].policy = sticky(500 * MS);

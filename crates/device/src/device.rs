@@ -6,33 +6,33 @@ use core::time::Duration;
 use jde_port::Port;
 use jde_schema::prelude::*;
 
-use crate::report::{Report, Standing};
+use crate::report::{ConnectionReport, ConnectionState};
 
 /// How long the last bytes may take when the driver goes to sleep.
-const FAREWELL: Duration = Duration::from_millis(100);
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The protocol of a device, from the first bytes after the line is open. It does no I/O and has no clock.
-pub trait Conversation: Sized {
+pub trait Protocol: Sized {
     /// The kind of device, as a person would name it: "scanner".
     const DEVICE: &'static str;
 
     /// The configuration that the device shall have.
-    type Wanted: Clone;
+    type Config: Clone;
 
     /// What the driver learns from the device.
-    type News;
+    type Data;
 
     /// Starts the conversation. `events` receives the first bytes to send.
-    fn begin(wanted: Self::Wanted, now: Duration, events: &mut Vec<Event<Self::News>>) -> Self;
+    fn start(wanted: Self::Config, now: Duration, events: &mut Vec<Event<Self::Data>>) -> Self;
 
     /// Processes bytes, split anywhere, and the time. It is also called without any bytes.
-    fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<Self::News>>);
+    fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<Self::Data>>);
 
     /// Returns whether the device is configured as wanted.
     fn is_ready(&self) -> bool;
 
     /// Returns the bytes to send before closing.
-    fn farewell() -> Vec<u8>;
+    fn closing_bytes() -> Vec<u8>;
 }
 
 /// An action or a result of a conversation.
@@ -45,66 +45,66 @@ pub enum Event<N> {
     /// The device is now configured as wanted; the name that it reports.
     Ready(String),
     /// News for the driver.
-    News(N),
+    Data(N),
     /// A problem that does not end the conversation.
     Warn(String),
     /// Break the connection and start again, for this reason.
-    Lose(String),
+    Disconnect(String),
 }
 
 /// A device that is sought, or found.
 #[derive(Debug)]
-pub struct Device<C: Conversation> {
+pub struct Device<C: Protocol> {
     port: Port,
-    wanted: C::Wanted,
-    conversation: Option<C>,
+    config: C::Config,
+    protocol: Option<C>,
     name: String,
-    report: Report,
-    heard: Vec<u8>,
+    report: ConnectionReport,
+    received: Vec<u8>,
 }
 
-impl<C: Conversation> Device<C> {
+impl<C: Protocol> Device<C> {
     /// Creates a device. The first step starts to connect.
     #[must_use]
-    pub fn new(port: Port, wanted: C::Wanted) -> Self {
+    pub fn new(port: Port, wanted: C::Config) -> Self {
         Self {
             port,
-            wanted,
-            conversation: None,
+            config: wanted,
+            protocol: None,
             name: String::new(),
-            report: Report::default(),
-            heard: Vec::new(),
+            report: ConnectionReport::default(),
+            received: Vec::new(),
         }
     }
 
     /// Returns the configuration that the device shall have.
     #[must_use]
-    pub fn wanted(&self) -> &C::Wanted {
-        &self.wanted
+    pub fn config(&self) -> &C::Config {
+        &self.config
     }
 
     /// Returns whether the device is connected and configured as wanted. If not, the driver retracts what it
     /// exported of it.
     #[must_use]
     pub fn is_ready(&self) -> bool {
-        self.conversation.as_ref().is_some_and(C::is_ready)
+        self.protocol.as_ref().is_some_and(C::is_ready)
     }
 
     /// Reads and writes at the port, and returns the news. Call it in every iteration: it never blocks.
-    pub fn step(&mut self, cx: &Context<'_>) -> Vec<C::News> {
+    pub fn step(&mut self, cx: &Context<'_>) -> Vec<C::Data> {
         let now = cx.now();
         if !self.port.poll(now).is_connected() {
-            self.conversation = None;
+            self.protocol = None;
             return Vec::new();
         }
-        self.heard.clear();
-        self.port.read(&mut self.heard);
+        self.received.clear();
+        self.port.read(&mut self.received);
         let mut events = Vec::new();
-        let conversation = match &mut self.conversation {
+        let conversation = match &mut self.protocol {
             Some(conversation) => conversation,
-            none => none.insert(C::begin(self.wanted.clone(), now, &mut events)),
+            none => none.insert(C::start(self.config.clone(), now, &mut events)),
         };
-        conversation.hear(&self.heard, now, &mut events);
+        conversation.receive(&self.received, now, &mut events);
         let mut learnt = Vec::new();
         for event in events {
             match event {
@@ -112,28 +112,28 @@ impl<C: Conversation> Device<C> {
                 Event::Send(bytes) => drop(self.port.write(&bytes)),
                 Event::Baud(baud) => self.port.set_baud(baud),
                 Event::Ready(name) => self.name = name,
-                Event::News(news) => learnt.push(news),
+                Event::Data(news) => learnt.push(news),
                 Event::Warn(words) => warn!(cx, "{words}"),
-                Event::Lose(reason) => self.port.lose(&reason),
+                Event::Disconnect(reason) => self.port.disconnect_with(&reason),
             }
         }
-        if !self.port.link().is_connected() {
-            self.conversation = None;
+        if !self.port.state().is_connected() {
+            self.protocol = None;
         }
         learnt
     }
 
     /// Exports the state of the connection, if it has changed.
-    pub fn tell(&mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
+    pub fn export_connection(&mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
         let name = self.is_ready().then_some(&*self.name);
-        let standing = Standing::of(&self.port, name, C::DEVICE);
-        self.report.tell(cx, export, standing, self.port.attempts());
+        let standing = ConnectionState::of(&self.port, name, C::DEVICE);
+        self.report.update(cx, export, standing, self.port.attempts());
     }
 
     /// Sends the farewell and retracts the state of the connection. It may take a tenth of a second.
-    pub fn rest(mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
-        if self.conversation.is_some() && self.port.write(&C::farewell()) {
-            self.port.flush(FAREWELL);
+    pub fn close(mut self, cx: &Context<'_>, export: &mut Export<Connection>) {
+        if self.protocol.is_some() && self.port.write(&C::closing_bytes()) {
+            self.port.flush(CLOSE_TIMEOUT);
         }
         self.report.retract(cx, export);
     }

@@ -20,35 +20,35 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 /// A device in software. It does no I/O.
 pub trait Emulator: Send + 'static {
     /// Returns the answer to bytes that arrived at this speed of the line, in bits per second.
-    fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8>;
+    fn receive(&mut self, bytes: &[u8], baud: u32) -> Vec<u8>;
 
     /// Returns unsolicited bytes. It is called after 2 ms without input.
-    fn turn(&mut self) -> Vec<u8>;
+    fn poll_output(&mut self) -> Vec<u8>;
 }
 
 /// A device at the end of a wire, on its own thread, until it is dropped.
 #[derive(Debug)]
-pub struct Emulated<E> {
+pub struct EmulatedDevice<E> {
     emulator: Arc<Mutex<E>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// A driver with a modulation `port` and an export `connection` on the bench, in real time.
-pub struct Trial<S: Schema> {
+pub struct DriverTest<S: Schema> {
     /// The bench, to set modulations and read exports.
     pub bench: Bench<S>,
     start: Instant,
     _watchdog: Watchdog,
 }
 
-impl<E: Emulator> Emulated<E> {
+impl<E: Emulator> EmulatedDevice<E> {
     /// Starts a device at a pseudo-terminal, and returns it with the path. The line ends with the device.
     ///
     /// # Panics
     /// If the machine has no pseudo-terminal left.
     #[must_use]
-    pub fn at_line(emulator: E) -> (Self, PathBuf) {
+    pub fn at_pty(emulator: E) -> (Self, PathBuf) {
         let pty = Pty::open().expect("a pseudo-terminal");
         let path = pty.path().to_owned();
         let device = Self::run(emulator, move |emulator, stop| {
@@ -63,12 +63,12 @@ impl<E: Emulator> Emulated<E> {
     /// # Panics
     /// If the machine has no free port.
     #[must_use]
-    pub fn at_server(emulator: E, baud: u32) -> (Self, String) {
+    pub fn at_tcp(emulator: E, baud: u32) -> (Self, String) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
         let device = Self::run(emulator, move |emulator, stop| {
             while !stop.load(Ordering::Relaxed) {
-                if ready(&listener)
+                if is_readable(&listener)
                     && let Ok((stream, _)) = listener.accept()
                 {
                     serve(&stream, &stream, || Some(baud), emulator, stop);
@@ -97,7 +97,7 @@ impl<E: Emulator> Emulated<E> {
 }
 
 /// Fails the test if the emulator panicked.
-impl<E> Drop for Emulated<E> {
+impl<E> Drop for EmulatedDevice<E> {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let ended = self.thread.take().map(JoinHandle::join);
@@ -108,16 +108,16 @@ impl<E> Drop for Emulated<E> {
     }
 }
 
-impl<S: Schema> Trial<S> {
+impl<S: Schema> DriverTest<S> {
     /// Creates a driver of the device at an address, SLEPT.
     #[must_use]
-    pub fn at(port: &str) -> Self {
+    pub fn with_port(port: &str) -> Self {
         let mut bench = Bench::new();
         bench.set("port", Text::<256>::new(port));
         Self {
             bench,
             start: Instant::now(),
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         }
     }
 
@@ -133,7 +133,7 @@ impl<S: Schema> Trial<S> {
     ///
     /// # Panics
     /// If an iteration fails.
-    pub fn until(&mut self, mut good: impl FnMut(&Bench<S>) -> bool) {
+    pub fn run_until(&mut self, mut good: impl FnMut(&Bench<S>) -> bool) {
         while !good(&self.bench) {
             self.step();
         }
@@ -152,8 +152,8 @@ impl<S: Schema> Trial<S> {
     }
 
     /// Iterates until the connection is lost, and returns the reason.
-    pub fn lost(&mut self) -> String {
-        self.until(|bench| connection(bench).state == Connection::LOST);
+    pub fn wait_lost(&mut self) -> String {
+        self.run_until(|bench| connection(bench).state == Connection::LOST);
         self.connection().1
     }
 
@@ -171,7 +171,7 @@ impl<S: Schema> Trial<S> {
     }
 }
 
-impl<S: Schema> core::fmt::Debug for Trial<S> {
+impl<S: Schema> core::fmt::Debug for DriverTest<S> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "Trial of {}", self.bench.description().name)
     }
@@ -186,7 +186,7 @@ fn lock<E>(emulator: &Mutex<E>) -> MutexGuard<'_, E> {
 }
 
 /// Returns whether bytes can be read, after waiting at most 2 ms.
-fn ready(source: impl AsFd) -> bool {
+fn is_readable(source: impl AsFd) -> bool {
     let soon = Timespec {
         tv_sec: 0,
         tv_nsec: 2_000_000,
@@ -205,7 +205,7 @@ fn serve<E: Emulator>(
     let mut opened = false;
     while !stop.load(Ordering::Relaxed) {
         let mut room = [0; 256];
-        let answer = if ready(&source) {
+        let answer = if is_readable(&source) {
             match source.read(&mut room) {
                 // A terminal that no program has opened yet cannot be read.
                 Err(_) if !opened => continue,
@@ -213,11 +213,11 @@ fn serve<E: Emulator>(
                 Ok(count) => {
                     opened = true;
                     let baud = baud().expect("a line has a speed");
-                    lock(emulator).hear(&room[..count], baud)
+                    lock(emulator).receive(&room[..count], baud)
                 }
             }
         } else {
-            lock(emulator).turn()
+            lock(emulator).poll_output()
         };
         if sink.write_all(&answer).is_err() {
             return;

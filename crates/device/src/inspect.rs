@@ -13,7 +13,7 @@ pub fn inspect_port<T>(
     problems: &mut Problems<'_>,
 ) {
     if let Some(address) = problems.expect(modulation, address)
-        && let Err(missing) = address.look()
+        && let Err(missing) = address.check_access()
     {
         problems.unavailable(modulation, missing);
     }

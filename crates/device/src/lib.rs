@@ -132,7 +132,7 @@ pub mod emulate;
 mod inspect;
 mod report;
 
-pub use device::{Conversation, Device, Event};
+pub use device::{Device, Event, Protocol};
 pub use inspect::inspect_port;
 pub use jde_port as port;
-pub use report::{Report, Standing};
+pub use report::{ConnectionReport, ConnectionState};

@@ -12,7 +12,7 @@ mod rig;
 mod tests;
 
 pub use build::build;
-pub use rig::{Rig, START, Setting};
+pub use rig::{Rig, RigConfig, START};
 pub use tests::{
     a_head_looks_where_it_is_told, a_positive_turn_is_to_the_left_and_on_the_spot,
     a_square_ends_where_it_began_and_walls_stay_where_they_are, a_wall_that_is_hit_is_felt,

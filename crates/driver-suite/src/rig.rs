@@ -23,20 +23,20 @@ pub const START: Pose2D = Pose2D {
 };
 
 /// The longest time between two checks of a condition.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
 
 /// The environment of a driver under test.
-pub struct Setting {
+pub struct RigConfig {
     /// The lines of the driver's table in the application.
-    pub lines: String,
+    pub driver_toml: String,
     /// The folder of its plugin.
     pub plugins: PathBuf,
     /// Whether there is a head that exports its pan and tilt.
     pub head: bool,
     /// What must live as long as the driver: a server, a folder.
-    pub kept: Box<dyn Any>,
+    pub resources: Box<dyn Any>,
 }
 
 /// A running application.
@@ -44,7 +44,7 @@ pub struct Rig {
     running: Running,
     handle: Handle,
     /// What must live as long as the application.
-    pub kept: Box<dyn Any>,
+    pub resources: Box<dyn Any>,
     pilot: usize,
     _watchdog: Watchdog,
 }
@@ -55,7 +55,7 @@ impl Rig {
     /// # Panics
     /// If the application is invalid or does not start.
     #[must_use]
-    pub fn start(setting: Setting) -> Self {
+    pub fn start(setting: RigConfig) -> Self {
         let mut path = SearchPath::default();
         path.push(&setting.plugins, "built for this test");
         let mut plugins = Plugins::new(path);
@@ -72,7 +72,7 @@ impl Rig {
             type = "suite/watcher"
             imports = {{ odometry = "pioneer.odometry" }}
             "#,
-            setting.lines
+            setting.driver_toml
         );
         let application = app::parse(&text, Path::new("apps/suite.toml"), &[], &plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
@@ -82,11 +82,11 @@ impl Rig {
         let rig = Self {
             running,
             handle,
-            kept: setting.kept,
+            resources: setting.resources,
             pilot,
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         };
-        rig.until(|rig| rig.is_up() && rig.laser().is_some());
+        rig.wait_until(|rig| rig.is_up() && rig.laser().is_some());
         rig
     }
 
@@ -95,19 +95,19 @@ impl Rig {
     /// # Panics
     /// If the application ends first.
     #[track_caller]
-    pub fn until(&self, so: impl Fn(&Self) -> bool) {
+    pub fn wait_until(&self, so: impl Fn(&Self) -> bool) {
         let odometry = self.handle.board().get("pioneer.odometry");
         let odometry = odometry.expect("every base has one");
         while !so(self) {
             assert_eq!(self.handle.outcome(), None, "it ended before");
             // Most conditions change with the next odometry. The timeout covers the others.
-            odometry.wait_newer(odometry.newest(), LOOK);
+            odometry.wait_newer(odometry.newest(), POLL_PERIOD);
         }
     }
 
     /// Returns the newest value of a variable.
     #[must_use]
-    pub fn see<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
+    pub fn read<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
         self.handle
             .value(variable)
             .unwrap_or_else(|error| panic!("{error}"))
@@ -116,13 +116,13 @@ impl Rig {
     /// Returns the newest odometry.
     #[must_use]
     pub fn odometry(&self) -> Option<Odometry> {
-        self.see("pioneer.odometry")
+        self.read("pioneer.odometry")
     }
 
     /// Returns the newest scan.
     #[must_use]
     pub fn laser(&self) -> Option<Box<LaserScan>> {
-        self.see("pioneer.laser").map(Box::new)
+        self.read("pioneer.laser").map(Box::new)
     }
 
     /// Returns the pose of the odometry.
@@ -138,13 +138,13 @@ impl Rig {
     /// Returns whether the robot is connected and its odometry has arrived.
     #[must_use]
     pub fn is_up(&self) -> bool {
-        let connection: Option<Connection> = self.see("pioneer.connection");
+        let connection: Option<Connection> = self.read("pioneer.connection");
         connection.is_some_and(|connection| connection.is_up()) && self.odometry().is_some()
     }
 
     /// Returns whether the robot is at rest, according to its odometry.
     #[must_use]
-    pub fn stands(&self) -> bool {
+    pub fn is_standing(&self) -> bool {
         self.odometry().is_some_and(|odometry| {
             let twist = odometry.twist.twist;
             twist.linear.x.abs() < 0.002 && twist.angular.z.abs() < 0.005
@@ -171,22 +171,22 @@ impl Rig {
     /// Stops, and waits until the robot is at rest.
     pub fn halt(&self) {
         self.drive(0.0, 0.0);
-        self.until(Self::stands);
+        self.wait_until(Self::is_standing);
     }
 
     /// Drives a distance ahead, in metres, and stops.
-    pub fn go(&self, metres: f64) {
+    pub fn drive_distance(&self, metres: f64) {
         let start = self.pose();
         self.drive(0.25, 0.0);
         // Braking takes a tenth of a metre.
-        self.until(|rig| rig.pose().distance_to(&start) > metres - 0.1);
+        self.wait_until(|rig| rig.pose().distance_to(&start) > metres - 0.1);
         self.halt();
     }
 
     /// Turns to a heading of the odometry, in radians, and stops.
-    pub fn face(&self, heading: f64) {
+    pub fn turn_to(&self, heading: f64) {
         let wrong = |rig: &Self| normalize_angle(heading - rig.pose().theta);
-        self.until(|rig| {
+        self.wait_until(|rig| {
             let wrong = wrong(rig);
             // The speed falls with the error, but stays high enough for a robot that takes whole degrees a
             // second.
@@ -210,8 +210,8 @@ impl Rig {
 
     /// Ends the application, and returns its outcome and what was kept.
     #[must_use]
-    pub fn end(self) -> (Outcome, Box<dyn Any>) {
+    pub fn stop(self) -> (Outcome, Box<dyn Any>) {
         self.handle.stop();
-        (self.running.wait(), self.kept)
+        (self.running.wait(), self.resources)
     }
 }

@@ -7,26 +7,26 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use jde_watchdog::Watchdog;
 
-use crate::case::{Case, Clock, What};
+use crate::application::{Root, TestApplication};
+use crate::case::{Case, Clock, Scenario};
 use crate::observer::Tamper;
-use crate::outside;
 use crate::plan::{Kind, plan};
-use crate::run::{Gear, How, Leaks, Report, run};
-use crate::stage::{Root, Stage};
+use crate::processes;
+use crate::run::{LeakDetector, Report, Resources, RunOptions, run};
 use crate::table::Table;
 
 /// Longest real time of a case, including its processes, before it counts as hanging.
-const CASE: Duration = Duration::from_secs(120);
+const CASE_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// Bytes that a case leaks on purpose.
-const LOST: usize = 4 << 20;
+const LEAKED_BYTES: usize = 4 << 20;
 /// Shares of all faults by clock and application.
-const SHARES: [(Clock, What, u64); 5] = [
-    (Clock::Lockstep, What::Demo, 30),
-    (Clock::Lockstep, What::Hundred, 30),
-    (Clock::RealTime, What::Demo, 15),
-    (Clock::RealTime, What::Hundred, 20),
-    (Clock::Outside, What::Demo, 5),
+const SHARES: [(Clock, Scenario, u64); 5] = [
+    (Clock::Lockstep, Scenario::Demo, 30),
+    (Clock::Lockstep, Scenario::Hundred, 30),
+    (Clock::RealTime, Scenario::Demo, 15),
+    (Clock::RealTime, Scenario::Hundred, 20),
+    (Clock::Outside, Scenario::Demo, 5),
 ];
 
 /// The parameters of a campaign.
@@ -63,15 +63,15 @@ pub trait Progress {
 }
 
 /// The results of a campaign.
-pub struct Finished {
+pub struct CampaignResult {
     /// The faults injected and survived.
     pub table: Table,
     /// The resources that the process held at the end, as text.
-    pub held: String,
+    pub resources: String,
     /// Memory beyond the allowed amount.
     pub leak: Option<String>,
     /// The least share of its turns that a bystander had in real time.
-    pub kept: Option<f64>,
+    pub min_turn_share: Option<f64>,
     /// The numbers of cases in real time in which periods were not judged, and in which they were.
     pub rhythms: [u64; 2],
 }
@@ -81,29 +81,36 @@ impl Campaign {
     ///
     /// # Errors
     /// The campaign cannot run: plugins, the demonstration or the executable are missing.
-    pub fn run(&self, stop: &AtomicBool, progress: &mut dyn Progress) -> Result<Finished> {
-        let gear = Gear::new(&self.plugins)?;
+    pub fn run(&self, stop: &AtomicBool, progress: &mut dyn Progress) -> Result<CampaignResult> {
+        let gear = Resources::new(&self.plugins)?;
         let mut table = Table::default();
-        let mut leaks = Leaks::default();
+        let mut leaks = LeakDetector::default();
         let mut kept: Option<f64> = None;
         let mut rhythms = [0; 2];
-        for (clock, what, quota) in self.lanes()? {
+        for (clock, what, quota) in self.quotas()? {
             leaks.warms_up();
             let mut injected = 0;
             let mut number = self.case.map_or(0, |case| case.number);
             // Cases without a fitting fault inject nothing. After this many in a row the lane ends.
             let mut empty = 0;
             while injected < quota && empty < 100 && !stop.load(Ordering::Relaxed) {
-                let case = Case { clock, what, number };
+                let case = Case {
+                    clock,
+                    scenario: what,
+                    number,
+                };
                 let most = if self.case.is_some() {
                     u64::MAX
                 } else {
                     quota - injected
                 };
                 progress.begins(case, table.injected());
-                let again = format!("broken: {case} has not ended\n  again: {}", self.again(case));
+                let again = format!(
+                    "broken: {case} has not ended\n  again: {}",
+                    self.repeat_command(case)
+                );
                 // A hang is a failure that the campaign has to report.
-                let watchdog = Watchdog::new(CASE, move || again);
+                let watchdog = Watchdog::new(CASE_TIMEOUT, move || again);
                 let report = self.case(&gear, case, most, &mut leaks, stop)?;
                 drop(watchdog);
                 number += 1;
@@ -112,7 +119,10 @@ impl Campaign {
                 if let Some(judged) = report.rhythm {
                     rhythms[usize::from(judged)] += 1;
                 }
-                kept = [kept, report.kept].into_iter().flatten().reduce(f64::min);
+                kept = [kept, report.min_turn_share]
+                    .into_iter()
+                    .flatten()
+                    .reduce(f64::min);
                 table.add(&report);
                 progress.ended(&report);
                 if self.case.is_some() {
@@ -120,49 +130,54 @@ impl Campaign {
                 }
             }
         }
-        Ok(Finished {
+        Ok(CampaignResult {
             table,
-            held: leaks.words(),
+            resources: leaks.summary(),
             leak: leaks.conclude(),
-            kept,
+            min_turn_share: kept,
             rhythms,
         })
     }
 
     fn case(
         &self,
-        gear: &Gear,
+        gear: &Resources,
         case: Case,
         most: u64,
-        leaks: &mut Leaks,
+        leaks: &mut LeakDetector,
         stop: &AtomicBool,
     ) -> Result<Report> {
         if case.clock == Clock::Outside {
-            return outside::run(self, case, stop);
+            return processes::run(self, case, stop);
         }
-        let stage = Stage::of(&self.root, self.seed, case)?;
+        let stage = TestApplication::of(&self.root, self.seed, case)?;
         let faults = plan(self.seed, case, &self.kinds, most);
         let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
-        let memory = (self.tamper == Some(Tamper::Memory)).then(|| vec![1_u8; LOST]);
-        let how = How {
+        let memory = (self.tamper == Some(Tamper::Memory)).then(|| vec![1_u8; LEAKED_BYTES]);
+        let how = RunOptions {
             seed: self.seed ^ case.number,
             rhythm: self.rhythm,
             tamper: self.tamper,
         };
         let mut report = run(gear, case, &stage, faults, how, stop)?;
         // The first case creates what all cases share.
-        if leaks.is_begun() {
-            report.broken.extend(leaks.judge(report.left));
+        if leaks.has_begun() {
+            report.violations.extend(leaks.judge(report.leftovers));
         } else {
-            leaks.begin(report.left);
+            leaks.begin(report.leftovers);
         }
         // Kept until the process ends, like a real leak.
         std::mem::forget((leak, memory));
         Ok(report)
     }
 
-    fn lanes(&self) -> Result<Vec<(Clock, What, u64)>> {
-        if let Some(Case { clock, what, .. }) = self.case {
+    fn quotas(&self) -> Result<Vec<(Clock, Scenario, u64)>> {
+        if let Some(Case {
+            clock,
+            scenario: what,
+            ..
+        }) = self.case
+        {
             return Ok(vec![(clock, what, u64::MAX)]);
         }
         let fits =
@@ -181,7 +196,7 @@ impl Campaign {
 
     /// The command that repeats a case.
     #[must_use]
-    pub fn again(&self, case: Case) -> String {
+    pub fn repeat_command(&self, case: Case) -> String {
         let kinds = if self.kinds.len() == Kind::ALL.len() {
             String::new()
         } else {
@@ -194,13 +209,13 @@ impl Campaign {
     }
 }
 
-impl Finished {
+impl CampaignResult {
     /// The parameters, the machine and the measurements besides the table.
     #[must_use]
-    pub fn words(&self, campaign: &Campaign) -> String {
+    pub fn summary(&self, campaign: &Campaign) -> String {
         let processors = std::thread::available_parallelism().map_or(0, usize::from);
         let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
-        let kept = self.kept.map_or_else(String::new, |kept| {
+        let kept = self.min_turn_share.map_or_else(String::new, |kept| {
             format!(
                 ": no bystander in this process had less than {:.1} % of its turns",
                 kept * 100.0
@@ -222,7 +237,7 @@ impl Finished {
             campaign.count,
             self.table.injected(),
             kernel.trim(),
-            self.held
+            self.resources
         )
     }
 }

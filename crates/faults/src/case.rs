@@ -19,7 +19,7 @@ pub enum Clock {
 
 /// The application of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum What {
+pub enum Scenario {
     /// Safe navigation, with additional schemas that misbehave on command.
     Demo,
     /// A hundred schemas in deep and wide groups.
@@ -32,7 +32,7 @@ pub struct Case {
     /// The clock.
     pub clock: Clock,
     /// The application.
-    pub what: What,
+    pub scenario: Scenario,
     /// The number among cases of this clock and application.
     pub number: u64,
 }
@@ -49,7 +49,7 @@ impl Clock {
     }
 }
 
-impl What {
+impl Scenario {
     /// The name on the command line and in output.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -62,7 +62,13 @@ impl What {
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}/{}", self.clock.name(), self.what.name(), self.number)
+        write!(
+            f,
+            "{}/{}/{}",
+            self.clock.name(),
+            self.scenario.name(),
+            self.number
+        )
     }
 }
 
@@ -76,16 +82,16 @@ impl FromStr for Case {
         let (clock, what, number) = (parts.next(), parts.next(), parts.next());
         let clocks = [Clock::Lockstep, Clock::RealTime, Clock::Outside];
         let clock = clocks.into_iter().find(|known| Some(known.name()) == clock);
-        let what = [What::Demo, What::Hundred]
+        let what = [Scenario::Demo, Scenario::Hundred]
             .into_iter()
             .find(|known| Some(known.name()) == what);
         let number = number.and_then(|number| number.parse().ok());
         let case = Self {
             clock: clock.with_context(wrong)?,
-            what: what.with_context(wrong)?,
+            scenario: what.with_context(wrong)?,
             number: number.with_context(wrong)?,
         };
-        if parts.next().is_some() || (case.clock == Clock::Outside && case.what == What::Hundred) {
+        if parts.next().is_some() || (case.clock == Clock::Outside && case.scenario == Scenario::Hundred) {
             bail!(wrong());
         }
         Ok(case)

@@ -2,12 +2,12 @@
 //! applications, and an observer that reports violated rules. The same seed gives the same campaign. It
 //! repairs nothing and excuses nothing.
 
+pub mod application;
 pub mod campaign;
 pub mod case;
-pub mod chance;
 pub mod observer;
-mod outside;
 pub mod plan;
+mod processes;
+pub mod rng;
 pub mod run;
-pub mod stage;
 pub mod table;

@@ -2,7 +2,7 @@
 //! if every fault was survived, 1 if not, 2 if the campaign could not run.
 
 mod page;
-mod screen;
+mod progress;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,15 +11,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
 use clap::Parser;
+use jde_faults::application::{Root, TestApplication};
 use jde_faults::campaign::Campaign;
 use jde_faults::case::{Case, Clock};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
-use jde_faults::stage::{Root, Stage};
-use jde_host::apart::serve;
+use jde_host::isolated::serve;
 use jde_host::plugin::Plugins;
-use screen::Screen;
+use progress::ProgressDisplay;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 /// Inject hundreds of faults of every kind into running applications, and check that the rules still hold.
@@ -138,7 +138,10 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
         tamper: arguments.tamper,
     };
     if let Some(case) = campaign.case.filter(|_| arguments.application) {
-        print!("{}", Stage::of(&campaign.root, campaign.seed, case)?.text());
+        print!(
+            "{}",
+            TestApplication::of(&campaign.root, campaign.seed, case)?.text()
+        );
         return Ok(ExitCode::SUCCESS);
     }
     let stop = Arc::new(AtomicBool::new(false));
@@ -147,14 +150,14 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
         signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))?;
         signal_hook::flag::register(signal, Arc::clone(&stop)).context("the system tells of no signals")?;
     }
-    let mut screen = Screen::new(&campaign);
+    let mut screen = ProgressDisplay::new(&campaign);
     let finished = campaign.run(&stop, &mut screen)?;
-    screen.end();
+    screen.clear();
     let table = finished.table.markdown();
     println!("{table}");
-    println!("{}", finished.words(&campaign));
-    for (case, broken) in finished.table.broken() {
-        println!("broken: {broken}\n  again: {}", campaign.again(*case));
+    println!("{}", finished.summary(&campaign));
+    for (case, broken) in finished.table.violations() {
+        println!("broken: {broken}\n  again: {}", campaign.repeat_command(*case));
     }
     if let Some(leak) = &finished.leak {
         println!("broken: {leak}");
@@ -166,9 +169,9 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
     if let Some(file) = &arguments.save
         && !interrupted
     {
-        page::save(file, &table, &finished.words(&campaign))?;
+        page::save(file, &table, &finished.summary(&campaign))?;
     }
-    let survived = finished.table.broken().is_empty() && finished.leak.is_none();
+    let survived = finished.table.violations().is_empty() && finished.leak.is_none();
     Ok(if survived && !interrupted {
         ExitCode::SUCCESS
     } else {

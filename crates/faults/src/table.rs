@@ -3,62 +3,65 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::case::{Case, Clock, What};
+use crate::case::{Case, Clock, Scenario};
 use crate::plan::Kind;
 use crate::run::Report;
 
 /// The columns: where faults are injected.
-const LANES: [(Clock, What, &str); 5] = [
-    (Clock::Lockstep, What::Demo, "lockstep, demo"),
-    (Clock::Lockstep, What::Hundred, "lockstep, 100"),
-    (Clock::RealTime, What::Demo, "real time, demo"),
-    (Clock::RealTime, What::Hundred, "real time, 100"),
-    (Clock::Outside, What::Demo, "processes"),
+const COLUMNS: [(Clock, Scenario, &str); 5] = [
+    (Clock::Lockstep, Scenario::Demo, "lockstep, demo"),
+    (Clock::Lockstep, Scenario::Hundred, "lockstep, 100"),
+    (Clock::RealTime, Scenario::Demo, "real time, demo"),
+    (Clock::RealTime, Scenario::Hundred, "real time, 100"),
+    (Clock::Outside, Scenario::Demo, "processes"),
 ];
 
 /// The counts.
 #[derive(Debug, Default)]
 pub struct Table {
     rows: BTreeMap<Kind, Row>,
-    broken: Vec<(Case, String)>,
+    violations: Vec<(Case, String)>,
 }
 
 #[derive(Debug, Default)]
 struct Row {
-    lanes: [u64; LANES.len()],
-    struck: u64,
+    counts: [u64; COLUMNS.len()],
+    effective: u64,
     broke: u64,
 }
 
 impl Table {
     /// Counts the results of a case.
     pub fn add(&mut self, report: &Report) {
-        let lane = LANES
+        let lane = COLUMNS
             .iter()
-            .position(|(clock, what, _)| *clock == report.case.clock && *what == report.case.what);
+            .position(|(clock, what, _)| *clock == report.case.clock && *what == report.case.scenario);
         for injected in &report.faults {
             let row = self.rows.entry(injected.fault.kind).or_default();
             if let Some(lane) = lane {
-                row.lanes[lane] += 1;
+                row.counts[lane] += 1;
             }
-            row.struck += u64::from(injected.struck);
+            row.effective += u64::from(injected.took_effect);
             // Among several faults of one case, the cause cannot be determined.
-            row.broke += u64::from(!report.broken.is_empty());
+            row.broke += u64::from(!report.violations.is_empty());
         }
-        let told = report.broken.iter().map(|broken| (report.case, broken.clone()));
-        self.broken.extend(told);
+        let told = report
+            .violations
+            .iter()
+            .map(|broken| (report.case, broken.clone()));
+        self.violations.extend(told);
     }
 
     /// The number of faults so far.
     #[must_use]
     pub fn injected(&self) -> u64 {
-        self.rows.values().flat_map(|row| row.lanes).sum()
+        self.rows.values().flat_map(|row| row.counts).sum()
     }
 
     /// The violations, each with its case.
     #[must_use]
-    pub fn broken(&self) -> &[(Case, String)] {
-        &self.broken
+    pub fn violations(&self) -> &[(Case, String)] {
+        &self.violations
     }
 
     /// The table in Markdown, which a terminal can show too.
@@ -67,7 +70,7 @@ impl Table {
         let mut lines = vec![
             [
                 &["fault"][..],
-                &LANES.map(|(_, _, title)| title),
+                &COLUMNS.map(|(_, _, title)| title),
                 &["took effect", "survived"],
             ]
             .concat()
@@ -78,9 +81,9 @@ impl Table {
         let mut sum = Row::default();
         for (kind, row) in &self.rows {
             lines.push(row.line(kind.name()));
-            sum.struck += row.struck;
+            sum.effective += row.effective;
             sum.broke += row.broke;
-            for (all, one) in sum.lanes.iter_mut().zip(row.lanes) {
+            for (all, one) in sum.counts.iter_mut().zip(row.counts) {
                 *all += one;
             }
         }
@@ -94,15 +97,15 @@ impl Table {
 
 impl Row {
     fn line(&self, name: &str) -> String {
-        let lanes = self.lanes.map(|count| {
+        let lanes = self.counts.map(|count| {
             if count == 0 {
                 "-".to_owned()
             } else {
                 count.to_string()
             }
         });
-        let injected: u64 = self.lanes.iter().sum();
+        let injected: u64 = self.counts.iter().sum();
         let survived = injected - self.broke;
-        format!("{name} | {} | {} | {survived}", lanes.join(" | "), self.struck)
+        format!("{name} | {} | {} | {survived}", lanes.join(" | "), self.effective)
     }
 }

@@ -35,7 +35,7 @@ use sync::{AtomicU64, Mutex, MutexGuard, Ordering};
 /// tidy returns without the lock.
 #[derive(Debug)]
 pub struct Gate<T, R> {
-    inside: Mutex<Inside<T, R>>,
+    state: Mutex<State<T, R>>,
     /// The start of the running call plus one, or one of the constants below.
     call: AtomicU64,
 }
@@ -43,12 +43,12 @@ pub struct Gate<T, R> {
 /// No call runs.
 const NONE: u64 = 0;
 /// The holder of the lock is giving up the call.
-const GIVING: u64 = u64::MAX - 1;
+const GIVING_UP: u64 = u64::MAX - 1;
 /// The call was given up.
 const CLOSED: u64 = u64::MAX;
 
 #[derive(Debug)]
-enum Inside<T, R> {
+enum State<T, R> {
     Open(T),
     Closed {
         /// Dropped with the gate, which the call itself keeps alive.
@@ -60,7 +60,7 @@ impl<T, R> Gate<T, R> {
     /// Returns an open gate without a running call.
     pub fn new(used: T) -> Self {
         Self {
-            inside: Mutex::new(Inside::Open(used)),
+            state: Mutex::new(State::Open(used)),
             call: AtomicU64::new(NONE),
         }
     }
@@ -68,7 +68,7 @@ impl<T, R> Gate<T, R> {
     /// Begins a call at `since`, which may be any number but the three largest. Returns false if a call was
     /// given up: then no call can begin any more.
     pub fn enter(&self, since: u64) -> bool {
-        debug_assert!(since < GIVING - 1, "the words of the gate are no times");
+        debug_assert!(since < GIVING_UP - 1, "the words of the gate are no times");
         // Only this thread begins and ends calls here. A thread that gives up a call finds none at this
         // point.
         if self.is_closed() {
@@ -81,33 +81,33 @@ impl<T, R> Gate<T, R> {
     /// Runs `body` with exclusive access to the data. Returns `None` if the call was given up.
     pub fn with<U>(&self, body: impl FnOnce(&mut T) -> U) -> Option<U> {
         match &mut *self.lock() {
-            Inside::Open(used) => Some(body(used)),
-            Inside::Closed { .. } => None,
+            State::Open(used) => Some(body(used)),
+            State::Closed { .. } => None,
         }
     }
 
     /// Ends the call, which leaves nothing to tidy. Returns false if it was given up, or is being given up:
     /// use [`Self::leave`] then.
-    pub fn leave_at_once(&self) -> bool {
+    pub fn try_finish(&self) -> bool {
         let call = self.call.load(Ordering::Acquire);
         let swap = || {
             self.call
                 .compare_exchange(call, NONE, Ordering::AcqRel, Ordering::Acquire)
         };
-        call < GIVING && swap().is_ok()
+        call < GIVING_UP && swap().is_ok()
     }
 
     /// Ends the call and tidies the data. Returns false if it was given up before. From here on it cannot be
     /// given up.
-    pub fn leave(&self, tidy: impl FnOnce(&mut T)) -> bool {
+    pub fn finish(&self, tidy: impl FnOnce(&mut T)) -> bool {
         // When the lock is free, a thread that was giving up the call has finished.
         match &mut *self.lock() {
-            Inside::Open(used) => {
+            State::Open(used) => {
                 self.call.store(NONE, Ordering::Release);
                 tidy(used);
                 true
             }
-            Inside::Closed { .. } => false,
+            State::Closed { .. } => false,
         }
     }
 
@@ -128,25 +128,25 @@ impl<T, R> Gate<T, R> {
         part: impl FnOnce(&mut T) -> Result<(S, R), E>,
         told: impl FnOnce(&R),
     ) -> Result<Option<S>, E> {
-        let mut inside = match self.inside.try_lock() {
+        let mut inside = match self.state.try_lock() {
             Ok(inside) => inside,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Ok(None),
         };
-        let Inside::Open(used) = &mut *inside else {
+        let State::Open(used) = &mut *inside else {
             return Ok(None);
         };
         let giving = self
             .call
-            .compare_exchange(since + 1, GIVING, Ordering::AcqRel, Ordering::Acquire);
+            .compare_exchange(since + 1, GIVING_UP, Ordering::AcqRel, Ordering::Acquire);
         if giving.is_err() {
             return Ok(None);
         }
         match part(used) {
             Ok((successor, remains)) => {
-                *inside = Inside::Closed { remains };
+                *inside = State::Closed { remains };
                 self.call.store(CLOSED, Ordering::Release);
-                if let Inside::Closed { remains } = &*inside {
+                if let State::Closed { remains } = &*inside {
                     told(remains);
                 }
                 Ok(Some(successor))
@@ -159,7 +159,7 @@ impl<T, R> Gate<T, R> {
     }
 
     /// A panic under the lock was reported by the use that caused it, so the poison is ignored.
-    fn lock(&self) -> MutexGuard<'_, Inside<T, R>> {
-        self.inside.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, State<T, R>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -22,9 +22,9 @@ fn a_call_that_returned_is_not_given_up() {
     for at_once in [true, false] {
         let gate = open();
         let left = if at_once {
-            gate.leave_at_once()
+            gate.try_finish()
         } else {
-            gate.leave(|used| used.push(3))
+            gate.finish(|used| used.push(3))
         };
         assert!(left);
         assert_eq!(give_up(&gate, 7), None);
@@ -35,7 +35,7 @@ fn a_call_that_returned_is_not_given_up() {
 #[test]
 fn only_the_call_that_was_meant_is_given_up() {
     let gate = open();
-    assert!(gate.leave_at_once());
+    assert!(gate.try_finish());
     assert!(gate.enter(9));
     assert_eq!(give_up(&gate, 7), None, "another call runs since");
     assert_eq!(gate.with(|used| used.len()), Some(2));
@@ -48,8 +48,8 @@ fn who_was_given_up_neither_uses_anything_nor_returns_nor_enters() {
     assert_eq!(give_up(&gate, 7), Some(Vec::new()));
     assert!(gate.is_closed());
     assert_eq!(gate.with(|_| ()), None);
-    assert!(!gate.leave_at_once());
-    assert!(!gate.leave(|_| panic!("there is nothing to put in order")));
+    assert!(!gate.try_finish());
+    assert!(!gate.finish(|_| panic!("there is nothing to put in order")));
     assert!(!gate.enter(9));
     assert_eq!(give_up(&gate, 7), None, "it is given up once");
 }
@@ -60,7 +60,7 @@ fn who_cannot_be_parted_from_what_it_has_goes_on() {
     let refused = gate.give_up(7, |_| Err::<((), usize), _>("no room"), |_| unreachable!());
     assert_eq!(refused, Err("no room"));
     assert_eq!(gate.with(|used| used.len()), Some(2));
-    assert!(gate.leave_at_once());
+    assert!(gate.try_finish());
 }
 
 #[test]

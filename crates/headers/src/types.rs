@@ -80,14 +80,14 @@ fn write_type(ty: &Type, out: &mut String) {
 /// Returns the fields in the order of their offsets, with the gaps between them as padding.
 fn members(ty: &Type) -> Vec<Member<'_>> {
     let mut fields: Vec<&Field> = ty.fields.iter().collect();
-    fields.sort_by_key(|field| begin(field));
+    fields.sort_by_key(|field| member_offset(field));
     let mut members = Vec::new();
     let mut reached = 0;
     for field in fields {
-        if begin(field) > reached {
+        if member_offset(field) > reached {
             members.push(Member::Padding {
                 offset: reached,
-                bytes: begin(field) - reached,
+                bytes: member_offset(field) - reached,
             });
         }
         reached = field.offset + field.kind.bytes() * field.form.capacity();
@@ -102,7 +102,7 @@ fn members(ty: &Type) -> Vec<Member<'_>> {
     members
 }
 
-fn begin(field: &Field) -> usize {
+fn member_offset(field: &Field) -> usize {
     field.form.length_offset().unwrap_or(field.offset)
 }
 

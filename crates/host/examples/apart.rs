@@ -6,8 +6,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use jde_abi::raw;
-use jde_host::apart::{Program, serve};
 use jde_host::app::parse;
+use jde_host::isolated::{Program, serve};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
 use jde_schema::prelude::*;
@@ -95,7 +95,7 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
 fn median(text: &str, plugins: &Plugins) -> std::result::Result<f64, Box<dyn std::error::Error>> {
     let application = parse(text, Path::new("cost.toml"), &[], plugins)?;
     let options = Options {
-        apart: Some(Program {
+        isolation_program: Some(Program {
             path: std::env::current_exe()?,
             arguments: vec![SERVE.into()],
         }),

@@ -29,7 +29,7 @@ pub(crate) enum Clock {
         now: AtomicU64,
         /// In a replay, whether the recorded clock ran at the speed of wall-clock time; `None` outside a
         /// replay.
-        past: Option<bool>,
+        recorded_real_time: Option<bool>,
     },
 }
 
@@ -45,18 +45,18 @@ impl Clock {
         Self::Counted(Counted::default())
     }
 
-    pub(crate) fn standing() -> Self {
+    pub(crate) fn new_virtual() -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            past: None,
+            recorded_real_time: None,
         }
     }
 
     /// Repeats the times of a recorded clock, which ran at the speed of wall-clock time or not.
-    pub(crate) fn again(everybodys: bool) -> Self {
+    pub(crate) fn replayed(everybodys: bool) -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            past: Some(everybodys),
+            recorded_real_time: Some(everybodys),
         }
     }
 
@@ -69,7 +69,7 @@ impl Clock {
     }
 
     /// Advances virtual time; real time advances by itself.
-    pub(crate) fn set(&self, now: Nanos) {
+    pub(crate) fn advance_to(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
             Self::Virtual { now: time, .. } => {
@@ -80,7 +80,7 @@ impl Clock {
 
     /// Sets virtual time, also to an earlier instant: a replay repeats one after the other what several
     /// threads did at once, each at its own time.
-    pub(crate) fn put(&self, now: Nanos) {
+    pub(crate) fn set_exactly(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
             Self::Virtual { now: time, .. } => time.store(now, Ordering::Release),
@@ -88,7 +88,7 @@ impl Clock {
     }
 
     /// How long to wait on this machine until the application's time is `then`.
-    pub(crate) fn until(&self, then: Nanos) -> Duration {
+    pub(crate) fn duration_until(&self, then: Nanos) -> Duration {
         match self {
             Self::Real { speed, .. } => {
                 let time = then.saturating_sub(self.now());
@@ -117,28 +117,28 @@ impl Clock {
         let Some(until) = until else {
             return news.wait(guard).unwrap_or_else(PoisonError::into_inner);
         };
-        let waited = news.wait_timeout(guard, self.until(until));
+        let waited = news.wait_timeout(guard, self.duration_until(until));
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Registers a thread that waits by this clock. Only counted time needs it.
-    pub(crate) fn hire(&self) {
+    pub(crate) fn register_thread(&self) {
         if let Self::Counted(counted) = self {
-            counted.hire();
+            counted.register_thread();
         }
     }
 
     /// Removes a registered thread.
-    pub(crate) fn dismiss(&self) {
+    pub(crate) fn unregister_thread(&self) {
         if let Self::Counted(counted) = self {
-            counted.dismiss();
+            counted.unregister_thread();
         }
     }
 
     /// Marks this thread as busy: counted time does not advance by itself before the thread waits again.
-    pub(crate) fn works(&self) {
+    pub(crate) fn mark_busy(&self) {
         if let Self::Counted(counted) = self {
-            counted.works();
+            counted.mark_busy();
         }
     }
 
@@ -150,7 +150,7 @@ impl Clock {
     }
 
     /// The application's time in which that much passes on this machine, ns.
-    pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
+    pub(crate) fn scale_machine_time(&self, time: Duration) -> Nanos {
         match self {
             Self::Real { speed, .. } => scaled(time, *speed),
             Self::Counted(_) => scaled(time, 1.0),
@@ -168,17 +168,26 @@ impl Clock {
     }
 
     /// Whether a second of the application is a second of wall-clock time.
-    pub(crate) fn is_everybodys(&self) -> bool {
+    pub(crate) fn has_wall_clock_speed(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,
             Self::Counted(_) => false,
-            Self::Virtual { past, .. } => past.unwrap_or(false),
+            Self::Virtual {
+                recorded_real_time: past,
+                ..
+            } => past.unwrap_or(false),
         }
     }
 
     /// Whether the clock repeats a recorded time: in a replay nothing is late.
-    pub(crate) fn is_past(&self) -> bool {
-        matches!(self, Self::Virtual { past: Some(_), .. })
+    pub(crate) fn is_replayed(&self) -> bool {
+        matches!(
+            self,
+            Self::Virtual {
+                recorded_real_time: Some(_),
+                ..
+            }
+        )
     }
 
     /// Whether calls take time. In lockstep they do not.

@@ -6,15 +6,15 @@ mod action;
 use jde_core::{Health, Nanos, Record, State};
 
 use crate::build::BuildName;
-use crate::footprint::Footprint;
-use crate::reload::Takeover;
+use crate::reload::Replacement;
+use crate::resource_usage::ResourceUsage;
 pub use action::OperatorAction;
 
 /// An event. Schemas and groups are numbered by their place in the `Application`.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A schema changed its state.
-    Changed {
+    StateChanged {
         /// When.
         time: Nanos,
         /// The schema.
@@ -25,7 +25,7 @@ pub enum Event {
         to: State,
     },
     /// A schema's health changed.
-    Health {
+    HealthChanged {
         /// When.
         time: Nanos,
         /// The schema.
@@ -36,7 +36,7 @@ pub enum Event {
     /// A selection (R15). [`Event::Took`] later reports the time to the winner's first iteration.
     Decided(Record),
     /// A new winner began its first iteration.
-    Took {
+    TookOver {
         /// When.
         time: Nanos,
         /// The group.
@@ -52,7 +52,7 @@ pub enum Event {
     },
     /// A takeover took longer than the contract of its group permits (R17). Follows immediately after its
     /// [`Event::Took`].
-    Late {
+    TookOverLate {
         /// When.
         time: Nanos,
         /// The group.
@@ -67,7 +67,7 @@ pub enum Event {
         allowed: Nanos,
     },
     /// A group began to chatter: see [`crate::chatter`].
-    Chatters {
+    ChatteringStarted {
         /// When.
         time: Nanos,
         /// The group.
@@ -78,7 +78,7 @@ pub enum Event {
         switches: usize,
     },
     /// A group stopped chattering.
-    Calmed {
+    ChatteringEnded {
         /// When.
         time: Nanos,
         /// The group.
@@ -125,7 +125,7 @@ pub enum Event {
     },
     /// A hung call was given up. Its thread is abandoned, its further effects are ignored, and the next wake
     /// creates a fresh instance.
-    LeftBehind {
+    CallAbandoned {
         /// When.
         time: Nanos,
         /// The schema.
@@ -133,14 +133,14 @@ pub enum Event {
         /// When the call began.
         since: Nanos,
         /// Calls of this schema that were given up and have not returned, including this one.
-        left: u64,
+        abandoned: u64,
         /// Bytes of shared values that are kept because this call may still read or write them.
-        kept: u64,
+        retained_bytes: u64,
         /// What the whole process holds now.
-        process: Footprint,
+        process: ResourceUsage,
     },
     /// A call that had been given up returned. Its instance was ended.
-    CameBack {
+    AbandonedCallReturned {
         /// When.
         time: Nanos,
         /// The schema.
@@ -148,9 +148,9 @@ pub enum Event {
         /// When the call began.
         since: Nanos,
         /// Calls of this schema that were given up and have not returned.
-        left: u64,
+        abandoned: u64,
         /// What the whole process holds now.
-        process: Footprint,
+        process: ResourceUsage,
     },
     /// A command or a wake was refused (R7), or a command was not finite. Every case is counted; the first of
     /// a series is reported. Also reports gestures that were accepted but not delivered, because the schema's
@@ -161,7 +161,7 @@ pub enum Event {
         /// The schema that tried.
         schema: usize,
         /// What was refused, and why.
-        what: String,
+        description: String,
     },
     /// An operator acted (R14).
     Operator {
@@ -179,10 +179,10 @@ pub enum Event {
         /// The schema.
         schema: usize,
         /// How it took over.
-        takeover: Takeover,
+        takeover: Replacement,
     },
     /// A schema continues with the build before: the new build could not take over, or failed while on trial.
-    ReloadUndone {
+    ReloadRolledBack {
         /// When.
         time: Nanos,
         /// The schema.
@@ -218,7 +218,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// The outcomes with fixed words.
-    const PLAIN: [(Self, &str); 4] = [
+    const FIXED_MESSAGES: [(Self, &str); 4] = [
         (Self::Done, "the mission is done"),
         (Self::Failed, "the mission failed"),
         (Self::TimeUp, "the time was up"),
@@ -227,8 +227,8 @@ impl Outcome {
 
     /// Returns the outcome in words, as stories write it.
     #[must_use]
-    pub fn words(&self) -> &str {
-        let plain = Self::PLAIN.iter().find(|(outcome, _)| outcome == self);
+    pub fn message(&self) -> &str {
+        let plain = Self::FIXED_MESSAGES.iter().find(|(outcome, _)| outcome == self);
         match (plain, self) {
             (Some((_, words)), _) => words,
             (None, Self::Broken(reason)) => reason,
@@ -238,8 +238,10 @@ impl Outcome {
 
     /// Parses the words of a story.
     #[must_use]
-    pub fn read(words: &str) -> Self {
-        let plain = Self::PLAIN.into_iter().find(|(_, known)| *known == words);
+    pub fn parse(words: &str) -> Self {
+        let plain = Self::FIXED_MESSAGES
+            .into_iter()
+            .find(|(_, known)| *known == words);
         plain.map_or_else(|| Self::Broken(words.to_owned()), |(outcome, _)| outcome)
     }
 }
@@ -247,11 +249,11 @@ impl Outcome {
 /// Receives events under the application's lock. It must return at once and must not call the application.
 pub trait Observer: Send {
     /// Receives one event.
-    fn hear(&mut self, event: &Event);
+    fn on_event(&mut self, event: &Event);
 }
 
 impl<F: FnMut(&Event) + Send> Observer for F {
-    fn hear(&mut self, event: &Event) {
+    fn on_event(&mut self, event: &Event) {
         self(event);
     }
 }

@@ -10,31 +10,31 @@ use crate::turn::Turn;
 
 /// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
 /// values late.
-const FEWEST: usize = 16;
+const MIN_VALUES: usize = 16;
 /// Bytes per variable that may be kept; a large type keeps [`FEWEST`] values all the same.
-const ROOM: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 
 /// The last values of a variable.
 pub(crate) struct History {
     inner: Mutex<Inner>,
-    most: usize,
+    capacity: usize,
 }
 
 /// A value that was published.
-pub(crate) struct Old {
+pub(crate) struct HistoricValue {
     pub(crate) stamp: Stamp,
-    bytes: Aligned,
+    bytes: AlignedBytes,
 }
 
 /// Bytes aligned for any value type.
-pub(crate) struct Aligned {
+pub(crate) struct AlignedBytes {
     words: Vec<u128>,
     bytes: usize,
 }
 
 #[derive(Default)]
 struct Inner {
-    values: VecDeque<Arc<Old>>,
+    values: VecDeque<Arc<HistoricValue>>,
     retracted: bool,
     missed: u64,
 }
@@ -44,23 +44,23 @@ impl History {
     pub(crate) fn of(variable: &Arc<Variable>) -> Arc<Self> {
         let history = Arc::new(Self {
             inner: Mutex::default(),
-            most: FEWEST.max(ROOM / variable.describe().value_type.bytes.max(1)),
+            capacity: MIN_VALUES.max(MAX_BYTES / variable.describe().value_type.bytes.max(1)),
         });
-        history.take(variable);
+        history.record_newest(variable);
         history
     }
 
     /// Adds the newest value of the variable.
-    pub(crate) fn take(&self, variable: &Arc<Variable>) {
+    pub(crate) fn record_newest(&self, variable: &Arc<Variable>) {
         let mut reader = variable.reader("replay");
         match reader.latch() {
-            Some(latched) => self.put(latched.stamp, latched.bytes),
+            Some(latched) => self.push(latched.stamp, latched.bytes),
             None => self.retract(),
         }
     }
 
     /// Adds a value, unless it is the newest one already.
-    pub(crate) fn put(&self, stamp: Stamp, bytes: &[u8]) {
+    pub(crate) fn push(&self, stamp: Stamp, bytes: &[u8]) {
         let mut inner = self.lock();
         inner.retracted = false;
         if inner
@@ -70,11 +70,11 @@ impl History {
         {
             return;
         }
-        if inner.values.len() == self.most {
+        if inner.values.len() == self.capacity {
             inner.values.pop_front();
         }
-        let bytes = Aligned::new(bytes);
-        inner.values.push_back(Arc::new(Old { stamp, bytes }));
+        let bytes = AlignedBytes::new(bytes);
+        inner.values.push_back(Arc::new(HistoricValue { stamp, bytes }));
     }
 
     /// Marks the newest value as retracted.
@@ -83,19 +83,19 @@ impl History {
     }
 
     /// Whether the value of that number, or a later one, has arrived. Numbers are as in turns.
-    pub(crate) fn has(&self, wanted: u32) -> bool {
+    pub(crate) fn has_reached(&self, wanted: u32) -> bool {
         let newest = self.lock().values.back().map(|last| last.stamp.sequence);
         newest.is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
     }
 
     /// Returns the value of that number, numbered as in turns. If no number is given, or that value is
     /// missing (which is counted), returns the newest.
-    pub(crate) fn find(&self, wanted: u32) -> Option<Arc<Old>> {
+    pub(crate) fn find(&self, wanted: u32) -> Option<Arc<HistoricValue>> {
         let mut inner = self.lock();
-        if wanted == Turn::NOTHING {
+        if wanted == Turn::NO_VALUE {
             return None;
         }
-        if wanted != Turn::UNSEEN {
+        if wanted != Turn::UNUSED {
             let mut values = inner.values.iter().rev();
             if let Some(found) = values.find(|old| old.stamp.sequence as u32 == wanted) {
                 return Some(Arc::clone(found));
@@ -115,13 +115,13 @@ impl History {
     }
 }
 
-impl Old {
+impl HistoricValue {
     pub(crate) fn bytes(&self) -> &[u8] {
         self.bytes.bytes()
     }
 }
 
-impl Aligned {
+impl AlignedBytes {
     pub(crate) fn new(bytes: &[u8]) -> Self {
         let mut words = vec![0_u128; bytes.len().div_ceil(16)];
         for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {

@@ -10,69 +10,69 @@ use crate::engine::Signal;
 pub(crate) struct Inbox {
     /// Awakenings, with their times, and sleeps (`None`), in order: at most two, of which the last is the
     /// present state.
-    pub(crate) life: Vec<Option<Nanos>>,
+    pub(crate) transitions: Vec<Option<Nanos>>,
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
-    pub(crate) retimed: bool,
+    pub(crate) period_changed: bool,
     pub(crate) replaced: bool,
     pub(crate) unloaded: bool,
     /// A viewer opened its panel.
-    pub(crate) looked: bool,
+    pub(crate) panel_opened: bool,
     /// Gestures wait for it: see `panels`.
-    pub(crate) touched: bool,
+    pub(crate) gesture_queued: bool,
     /// Another build waits to take over: see `build::Register`.
-    pub(crate) swapped: bool,
+    pub(crate) build_pending: bool,
     /// At most one question for each group.
-    pub(crate) asked: Vec<(GroupId, u64, Level)>,
+    pub(crate) arbitration_requests: Vec<(GroupId, u64, Level)>,
 }
 
 impl Inbox {
-    pub(crate) fn put(&mut self, signal: Signal) {
+    pub(crate) fn push(&mut self, signal: Signal) {
         match signal {
-            Signal::Awake(time) => self.live(Some(time)),
+            Signal::Awake(time) => self.push_transition(Some(time)),
             Signal::Asleep => {
-                self.live(None);
+                self.push_transition(None);
                 self.promoted = false;
             }
             Signal::Replaced => self.replaced = true,
             Signal::Unloaded => self.unloaded = true,
             Signal::Promoted => self.promoted = true,
             Signal::Triggered => self.triggered = true,
-            Signal::Retimed => self.retimed = true,
-            Signal::Looked => self.looked = true,
-            Signal::Touched => self.touched = true,
-            Signal::Swapped => self.swapped = true,
-            Signal::Asked { group, ticket, level } => {
+            Signal::PeriodChanged => self.period_changed = true,
+            Signal::PanelOpened => self.panel_opened = true,
+            Signal::GestureQueued => self.gesture_queued = true,
+            Signal::BuildPending => self.build_pending = true,
+            Signal::ArbitrationRequested { group, ticket, level } => {
                 // A group has one open question at a time, so an older one is closed.
-                self.asked.retain(|(asked, ..)| *asked != group);
-                self.asked.push((group, ticket, level));
+                self.arbitration_requests.retain(|(asked, ..)| *asked != group);
+                self.arbitration_requests.push((group, ticket, level));
             }
         }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        let told = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
-        let flagged = told || self.looked || self.touched || self.swapped;
-        self.life.is_empty() && self.asked.is_empty() && !flagged
+        let told = self.promoted || self.triggered || self.period_changed || self.replaced || self.unloaded;
+        let flagged = told || self.panel_opened || self.gesture_queued || self.build_pending;
+        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !flagged
     }
 
     /// Whether a turn with these signals takes no longer than one that is due: it checks and perhaps
     /// iterates.
     pub(crate) fn is_light(&self) -> bool {
-        let flagged = self.replaced || self.unloaded || self.touched || self.swapped;
-        self.life.is_empty() && self.asked.is_empty() && !flagged
+        let flagged = self.replaced || self.unloaded || self.gesture_queued || self.build_pending;
+        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !flagged
     }
 
     /// Combines sleeps and awakenings. Sleeping and waking up again are two calls; a repetition would have no
     /// further effect.
-    fn live(&mut self, awake: Option<Nanos>) {
-        if self.life.last().map(Option::is_some) == Some(awake.is_some()) {
+    fn push_transition(&mut self, awake: Option<Nanos>) {
+        if self.transitions.last().map(Option::is_some) == Some(awake.is_some()) {
             return;
         }
-        if self.life.len() == 2 {
-            self.life.pop();
+        if self.transitions.len() == 2 {
+            self.transitions.pop();
         } else {
-            self.life.push(awake);
+            self.transitions.push(awake);
         }
     }
 }
@@ -89,7 +89,7 @@ mod tests {
             candidates: [].into(),
             winner: None,
         };
-        Signal::Asked {
+        Signal::ArbitrationRequested {
             group: GroupId(group),
             ticket,
             level,
@@ -102,11 +102,11 @@ mod tests {
             let mut inbox = Inbox::default();
             let signals: Vec<Option<Nanos>> = (0..8).map(|bit| (row >> bit & 1 == 1).then_some(7)).collect();
             for awake in &signals {
-                inbox.put(awake.map_or(Signal::Asleep, Signal::Awake));
+                inbox.push(awake.map_or(Signal::Asleep, Signal::Awake));
             }
-            assert!((1..=2).contains(&inbox.life.len()), "{signals:?}");
-            assert_eq!(inbox.life.last(), signals.last(), "{signals:?}");
-            assert_eq!(inbox.life.first(), signals.first(), "{signals:?}");
+            assert!((1..=2).contains(&inbox.transitions.len()), "{signals:?}");
+            assert_eq!(inbox.transitions.last(), signals.last(), "{signals:?}");
+            assert_eq!(inbox.transitions.first(), signals.first(), "{signals:?}");
         }
     }
 
@@ -114,19 +114,23 @@ mod tests {
     fn r4_a_father_that_hangs_finds_one_question_a_group_and_the_newest() {
         let mut inbox = Inbox::default();
         for ticket in 0..1000 {
-            inbox.put(asked(0, 2 * ticket));
-            inbox.put(asked(1, 2 * ticket + 1));
+            inbox.push(asked(0, 2 * ticket));
+            inbox.push(asked(1, 2 * ticket + 1));
         }
-        let tickets: Vec<u64> = inbox.asked.iter().map(|(_, ticket, _)| *ticket).collect();
+        let tickets: Vec<u64> = inbox
+            .arbitration_requests
+            .iter()
+            .map(|(_, ticket, _)| *ticket)
+            .collect();
         assert_eq!(tickets, [1998, 1999]);
     }
 
     #[test]
     fn r5_who_is_put_to_sleep_no_longer_takes_up_its_promotion() {
         let mut inbox = Inbox::default();
-        inbox.put(Signal::Promoted);
-        inbox.put(Signal::Asleep);
-        inbox.put(Signal::Awake(0));
+        inbox.push(Signal::Promoted);
+        inbox.push(Signal::Asleep);
+        inbox.push(Signal::Awake(0));
         assert!(!inbox.promoted);
         assert!(!inbox.is_empty());
     }

@@ -2,38 +2,38 @@
 //! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; both are left to
 //! the executable.
 
-pub mod apart;
 pub mod app;
 mod build;
-pub mod chatter;
+pub mod chattering;
 mod clock;
-pub mod decisions;
+pub mod decision_writer;
 mod engine;
 pub mod event;
 mod exec;
-mod footprint;
 mod history;
 mod inbox;
 mod instance;
-mod meter;
+pub mod isolated;
+mod metrics;
 mod mission;
-mod operating;
-mod order;
+mod operator_handle;
 mod panels;
 pub mod period;
 pub mod plugin;
+pub mod records;
 pub mod reload;
 pub mod replay;
+mod resource_usage;
 mod runner;
 mod running;
 pub mod snapshot;
-pub mod story;
+pub mod transaction_observer;
 pub mod turn;
-pub mod witness;
+mod turn_order;
 
 pub use build::BuildName;
 pub use engine::{decider_name, policy_name};
-pub use footprint::Footprint;
-pub use operating::Operating;
-pub use panels::{Drawn, Look, MOST_RATE, Refusal};
-pub use running::{BeforeStart, Handle, Hindrance, Lockstep, Options, Running, StartError};
+pub use operator_handle::OperatorHandle;
+pub use panels::{MAX_PANEL_RATE, PanelError, PanelFrame, PanelViewGuard};
+pub use resource_usage::ResourceUsage;
+pub use running::{Handle, Lockstep, Options, Running, StartError, StartHook, StartHookError};

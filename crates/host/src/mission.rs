@@ -11,7 +11,7 @@ use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 
 /// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
-const NEARER: f64 = 0.05;
+const MIN_PROGRESS: f64 = 0.05;
 
 /// The smallest distance to the present target, and since when there has been no progress.
 #[derive(Default)]
@@ -19,11 +19,11 @@ struct Progress {
     mission: Mission,
     nearest: f64,
     since: Nanos,
-    told: bool,
+    reported: bool,
 }
 
 /// Concludes the application when its mission is published as done or failed.
-pub(crate) fn follow(engine: &Arc<Engine>) {
+pub(crate) fn watch_mission(engine: &Arc<Engine>) {
     let Some((instance, port)) = engine.application.mission else {
         return;
     };
@@ -33,7 +33,7 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
     let progress = Mutex::new(Progress::default());
     // The watch must hold no strong reference to the engine, which holds the watch.
     let weak: Weak<Engine> = Arc::downgrade(engine);
-    engine.keep([variable.watch(move || {
+    engine.retain_watches([variable.watch(move || {
         let Some(engine) = weak.upgrade() else { return };
         let Some(variable) = engine.variables.of(instance, port) else {
             return;
@@ -53,7 +53,7 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
         };
         let now = engine.clock.now();
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(since) = progress.stalls(mission, now, patience) {
+        if let Some(since) = progress.check_stall(mission, now, patience) {
             drop(progress);
             // The publishing thread may be inside a call, and must not wait for the rules' lock.
             engine.report_later(Event::Stalled {
@@ -70,18 +70,18 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
 impl Progress {
     /// Returns since when there was no progress, if that is at least `patience` ago and has not been reported
     /// yet.
-    fn stalls(&mut self, mission: Mission, now: Nanos, patience: Nanos) -> Option<Nanos> {
+    fn check_stall(&mut self, mission: Mission, now: Nanos, patience: Nanos) -> Option<Nanos> {
         let before = std::mem::replace(&mut self.mission, mission);
         let other =
             (before.reached, before.total, before.target) != (mission.reached, mission.total, mission.target);
-        let nearer = mission.distance < self.nearest - NEARER;
+        let nearer = mission.distance < self.nearest - MIN_PROGRESS;
         // Without a route there is no distance that could decrease.
         let idle = mission.state != Mission::RUNNING || mission.distance <= 0.0;
         if other || nearer || idle || self.since == 0 {
-            (self.nearest, self.since, self.told) = (mission.distance, now.max(1), false);
+            (self.nearest, self.since, self.reported) = (mission.distance, now.max(1), false);
         }
-        let stalls = !self.told && now.saturating_sub(self.since) >= patience;
-        self.told |= stalls;
+        let stalls = !self.reported && now.saturating_sub(self.since) >= patience;
+        self.reported |= stalls;
         stalls.then_some(self.since)
     }
 }
@@ -108,7 +108,7 @@ mod tests {
     fn a_mission_that_comes_no_nearer_is_told_once_until_it_does() {
         let mut progress = Progress::default();
         let mut told = |second: Nanos, distance, reached| {
-            progress.stalls(at(distance, reached), second * SECOND, 10 * SECOND)
+            progress.check_stall(at(distance, reached), second * SECOND, 10 * SECOND)
         };
         assert_eq!(told(1, 5.0, 0), None);
         assert_eq!(told(10, 4.96, 0), None, "noise");

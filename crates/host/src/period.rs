@@ -22,7 +22,7 @@ pub struct OutOfRange {
 ///
 /// # Errors
 /// [`OutOfRange`]
-pub fn of_seconds(seconds: f64) -> Result<Nanos, OutOfRange> {
+pub fn from_seconds(seconds: f64) -> Result<Nanos, OutOfRange> {
     // The cast saturates, so NaN and numbers that are too large are out of range.
     check((seconds * 1e9).round() as Nanos).map_err(|_| OutOfRange { seconds })
 }
@@ -55,7 +55,7 @@ const UNITS: [(&str, f64); 7] = [
 ///
 /// # Errors
 /// There is no number, no unit, or the period is out of [`RANGE`]; in words for the person who typed it.
-pub fn read(typed: &str) -> Result<Nanos, String> {
+pub fn parse(typed: &str) -> Result<Nanos, String> {
     let typed = typed.trim();
     let end = typed
         .find(|letter: char| !letter.is_ascii_digit() && letter != '.')
@@ -79,7 +79,7 @@ pub fn read(typed: &str) -> Result<Nanos, String> {
 
 /// Formats a time in its own unit with three significant digits: "75.0 ms".
 #[must_use]
-pub fn span(nanos: Nanos) -> String {
+pub fn format_duration(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
     match value {
         _ if unit == "ns" => format!("{value:.0} {unit}"),
@@ -91,7 +91,7 @@ pub fn span(nanos: Nanos) -> String {
 
 /// Formats a configured time with no more digits than it needs: "75 ms", "82.5 ms".
 #[must_use]
-pub fn setting(nanos: Nanos) -> String {
+pub fn format_setting(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
     let digits = format!("{value:.3}");
     format!("{} {unit}", digits.trim_end_matches('0').trim_end_matches('.'))
@@ -125,10 +125,10 @@ mod tests {
 
     #[test]
     fn a_period_is_from_a_tenth_of_a_millisecond_to_a_day() {
-        assert_eq!(of_seconds(100e-6), Ok(SHORTEST));
-        assert_eq!(of_seconds(86_400.0), Ok(LONGEST));
+        assert_eq!(from_seconds(100e-6), Ok(SHORTEST));
+        assert_eq!(from_seconds(86_400.0), Ok(LONGEST));
         assert_eq!(check(75_000_000), Ok(75_000_000));
-        let refused = |seconds: f64| of_seconds(seconds).unwrap_err().to_string();
+        let refused = |seconds: f64| from_seconds(seconds).unwrap_err().to_string();
         let year = "a period of 31557600 s is longer than a day; give one from 100 us to a day";
         assert_eq!(refused(31_557_600.0), year);
         assert!(refused(99e-6).contains("shorter than 100 us"));
@@ -152,13 +152,13 @@ mod tests {
         let texts = [
             "0 ns", "850 ns", "12.3 µs", "999 µs", "1.00 ms", "75.0 ms", "1.00 s", "61.0 s",
         ];
-        assert_eq!(spans.map(span), texts);
+        assert_eq!(spans.map(format_duration), texts);
     }
 
     #[test]
     fn a_setting_has_the_digits_it_needs() {
         assert_eq!(
-            [75_000_000, 82_500_000, 1_500_000_000].map(setting),
+            [75_000_000, 82_500_000, 1_500_000_000].map(format_setting),
             ["75 ms", "82.5 ms", "1.5 s"]
         );
     }
@@ -175,18 +175,18 @@ mod tests {
             300_000,
             5_000_000,
         ];
-        assert_eq!(typed.map(|typed| read(typed).unwrap()), nanos);
+        assert_eq!(typed.map(|typed| parse(typed).unwrap()), nanos);
     }
 
     #[test]
     fn a_period_that_says_too_little_is_refused_in_words() {
-        assert!(read("").unwrap_err().contains("is not a period"));
-        assert!(read("fast").unwrap_err().contains("is not a period"));
-        assert!(read("1.2.3ms").unwrap_err().contains("is not a period"));
-        assert!(read("75").unwrap_err().contains("needs a unit"));
-        assert!(read("75 parsec").unwrap_err().contains("needs a unit"));
+        assert!(parse("").unwrap_err().contains("is not a period"));
+        assert!(parse("fast").unwrap_err().contains("is not a period"));
+        assert!(parse("1.2.3ms").unwrap_err().contains("is not a period"));
+        assert!(parse("75").unwrap_err().contains("needs a unit"));
+        assert!(parse("75 parsec").unwrap_err().contains("needs a unit"));
         for typed in ["0ms", "0Hz", "99us", "2000000s", "8766h"] {
-            assert!(read(typed).unwrap_err().contains("out of range"), "{typed}");
+            assert!(parse(typed).unwrap_err().contains("out of range"), "{typed}");
         }
     }
 }

@@ -3,28 +3,28 @@
 //!
 //! A turn does what is due now and returns when the next one is due. It never waits; the executors do.
 
-mod again;
-mod death;
-mod life;
-mod line;
+mod call_handle;
+mod deadlines;
+mod lifecycle;
 mod panel;
+mod process_death;
+mod replay;
 mod swap;
-mod time;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 use jde_abi::describe::Kind;
-use jde_core::{Answer, Check, GroupId, Level, Nanos};
+use jde_core::{ArbitrationReply, Check, GroupId, Level, Nanos};
 
 use crate::build::{self, Build};
 use crate::engine::Engine;
 use crate::inbox::Inbox;
-use crate::instance::{self, Beyond, Desk, Instance, Ports};
-use crate::panels::Pace;
+use crate::instance::{self, Instance, PortAccess, Ports, TurnOverflow};
+use crate::panels::DrawingPace;
 use crate::running::StartError;
 use crate::turn::{Journal, Turn};
-pub(crate) use line::Line;
+pub(crate) use call_handle::CallHandle;
 use swap::Trial;
 
 /// An instance and its state between turns.
@@ -32,8 +32,8 @@ pub(crate) struct Runner {
     engine: Arc<Engine>,
     number: usize,
     kind: Kind,
-    desk: Arc<Desk>,
-    life: Life,
+    port_access: Arc<PortAccess>,
+    state: InstanceState,
     period: Nanos,
     /// One instant of the grid of its deadlines.
     anchor: Nanos,
@@ -48,30 +48,30 @@ pub(crate) struct Runner {
     /// Set while the present build is on trial.
     trial: Option<Trial>,
     /// A build took over in this turn; the result is reported at its end.
-    announced: bool,
+    takeover_pending: bool,
     /// A build took over in this turn; its next turn follows at once.
-    at_once: bool,
+    is_due_at_once: bool,
     /// When its last turn with a check or an iteration ended.
     last_turn: Nanos,
     /// When its panel was drawn.
-    pace: Pace,
+    pace: DrawingPace,
     /// Receives the turns, if they are recorded.
     journal: Option<Arc<Journal>>,
     /// The record of the present turn.
-    told: Turn,
-    beyond: Beyond,
+    turn_record: Turn,
+    overflow: TurnOverflow,
 }
 
 /// Which iterations a turn asks permission for.
-enum Leave {
+enum IterationRequest {
     Any,
     /// Like `Any`, and in lockstep also a second one at the same instant: its input arrived after the first.
-    Again,
+    Repeat,
     /// Only the first iteration since the instance became WINNER.
     First,
 }
 
-enum Life {
+enum InstanceState {
     /// There is no instance: it was not created yet, or it faulted or was unloaded.
     Absent,
     Slept(Instance),
@@ -85,26 +85,26 @@ enum Life {
 
 impl Runner {
     pub(crate) fn new(engine: &Arc<Engine>, number: usize, build: Build, ports: Ports) -> Self {
-        engine.builds.begin(number, Arc::new(build));
-        Self::with(engine, number, ports)
+        engine.builds.set_initial(number, Arc::new(build));
+        Self::with_ports(engine, number, ports)
     }
 
     /// A runner of the build that is in force for the instance.
-    fn with(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
+    fn with_ports(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
-        let panel = instance::panel_of(&engine.builds.of(number).table);
+        let panel = instance::panel_of(&engine.builds.current(number).table);
         engine.declare_panel(number, panel.map(|panel| panel.touch.is_some()));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {
-            ports.follow(journal);
+            ports.record_reads(journal);
         }
         Self {
             engine: Arc::clone(engine),
             number,
             kind,
-            desk: Arc::new(Desk::new(ports)),
-            life: Life::Absent,
+            port_access: Arc::new(PortAccess::new(ports)),
+            state: InstanceState::Absent,
             period: about.period_ns,
             anchor: 0,
             last_check: 0,
@@ -112,37 +112,37 @@ impl Runner {
             late: [false; 2],
             unloading: false,
             trial: None,
-            announced: false,
-            at_once: false,
+            takeover_pending: false,
+            is_due_at_once: false,
             last_turn: 0,
-            pace: Pace::default(),
+            pace: DrawingPace::default(),
             journal,
-            told: Turn::of(Turn::CYCLED, number),
-            beyond: Beyond::default(),
+            turn_record: Turn::new(Turn::CYCLED, number),
+            overflow: TurnOverflow::default(),
         }
     }
 
     /// Creates the instance, unless there is one: before the application starts, so that a failure of the
     /// plugin is known at once, and after its instance was given up or unloaded.
     pub(crate) fn create(&mut self) -> Result<(), String> {
-        if !matches!(self.life, Life::Absent) {
+        if !matches!(self.state, InstanceState::Absent) {
             return Ok(());
         }
-        let instance = self.instance_of(&self.engine.builds.of(self.number))?;
+        let instance = self.create_instance(&self.engine.builds.current(self.number))?;
         self.engine.declare_panel(self.number, instance.panel());
-        self.life = Life::Slept(instance);
-        self.engine.panels.came(self.number);
+        self.state = InstanceState::Slept(instance);
+        self.engine.panels.add_instance(self.number);
         Ok(())
     }
 
     /// Creates an instance of that build, at this runner's desk.
-    fn instance_of(&self, build: &build::Shared) -> Result<Instance, String> {
-        self.engine.may_make(self.number)?;
-        Instance::create(&self.engine, self.number, build, &self.desk)
+    fn create_instance(&self, build: &build::SharedBuild) -> Result<Instance, String> {
+        self.engine.check_can_create(self.number)?;
+        Instance::create(&self.engine, self.number, build, &self.port_access)
     }
 
     /// Like [`Self::create`], with a complete error.
-    pub(crate) fn make(&mut self) -> Result<(), StartError> {
+    pub(crate) fn create_for_start(&mut self) -> Result<(), StartError> {
         self.create().map_err(|reason| {
             let application = &self.engine.application;
             let instance = &application.instances[self.number];
@@ -156,17 +156,17 @@ impl Runner {
     }
 
     /// Does what is due now. Returns when the next turn is due; `None` if only a signal causes one.
-    pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
-        let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.touched);
+    pub(crate) fn take_turn(&mut self, inbox: Inbox) -> Option<Nanos> {
+        let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.gesture_queued);
         if !inbox.is_empty() {
-            self.attend(inbox);
+            self.process_signals(inbox);
         }
         let mut looked = false;
-        if let Life::Awake { due, .. } = self.life {
+        if let InstanceState::Awake { due, .. } = self.state {
             let now = self.engine.clock.now();
-            self.begin_turn(Turn::of(Turn::CYCLED, self.number));
+            self.begin_turn(Turn::new(Turn::CYCLED, self.number));
             looked = if now >= due {
-                self.cycle(now, due);
+                self.run_cycle(now, due);
                 true
             } else if triggered || promoted && self.engine.is_taking(self.number) {
                 // The values behind the choice may be a period old, so it checks again before it acts (R8).
@@ -175,32 +175,32 @@ impl Runner {
             } else {
                 false
             };
-            self.tell();
+            self.record_turn();
             if looked {
                 self.draw();
             }
-            self.rest();
+            self.release_values();
         }
         if touched {
             self.take_gesture();
         }
         self.end_turn(looked);
-        match self.life {
-            Life::Awake { due, .. } => Some(due),
-            Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
-            Life::Absent | Life::Slept(_) | Life::Changing => None,
+        match self.state {
+            InstanceState::Awake { due, .. } => Some(due),
+            InstanceState::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
+            InstanceState::Absent | InstanceState::Slept(_) | InstanceState::Changing => None,
         }
     }
 
     /// Processes the signals, before anything is checked.
-    fn attend(&mut self, inbox: Inbox) {
-        for (group, ticket, level) in inbox.asked {
+    fn process_signals(&mut self, inbox: Inbox) {
+        for (group, ticket, level) in inbox.arbitration_requests {
             self.arbitrate(group, ticket, &level);
         }
         if inbox.replaced {
             if self.trial.is_some() {
                 self.engine
-                    .give_up_build(self.number, "a call of it did not return in time");
+                    .roll_back_build(self.number, "a call of it did not return in time");
             }
             self.give_up();
         }
@@ -208,17 +208,17 @@ impl Runner {
             self.unload();
         }
         // Before it awakes: its first turn occurs at once, whatever its period.
-        if inbox.retimed {
+        if inbox.period_changed {
             self.retime();
         }
-        for awake in inbox.life {
+        for awake in inbox.transitions {
             match awake {
                 Some(time) => self.wake_up(time),
                 None => self.fall_asleep(),
             }
         }
-        if inbox.swapped
-            && let Some(swap) = self.engine.builds.has_turn(self.number)
+        if inbox.build_pending
+            && let Some(swap) = self.engine.builds.start_swap(self.number)
         {
             self.swap(&swap);
         }
@@ -230,25 +230,25 @@ impl Runner {
     }
 
     /// The means to give up a call of it from another thread.
-    pub(crate) fn line(&self) -> Line {
-        Line::new(&self.engine, self.number, &self.desk)
+    pub(crate) fn call_handle(&self) -> CallHandle {
+        CallHandle::new(&self.engine, self.number, &self.port_access)
     }
 
     /// Ends the instance for good.
     pub(crate) fn destroy(&mut self) {
         self.fall_asleep();
-        self.dismiss();
+        self.end_instance();
     }
 
     /// One period: check, then iterate if it is WINNER.
-    fn cycle(&mut self, start: Nanos, due: Nanos) {
-        self.at_once = false;
-        self.look_and_act(start, Leave::Any);
+    fn run_cycle(&mut self, start: Nanos, due: Nanos) {
+        self.is_due_at_once = false;
+        self.check_and_iterate(start, IterationRequest::Any);
         let end = self.engine.clock.now();
-        self.engine.meters[self.number].cycle(start, end - start);
-        let missed = self.goes_on(due, end);
+        self.engine.metrics[self.number].record_cycle(start, end - start);
+        let missed = self.schedule_next(due, end);
         if self.engine.clock.is_real() {
-            self.judge(end - start, missed);
+            self.judge_cycle(end - start, missed);
         }
     }
 
@@ -256,18 +256,25 @@ impl Runner {
     /// and iterates only if that made it WINNER. A driver carries out the command.
     fn react(&mut self, now: Nanos) {
         let motor = self.kind == Kind::Motor;
-        self.look_and_act(now, if motor { Leave::First } else { Leave::Again });
+        self.check_and_iterate(
+            now,
+            if motor {
+                IterationRequest::First
+            } else {
+                IterationRequest::Repeat
+            },
+        );
     }
 
     /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
-    fn look_and_act(&mut self, now: Nanos, leave: Leave) {
-        let Life::Awake { instance, .. } = &mut self.life else {
+    fn check_and_iterate(&mut self, now: Nanos, leave: IterationRequest) {
+        let InstanceState::Awake { instance, .. } = &mut self.state else {
             return;
         };
         let checked = if self.kind == Kind::Motor {
             let result = instance.check();
-            self.told.looked = instance.called(&mut self.told, &mut self.beyond);
-            let Some(check) = self.found(now, result) else {
+            self.turn_record.looked = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
+            let Some(check) = self.handle_check_result(now, result) else {
                 return;
             };
             Some(check)
@@ -275,36 +282,40 @@ impl Runner {
             None
         };
         let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
-        let asks = matches!(leave, Leave::Again) || !again_this_instant;
-        let first = matches!(leave, Leave::First);
+        let asks = matches!(leave, IterationRequest::Repeat) || !again_this_instant;
+        let first = matches!(leave, IterationRequest::First);
         let (may, begun) = match checked {
             Some(check) if asks => {
-                let (checked, begun) = self.engine.checked_and_begin(self.number, check, first);
-                self.told.checked = checked;
+                let (checked, begun) = self.engine.report_check_and_request(self.number, check, first);
+                self.turn_record.checked = checked;
                 begun
             }
             Some(check) => {
-                self.told.checked = self.engine.checked(self.number, check);
+                self.turn_record.checked = self.engine.report_check(self.number, check);
                 return;
             }
-            None if asks => self.engine.begin(self.number),
+            None if asks => self.engine.request_iteration(self.number),
             None => return,
         };
-        self.told.begun = begun;
-        self.told.way = match leave {
-            Leave::Any | Leave::Again => Turn::ANY,
-            Leave::First => Turn::FIRST,
+        self.turn_record.begun = begun;
+        self.turn_record.way = match leave {
+            IterationRequest::Any | IterationRequest::Repeat => Turn::ANY,
+            IterationRequest::First => Turn::FIRST,
         };
         if may {
             self.last_iteration = now + 1;
             let result = self.iterate();
-            self.iterated(result);
+            self.finish_iteration(result);
         }
     }
 
     /// Converts the result of a check for the rules. Returns `None` after a failure, which is then reported
     /// already.
-    fn found(&mut self, now: Nanos, result: Result<instance::Answer, String>) -> Option<Check> {
+    fn handle_check_result(
+        &mut self,
+        now: Nanos,
+        result: Result<instance::CheckResult, String>,
+    ) -> Option<Check> {
         match result {
             Ok(answer) => {
                 // The situation arose with the newest value read, but not before the last check, which saw
@@ -325,95 +336,95 @@ impl Runner {
     }
 
     fn iterate(&mut self) -> Result<(), String> {
-        let Life::Awake { instance, .. } = &mut self.life else {
+        let InstanceState::Awake { instance, .. } = &mut self.state else {
             return Ok(());
         };
         let start = self.engine.clock.now();
         let result = instance.iterate();
-        self.told.acted = instance.called(&mut self.told, &mut self.beyond);
+        self.turn_record.acted = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
         let took = self.engine.clock.now().saturating_sub(start);
-        self.engine.meters[self.number].iterated(took);
+        self.engine.metrics[self.number].record_iteration(took);
         result
     }
 
     /// Reports the end of an iteration to the rules.
-    fn iterated(&mut self, result: Result<(), String>) {
+    fn finish_iteration(&mut self, result: Result<(), String>) {
         match result {
-            Ok(()) => self.engine.meters[self.number].started.store(true, Relaxed),
+            Ok(()) => self.engine.metrics[self.number].started.store(true, Relaxed),
             Err(reason) => self.fault(reason),
         }
-        self.told.ended = self.engine.end(self.number);
+        self.turn_record.ended = self.engine.report_iteration_end(self.number);
     }
 
     /// Records the turn that is over, if there was one.
-    fn tell(&mut self) {
+    fn record_turn(&mut self) {
         if let Some(journal) = &self.journal {
-            let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
+            let turn = std::mem::replace(&mut self.turn_record, Turn::new(Turn::CYCLED, self.number));
             if !turn.is_empty() {
-                journal.tell_all(&turn, &self.beyond.ports);
+                journal.forward_with_ports(&turn, &self.overflow.ports);
             }
-            self.beyond.ports.clear();
+            self.overflow.ports.clear();
         }
     }
 
     /// Starts the record of a turn.
     fn begin_turn(&mut self, turn: Turn) {
         if self.journal.is_some() {
-            self.told = turn;
-            self.beyond.ports.clear();
+            self.turn_record = turn;
+            self.overflow.ports.clear();
         }
     }
 
     /// Releases the values read, so that the next turn sees the newest.
-    fn rest(&mut self) {
-        if let Life::Awake { instance, .. } = &mut self.life {
-            instance.rest();
+    fn release_values(&mut self) {
+        if let InstanceState::Awake { instance, .. } = &mut self.state {
+            instance.release_values();
         }
     }
 
     fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
-        self.told = Turn {
+        self.turn_record = Turn {
             detail: u64::from(group.0),
             ticket,
-            ..Turn::of(Turn::ARBITRATED, self.number)
+            ..Turn::new(Turn::ARBITRATED, self.number)
         };
-        self.engine.meters[self.number].take_up(ticket, self.engine.clock.now());
-        let answer = self.answer(level);
+        self.engine.metrics[self.number].begin_arbitration(ticket, self.engine.clock.now());
+        let answer = self.call_arbitration(level);
         let failed = match &answer {
-            Answer::Failed { reason } => Some(reason.clone()),
-            Answer::Chose { .. } => None,
+            ArbitrationReply::Failed { reason } => Some(reason.clone()),
+            ArbitrationReply::Chosen { .. } => None,
         };
-        self.told.checked = self.engine.answered(group, ticket, answer);
-        self.tell();
+        self.turn_record.checked = self.engine.report_arbitration(group, ticket, answer);
+        self.record_turn();
         if let Some(reason) = failed
-            && !self.go_back(&reason)
+            && !self.roll_back(&reason)
         {
-            self.survive(&reason);
+            self.handle_failed_call(&reason);
         }
     }
 
     /// Calls the father's own arbitration.
-    fn answer(&mut self, level: &Level) -> Answer {
-        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
-            return Answer::Failed {
+    fn call_arbitration(&mut self, level: &Level) -> ArbitrationReply {
+        let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
+            return ArbitrationReply::Failed {
                 reason: "the father is not there".into(),
             };
         };
         let answer = instance.arbitrate(level);
-        self.told.looked = instance.called(&mut self.told, &mut self.beyond);
+        self.turn_record.looked = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
         let (role, reason) = match answer {
             Ok(answer) => answer,
-            Err(reason) => return Answer::Failed { reason },
+            Err(reason) => return ArbitrationReply::Failed { reason },
         };
         let children = &self.engine.application.instances[self.number].children;
         let child = role
             .and_then(|role| children[role])
             .map(|child| jde_core::SchemaId(child as u32));
         match (role, child) {
-            (Some(role), None) => Answer::Failed {
+            (Some(role), None) => ArbitrationReply::Failed {
                 reason: format!("chose the unbound child {role}"),
             },
-            _ => Answer::Chose { child, reason },
+            _ => ArbitrationReply::Chosen { child, reason },
         }
     }
 }

@@ -8,37 +8,37 @@ use jde_board::Board;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
-use crate::apart::Program;
-use crate::app::{Application, Executor, Instance};
+use crate::app::{Application, Executor, InstanceConfig};
 use crate::build::Build;
 use crate::clock::Clock;
-use crate::engine::{Bells, Engine};
+use crate::engine::{Engine, Notifier};
 use crate::event::{Event, Observer, Outcome};
 use crate::exec::lockstep;
 use crate::exec::pool::Pool;
-use crate::exec::supervisor::{self, Alarm, Crew};
+use crate::exec::supervisor::{self, Alarm, ThreadExecutor};
 use crate::exec::threads::Threads;
+use crate::isolated::Program;
 use crate::mission;
-use crate::operating::{Operating, shown};
-use crate::panels::{Drawn, Look, Refusal};
+use crate::operator_handle::{OperatorHandle, printable_name};
+use crate::panels::{PanelError, PanelFrame, PanelViewGuard};
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
+use crate::transaction_observer::TransactionObserver;
 use crate::turn::OnTurn;
-use crate::witness::Witness;
 
 /// Called with an application that is about to start. An error prevents the start.
-pub type BeforeStart = Box<dyn FnOnce(&Handle) -> Result<(), Hindrance>>;
+pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;
 
 /// Why a [`BeforeStart`] function prevents the start.
-pub type Hindrance = Box<dyn std::error::Error + Send + Sync>;
+pub type StartHookError = Box<dyn std::error::Error + Send + Sync>;
 
 /// How to run an application.
 pub struct Options {
     /// Receive every event, in order.
     pub observers: Vec<Box<dyn Observer>>,
     /// Called after all variables are declared and before the first write, so that a watch misses no value.
-    pub before_start: Option<BeforeStart>,
+    pub start_hook: Option<StartHook>,
     /// The application ends when its time reaches this value, ns.
     pub limit: Option<Nanos>,
     /// Seconds of application time per second of machine time; real time only.
@@ -51,9 +51,9 @@ pub struct Options {
     /// [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
     /// Observes every transaction of the rules.
-    pub witness: Option<Box<dyn Witness>>,
+    pub transaction_observer: Option<Box<dyn TransactionObserver>>,
     /// The program that runs schemas in processes of their own.
-    pub apart: Option<Program>,
+    pub isolation_program: Option<Program>,
 }
 
 /// Why an application did not start.
@@ -73,7 +73,7 @@ pub enum StartError {
     #[error(
         "plugin `{0}` of the application is not loaded; start it with the plugins it was checked against"
     )]
-    OtherPlugins(String),
+    MissingPlugin(String),
     /// A schema requires a process of its own, and [`Options::apart`] is `None`.
     #[error(
         "schema `{0}` wants a process of its own, and the program that started it offers none; remove its `isolate`"
@@ -84,7 +84,7 @@ pub enum StartError {
     Thread(#[from] std::io::Error),
     /// The function in [`Options::before_start`] prevented the start.
     #[error("{0}")]
-    Hindered(#[source] Hindrance),
+    HookFailed(#[source] StartHookError),
     /// The application contradicts itself. `app::load` never returns such an application.
     #[error("the application cannot be wired: {0}")]
     Wiring(String),
@@ -94,18 +94,18 @@ pub enum StartError {
 /// it to rest.
 pub struct Running {
     engine: Arc<Engine>,
-    crew: Arc<dyn Crew>,
+    executor: Arc<dyn ThreadExecutor>,
     alarm: Arc<Alarm>,
-    watcher: Option<JoinHandle<()>>,
+    supervisor: Option<JoinHandle<()>>,
 }
 
 /// An application that runs in lockstep: in virtual time, on the caller's thread. Dropping it stops the
 /// application and brings it to rest.
 pub struct Lockstep {
     engine: Arc<Engine>,
-    executor: lockstep::Lockstep,
+    executor: lockstep::LockstepExecutor,
     limit: Option<Nanos>,
-    resting: bool,
+    is_shut_down: bool,
 }
 
 /// Access to a running application of either kind. Usable from any thread, also after the application has
@@ -119,13 +119,13 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             observers: Vec::new(),
-            before_start: None,
+            start_hook: None,
             limit: None,
             speed: 1.0,
             counted: false,
             on_turn: None,
-            witness: None,
-            apart: None,
+            transaction_observer: None,
+            isolation_program: None,
         }
     }
 }
@@ -148,13 +148,13 @@ impl Running {
             },
             options.observers,
             options.on_turn,
-            options.witness,
-            options.apart,
+            options.transaction_observer,
+            options.isolation_program,
         )?;
         // This thread counts until everything has started, so counted time cannot advance before.
-        engine.clock.hire();
+        engine.clock.register_thread();
         let alarm = Arc::new(Alarm::default());
-        let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
+        let (crew, bells): (Arc<dyn ThreadExecutor>, Arc<dyn Notifier>) = match executor {
             Executor::Threads => {
                 let threads = Threads::new(&engine, runners, Arc::clone(&alarm))?;
                 (Arc::clone(&threads) as _, threads)
@@ -165,27 +165,27 @@ impl Running {
             }
         };
         engine.attach(&bells);
-        mission::follow(&engine);
-        show(&engine, options.before_start).inspect_err(|_| drop(crew.dismiss(&engine)))?;
+        mission::watch_mission(&engine);
+        run_start_hook(&engine, options.start_hook).inspect_err(|_| drop(crew.end_all(&engine)))?;
         let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
         let watch = move || {
-            supervisor::guarded(&watched, || {
-                supervisor::watch(&watched, &*watched_crew, &ears, options.limit);
+            supervisor::run_guarded(&watched, || {
+                supervisor::supervise(&watched, &*watched_crew, &ears, options.limit);
             });
-            watched.clock.dismiss();
+            watched.clock.unregister_thread();
         };
-        engine.clock.hire();
+        engine.clock.register_thread();
         let watcher = std::thread::Builder::new()
             .name(String::from("supervisor"))
             .spawn(watch)
-            .inspect_err(|_| drop(crew.dismiss(&engine)))?;
+            .inspect_err(|_| drop(crew.end_all(&engine)))?;
         engine.start();
-        engine.clock.dismiss();
+        engine.clock.unregister_thread();
         Ok(Self {
             engine,
-            crew,
+            executor: crew,
             alarm,
-            watcher: Some(watcher),
+            supervisor: Some(watcher),
         })
     }
 
@@ -199,16 +199,16 @@ impl Running {
 
     /// Blocks until the application ends, brings it to rest, and returns its outcome.
     pub fn wait(mut self) -> Outcome {
-        let outcome = self.engine.concluded();
-        self.rest(&outcome);
+        let outcome = self.engine.wait_for_outcome();
+        self.shut_down(&outcome);
         outcome
     }
 
-    fn rest(&mut self, outcome: &Outcome) {
-        let Some(watcher) = self.watcher.take() else {
+    fn shut_down(&mut self, outcome: &Outcome) {
+        let Some(watcher) = self.supervisor.take() else {
             return;
         };
-        supervisor::bring_to_rest(&self.engine, &*self.crew);
+        supervisor::bring_to_rest(&self.engine, &*self.executor);
         self.alarm.stop();
         // `guarded` has reported a panic of this thread.
         let _ = watcher.join();
@@ -222,8 +222,8 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.engine.conclude(Outcome::Stopped);
-        let outcome = self.engine.concluded();
-        self.rest(&outcome);
+        let outcome = self.engine.wait_for_outcome();
+        self.shut_down(&outcome);
     }
 }
 
@@ -236,21 +236,21 @@ impl Lockstep {
         let (engine, runners) = prepare(
             application,
             plugins,
-            Clock::standing(),
+            Clock::new_virtual(),
             options.observers,
             options.on_turn,
-            options.witness,
-            options.apart,
+            options.transaction_observer,
+            options.isolation_program,
         )?;
-        let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
-        mission::follow(&engine);
-        show(&engine, options.before_start).inspect_err(|_| executor.shut_down())?;
+        let mut executor = lockstep::LockstepExecutor::new(Arc::clone(&engine), runners);
+        mission::watch_mission(&engine);
+        run_start_hook(&engine, options.start_hook).inspect_err(|_| executor.shut_down())?;
         executor.start();
         Ok(Self {
             engine,
             executor,
             limit: options.limit,
-            resting: false,
+            is_shut_down: false,
         })
     }
 
@@ -278,16 +278,16 @@ impl Lockstep {
     /// without a mission, it ends only when it is stopped.
     pub fn run(mut self) -> Outcome {
         let outcome = self.run_until(Nanos::MAX - 1).unwrap_or(Outcome::Stopped);
-        self.rest();
+        self.shut_down();
         outcome
     }
 
     /// Brings the application to rest. Afterwards only its [`Handle`]s are usable.
-    fn rest(&mut self) {
-        if !std::mem::replace(&mut self.resting, true) {
+    fn shut_down(&mut self) {
+        if !std::mem::replace(&mut self.is_shut_down, true) {
             self.engine.conclude(Outcome::Stopped);
             self.executor.shut_down();
-            let outcome = self.engine.concluded();
+            let outcome = self.engine.wait_for_outcome();
             self.engine.report(&Event::Ended {
                 time: self.engine.clock.now(),
                 outcome,
@@ -298,7 +298,7 @@ impl Lockstep {
 
 impl Drop for Lockstep {
     fn drop(&mut self) {
-        self.rest();
+        self.shut_down();
     }
 }
 
@@ -318,7 +318,7 @@ impl Handle {
     /// The places of the schemas that a name denotes: the instance of that name, or else all instances of the
     /// plugin of that name.
     #[must_use]
-    pub fn places(&self, name: &str) -> Vec<usize> {
+    pub fn schema_indices(&self, name: &str) -> Vec<usize> {
         let application = &self.engine.application;
         if let Some(place) = application.instance(name) {
             return vec![place];
@@ -390,7 +390,9 @@ impl Handle {
     #[must_use]
     pub fn panels(&self) -> Vec<usize> {
         let schemas = 0..self.engine.application.instances.len();
-        schemas.filter(|schema| self.engine.panels.has(*schema)).collect()
+        schemas
+            .filter(|schema| self.engine.panels.has_panel(*schema))
+            .collect()
     }
 
     /// Has the panel of a schema drawn, at most `rate` times a second and never more often than
@@ -405,19 +407,19 @@ impl Handle {
     ///
     /// # Errors
     /// [`Refusal`]: there is no such schema, it has no panel, or the run is a replay.
-    pub fn look(
+    pub fn view_panel(
         &self,
         schema: usize,
         rate: f64,
         news: impl Fn() + Send + Sync + 'static,
-    ) -> Result<Look, Refusal> {
-        self.engine.look(schema, rate, Arc::new(news))
+    ) -> Result<PanelViewGuard, PanelError> {
+        self.engine.view_panel(schema, rate, Arc::new(news))
     }
 
     /// What the panel of a schema shows, or why it shows nothing; `None` before the first drawing for the
     /// present viewers.
     #[must_use]
-    pub fn panel(&self, schema: usize) -> Option<Arc<Drawn>> {
+    pub fn panel(&self, schema: usize) -> Option<Arc<PanelFrame>> {
         self.engine.panels.newest(schema)
     }
 
@@ -429,25 +431,25 @@ impl Handle {
     /// # Errors
     /// [`Refusal`]: there is no instance to receive it, it does not fit what the panel shows, or too many
     /// gestures wait already.
-    pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
-        self.engine.touch(&shown(by), schema, gesture)
+    pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), PanelError> {
+        self.engine.queue_gesture(&printable_name(by), schema, gesture)
     }
 
     /// The actions of an operator (R14). `by` names the operator in a word or two, such as "ana@laptop".
     #[must_use]
-    pub fn operator(&self, by: &str) -> Operating {
-        Operating::new(&self.engine, by)
+    pub fn operator(&self, by: &str) -> OperatorHandle {
+        OperatorHandle::new(&self.engine, by)
     }
 }
 
-fn show(engine: &Arc<Engine>, before_start: Option<BeforeStart>) -> Result<(), StartError> {
+fn run_start_hook(engine: &Arc<Engine>, before_start: Option<StartHook>) -> Result<(), StartError> {
     let Some(before_start) = before_start else {
         return Ok(());
     };
     let handle = Handle {
         engine: Arc::clone(engine),
     };
-    before_start(&handle).map_err(StartError::Hindered)
+    before_start(&handle).map_err(StartError::HookFailed)
 }
 
 fn prepare(
@@ -456,7 +458,7 @@ fn prepare(
     clock: Clock,
     observers: Vec<Box<dyn Observer>>,
     on_turn: Option<OnTurn>,
-    witness: Option<Box<dyn Witness>>,
+    witness: Option<Box<dyn TransactionObserver>>,
     apart: Option<Program>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
     let instances = application.instances.iter();
@@ -466,14 +468,14 @@ fn prepare(
         return Err(StartError::NoProgram(wants.name.clone()));
     }
     let builds = instances
-        .map(|instance| original(&application, plugins, instance))
+        .map(|instance| original_build(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
     let (engine, ports) =
         Engine::new(application, clock, observers, on_turn, witness, apart).map_err(StartError::Wiring)?;
     let mut runners = Vec::with_capacity(builds.len());
     for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
         let mut runner = Runner::new(&engine, number, build, ports);
-        if let Err(error) = runner.make() {
+        if let Err(error) = runner.create_for_start() {
             runners.iter_mut().rev().for_each(Runner::destroy);
             return Err(error);
         }
@@ -483,14 +485,14 @@ fn prepare(
 }
 
 /// Returns the build of an instance's type against which the application was checked.
-pub(crate) fn original(
+pub(crate) fn original_build(
     application: &Application,
     plugins: &Plugins,
-    instance: &Instance,
+    instance: &InstanceConfig,
 ) -> Result<Build, StartError> {
     let plugin = &application.plugins[instance.plugin];
     let loaded = plugins
         .loaded(plugin)
-        .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
+        .ok_or_else(|| StartError::MissingPlugin(plugin.name.clone()))?;
     Ok(Build::original(loaded, instance.number, &instance.schema))
 }

@@ -86,7 +86,7 @@ pub struct Turn {
 
 /// A turn with all its ports.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
+pub struct RecordedTurn {
     /// The turn.
     pub turn: Turn,
     /// As in [`Turn::inputs`], for every port.
@@ -99,7 +99,7 @@ pub type OnTurn = Arc<dyn Fn(&Turn) + Send + Sync>;
 /// Numbers the transactions and forwards turns.
 pub(crate) struct Journal {
     last: AtomicU64,
-    tell: OnTurn,
+    on_turn: OnTurn,
 }
 
 impl Turn {
@@ -122,13 +122,13 @@ impl Turn {
     /// Kind: everything was put to sleep.
     pub const ENDED: u8 = 9;
     /// Kind: a father woke a child, put it to sleep or changed the policy of a group, and this had an effect.
-    pub const LED: u8 = 10;
+    pub const FATHER_ACTED: u8 = 10;
     /// Kind: a gesture was applied to the schema's panel.
     pub const TOUCHED: u8 = 11;
     /// Kind: another build took over, or the build before took over again.
     pub const RELOADED: u8 = 12;
     /// Kind: not a turn, but more ports of the schema's next turn.
-    pub const MORE: u8 = 13;
+    pub const MORE_PORTS: u8 = 13;
 
     /// Way: permission was requested for any iteration.
     pub const ANY: u8 = 1;
@@ -138,7 +138,7 @@ impl Turn {
     /// Way of a father: it woke a child.
     pub const WOKE: u8 = 1;
     /// Way of a father: it put a child to sleep.
-    pub const LAID_DOWN: u8 = 2;
+    pub const PUT_TO_SLEEP: u8 = 2;
     /// Way of a father: it changed the policy of a group.
     pub const CHANGED_POLICY: u8 = 3;
 
@@ -161,22 +161,22 @@ impl Turn {
     /// Way of an operator: all roots.
     pub const ALL_RELEASED: u8 = 9;
     /// Way of an operator: its actions on one schema were undone.
-    pub const LET_GO: u8 = 10;
+    pub const UNDONE: u8 = 10;
     /// Way of a reload: a new build took over.
     pub const TOOK_OVER: u8 = 1;
     /// Way of a reload: the build before took over again.
-    pub const WENT_BACK: u8 = 2;
+    pub const ROLLED_BACK: u8 = 2;
     /// The place of the period among the ports.
     pub const PERIOD: u64 = u32::MAX as u64;
 
     /// Port: it was neither read nor written.
-    pub const UNSEEN: u32 = u32::MAX;
+    pub const UNUSED: u32 = u32::MAX;
     /// Port: it was read and had no value; or a write to it was refused for lack of authority, or was
     /// retracted.
-    pub const NOTHING: u32 = u32::MAX - 1;
+    pub const NO_VALUE: u32 = u32::MAX - 1;
 
     /// Returns a turn that has not begun.
-    pub(crate) fn of(kind: u8, schema: usize) -> Self {
+    pub(crate) fn new(kind: u8, schema: usize) -> Self {
         Self {
             kind,
             schema: schema as u32,
@@ -197,19 +197,21 @@ impl Turn {
     /// Whether no step of the turn was taken.
     pub(crate) fn is_empty(&self) -> bool {
         let moments = [self.failed, self.checked, self.begun, self.ended];
-        moments.iter().all(|moment| moment.order == 0) && !self.looked.happened() && !self.acted.happened()
+        moments.iter().all(|moment| moment.order == 0)
+            && !self.looked.has_occurred()
+            && !self.acted.has_occurred()
     }
 }
 
-impl Told {
+impl RecordedTurn {
     /// Returns the number of the value that a port showed, or that was written to it.
     #[must_use]
     pub fn port(&self, port: usize) -> u32 {
-        self.ports.get(port).copied().unwrap_or(Turn::UNSEEN)
+        self.ports.get(port).copied().unwrap_or(Turn::UNUSED)
     }
 }
 
-impl Deref for Told {
+impl Deref for RecordedTurn {
     type Target = Turn;
 
     fn deref(&self) -> &Turn {
@@ -220,7 +222,7 @@ impl Deref for Told {
 impl Call {
     /// Whether there was a call.
     #[must_use]
-    pub fn happened(&self) -> bool {
+    pub fn has_occurred(&self) -> bool {
         *self != Self::default()
     }
 }
@@ -229,7 +231,7 @@ impl Journal {
     pub(crate) fn new(tell: OnTurn) -> Self {
         Self {
             last: AtomicU64::new(0),
-            tell,
+            on_turn: tell,
         }
     }
 
@@ -243,16 +245,16 @@ impl Journal {
         self.last.load(Ordering::Acquire)
     }
 
-    pub(crate) fn tell(&self, turn: &Turn) {
-        (self.tell)(turn);
+    pub(crate) fn forward(&self, turn: &Turn) {
+        (self.on_turn)(turn);
     }
 
     /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE`] for the ports that do not fit
     /// into it.
-    pub(crate) fn tell_all(&self, turn: &Turn, more: &[u32]) {
+    pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
         for (place, ports) in more.chunks(INPUTS).enumerate() {
             let mut next = Turn {
-                kind: Turn::MORE,
+                kind: Turn::MORE_PORTS,
                 schema: turn.schema,
                 detail: (INPUTS * (place + 1)) as u64,
                 // Not a step, but every recorded message needs a time.
@@ -263,8 +265,8 @@ impl Journal {
                 ..Turn::default()
             };
             next.inputs.resize(ports.len()).copy_from_slice(ports);
-            self.tell(&next);
+            self.forward(&next);
         }
-        self.tell(turn);
+        self.forward(turn);
     }
 }

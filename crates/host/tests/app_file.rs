@@ -5,7 +5,7 @@ mod apps;
 use std::path::Path;
 
 use apps::{Shelf, check};
-use jde_host::app::{Faults, Override, Place, load};
+use jde_host::app::{FaultLocation, Faults, Override, load};
 
 fn refused(path: &Path) -> Faults {
     load(path, &[], &Shelf).expect_err("a file that cannot be an application")
@@ -163,8 +163,8 @@ fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
     let lines: Vec<_> = faults.list().iter().map(|fault| fault.line()).collect();
     assert_eq!(lines, [Some(2), Some(7), Some(21), Some(35), None]);
     assert_eq!(
-        faults.list()[4].place,
-        Place::Option("--set goon.sped=1".to_owned())
+        faults.list()[4].location,
+        FaultLocation::Option("--set goon.sped=1".to_owned())
     );
 }
 
@@ -172,9 +172,9 @@ fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
 fn a_place_counts_characters_and_spans_bytes() {
     let text = "# ñandú\nroots = [\"ñandú\", \"gato\"]\n[schemas]\n";
     let faults = apps::read(text, &[]).expect_err("unknown schemas");
-    let Place::Text {
+    let FaultLocation::Text {
         line, column, span, ..
-    } = &faults.list()[1].place
+    } = &faults.list()[1].location
     else {
         panic!("{faults}");
     };
@@ -256,7 +256,7 @@ fn a_file_with_a_piece_missing_is_read_or_refused() {
         assert!(!faults.list().is_empty(), "{text}");
         for fault in faults.list() {
             assert!(!fault.message.is_empty() && fault.message.len() < 500, "{fault}");
-            if let Place::Text { line, span, .. } = &fault.place {
+            if let FaultLocation::Text { line, span, .. } = &fault.location {
                 assert!(text.get(span.clone()).is_some(), "{fault} at {span:?} of\n{text}");
                 assert_eq!(*line, text[..span.start].matches('\n').count() + 1, "{fault}");
             }

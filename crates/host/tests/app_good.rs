@@ -4,7 +4,7 @@ mod apps;
 
 use apps::{application, application_with, read};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
-use jde_host::app::{Application, Binding, ChildTarget, Executor, Source};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, ImportSource};
 
 fn at(application: &Application, name: &str) -> usize {
     application
@@ -113,9 +113,9 @@ fn r4_a_fathers_order_is_that_of_the_file() {
     assert_eq!(members, ["goon", "stop", "vff"]);
 }
 
-fn source(application: &Application, instance: &str, name: &str) -> Source {
+fn source(application: &Application, instance: &str, name: &str) -> ImportSource {
     let (instance, port) = port(application, instance, name);
-    Source::Here(instance, port)
+    ImportSource::Local(instance, port)
 }
 
 fn application_with_order(order: &str) -> Application {

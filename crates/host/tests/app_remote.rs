@@ -3,7 +3,7 @@
 mod apps;
 
 use apps::{application, check};
-use jde_host::app::{Binding, Source};
+use jde_host::app::{Binding, ImportSource};
 
 /// The line of the good application that binds one import.
 const HEADING: &str = r#"heading = "pioneer.heading""#;
@@ -27,7 +27,7 @@ fn an_import_may_be_of_another_application() {
         .position(|port| port.name == "heading");
     let port = port.expect("it is there");
     assert!(remote.value_type.same_as(&example.schema.ports[port].value_type));
-    let source = Source::Elsewhere(0);
+    let source = ImportSource::Remote(0);
     assert_eq!(
         example.bindings[port],
         Binding::Import {

@@ -10,8 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 
 use jde_core::Health;
 use jde_host::event::{Event, Outcome};
-use jde_host::reload::How;
-use jde_host::{Footprint, Options};
+use jde_host::reload::ReloadOptions;
+use jde_host::{Options, ResourceUsage};
 
 use common::{Call, Executor, LIVE, MS, Rig, Stage, in_real_time};
 
@@ -125,7 +125,7 @@ fn a_thousand_reloads_of_what_is_there_already_take_no_more_memory() {
     let (father, operator) = (rig.place("father"), rig.operator());
     let reload = |rig: &mut Rig| {
         let order = operator
-            .replace(father, &build, How::default())
+            .replace(father, &build, ReloadOptions::default())
             .unwrap_or_else(|reasons| panic!("{reasons:?}"));
         rig.advance(rig.handle.now() + 200 * MS);
         assert!(matches!(order.outcome(), Some(Ok(_))));
@@ -198,13 +198,13 @@ fn leaves_nothing(executor: Executor) {
 #[test]
 fn an_open_file_is_counted_while_it_is_open() {
     let _alone = alone();
-    let before = Footprint::now();
+    let before = ResourceUsage::now();
     let files: Vec<_> = (0..200).map(|_| File::open("/proc/self/stat").unwrap()).collect();
-    let with = Footprint::now();
+    let with = ResourceUsage::now();
     assert_eq!(with.files, before.files + files.len() as u64);
     assert!(with.memory > 100_000, "{with}");
     drop(files);
-    assert_eq!(Footprint::now().files, before.files);
+    assert_eq!(ResourceUsage::now().files, before.files);
 }
 
 in_real_time!(who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that);
@@ -258,9 +258,9 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
     assert_eq!(rig.see("low").left, 4);
     assert_eq!(stage.count("low iterate"), 4);
     let told = stage.events().into_iter().filter_map(|event| match event {
-        Event::LeftBehind {
+        Event::CallAbandoned {
             schema,
-            left,
+            abandoned: left,
             process,
             ..
         } if schema == low => Some((left, process.files)),
@@ -273,7 +273,7 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
         "it is told what they hold: {files:?}"
     );
     assert!(
-        Footprint::now().files < files[3] + FILES as u64,
+        ResourceUsage::now().files < files[3] + FILES as u64,
         "no fifth opened any"
     );
     let before = stage.count("high iterate");
@@ -281,6 +281,6 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
     drop(release);
     rig.until(|rig| rig.see("low").left == 0);
     assert_eq!(stage.count("low drop"), 4);
-    rig.until(|_| Footprint::now().files + 2 * (FILES as u64) < files[3]);
+    rig.until(|_| ResourceUsage::now().files + 2 * (FILES as u64) < files[3]);
     rig.stop();
 }

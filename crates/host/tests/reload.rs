@@ -10,8 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use jde_core::State;
 use jde_host::app::parse;
 use jde_host::event::Event;
-use jde_host::plugin::{MOST_BUILDS, PluginError, Plugins};
-use jde_host::reload::{Became, How, Refused, Reloader};
+use jde_host::plugin::{MAX_BUILDS, PluginError, Plugins};
+use jde_host::reload::{ReloadError, ReloadOptions, ReloadOutcome, Reloader};
 use jde_host::{Options, Running};
 use jde_types::Twist;
 use jde_watchdog::Watchdog;
@@ -94,7 +94,7 @@ impl Site {
             stage,
             plugins: Arc::new(plugins),
             running,
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         }
     }
 
@@ -144,9 +144,9 @@ fn fifty_files_take_over_while_the_robot_drives_without_a_stop() {
         let speed = 1.0 + f64::from(round) / 64.0;
         site.write(&build(speed));
         let reloaded = reloader
-            .reload("ana@laptop", "walker", How::default())
+            .reload("ana@laptop", "walker", ReloadOptions::default())
             .unwrap_or_else(|refused| panic!("{refused}"));
-        let [(name, Became::Reloaded(takeover))] = &reloaded.schemas[..] else {
+        let [(name, ReloadOutcome::Reloaded(takeover))] = &reloaded.schemas[..] else {
             panic!("{reloaded:?}");
         };
         assert_eq!((name.as_str(), reloaded.is_done()), ("walker", true));
@@ -193,9 +193,14 @@ fn a_schema_that_faulted_tries_again_when_the_same_build_is_reloaded() {
     for fault in 1..=3 {
         site.stage.wait_until(|| faults() == fault);
         assert_eq!(state(&site), State::Slept);
-        let reloaded = site.reloader().reload("ana@laptop", "walker", How::default());
+        let reloaded = site
+            .reloader()
+            .reload("ana@laptop", "walker", ReloadOptions::default());
         let reloaded = reloaded.unwrap_or_else(|refused| panic!("{refused}"));
-        assert_eq!(reloaded.schemas, [("walker".to_owned(), Became::Restarted)]);
+        assert_eq!(
+            reloaded.schemas,
+            [("walker".to_owned(), ReloadOutcome::Restarted)]
+        );
         assert!(reloaded.is_done());
     }
     site.stage.wait_until(|| faults() == 4);
@@ -206,21 +211,21 @@ fn a_file_with_the_content_of_a_build_before_takes_no_more_memory() {
     let site = Site::start(1.0);
     let reloader = site.reloader();
     let reload = || {
-        let reloaded = reloader.reload("ana", "walker", How::default());
+        let reloaded = reloader.reload("ana", "walker", ReloadOptions::default());
         let reloaded = reloaded.unwrap_or_else(|refused| panic!("{refused}"));
         let became = reloaded.schemas.into_iter().map(|(_, became)| became).next();
         (became.expect("one"), reloaded.memory.builds)
     };
-    assert_eq!(reload(), (Became::Unchanged, 0));
+    assert_eq!(reload(), (ReloadOutcome::Unchanged, 0));
     for speed in [2.0, 1.0, 2.0, 1.0] {
         site.write(&build(speed));
         let (became, builds) = reload();
-        assert!(matches!(became, Became::Reloaded(_)), "{became:?}");
+        assert!(matches!(became, ReloadOutcome::Reloaded(_)), "{became:?}");
         assert_eq!(builds, 1);
         site.until_commanded(speed);
     }
     site.write(&build(1.0));
-    assert_eq!(reload(), (Became::Unchanged, 1));
+    assert_eq!(reload(), (ReloadOutcome::Unchanged, 1));
 }
 
 #[test]
@@ -230,7 +235,7 @@ fn a_file_that_cannot_be_used_is_refused_and_the_robot_drives_on() {
     site.until_commanded(1.0);
     let reload = || {
         reloader
-            .reload("ana", "walker", How::default())
+            .reload("ana", "walker", ReloadOptions::default())
             .expect_err("it cannot be used")
     };
     let whole = build(2.0);
@@ -253,13 +258,16 @@ fn a_file_that_cannot_be_used_is_refused_and_the_robot_drives_on() {
             .contains("it comes from the plugin `walker`, and this is `other`")
     );
     fs::remove_file(file(&site.folder)).expect("it was there");
-    assert!(matches!(reload(), Refused::Plugin(PluginError::Unusable { .. })));
+    assert!(matches!(
+        reload(),
+        ReloadError::Plugin(PluginError::Unusable { .. })
+    ));
     let unknown = reloader
-        .reload("ana", "walkre", How::default())
+        .reload("ana", "walkre", ReloadOptions::default())
         .expect_err("there is none");
     assert_eq!(unknown.nearest(), Some("walker"));
     let linked_in = reloader
-        .reload("ana", "robot", How::default())
+        .reload("ana", "robot", ReloadOptions::default())
         .expect_err("it has no file");
     assert!(
         linked_in.to_string().contains("linked into the program"),
@@ -278,18 +286,18 @@ fn a_process_loads_so_many_builds_and_then_says_that_it_is_enough() {
     fs::write(&file, build(0.0)).expect("it is written");
     plugins.open(&file).expect("the first");
     let bytes = build(0.0).len() as u64;
-    for number in 1..=MOST_BUILDS {
+    for number in 1..=MAX_BUILDS {
         fs::write(&file, build(number as f64)).expect("it is written");
-        assert!(plugins.renew(&file).expect("there is room").fresh);
+        assert!(plugins.refresh(&file).expect("there is room").is_new);
     }
-    assert_eq!(plugins.builds().builds, MOST_BUILDS);
-    assert_eq!(plugins.builds().bytes, bytes * MOST_BUILDS as u64);
+    assert_eq!(plugins.builds().builds, MAX_BUILDS);
+    assert_eq!(plugins.builds().bytes, bytes * MAX_BUILDS as u64);
     fs::write(&file, build(-1.0)).expect("it is written");
-    let refused = plugins.renew(&file).expect_err("it is enough");
+    let refused = plugins.refresh(&file).expect_err("it is enough");
     assert!(
         refused.to_string().contains("start the application anew"),
         "{refused}"
     );
     fs::write(&file, build(3.0)).expect("it is written");
-    assert!(!plugins.renew(&file).expect("it is there already").fresh);
+    assert!(!plugins.refresh(&file).expect("it is there already").is_new);
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use jde_host::app::{self, Application};
-use jde_host::decisions::Decisions;
+use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::{Event, Outcome};
 use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
@@ -66,7 +66,7 @@ fn unmodulated(plugins: &Plugins) -> Application {
 
 fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64) -> Drive {
     application.seed = seed;
-    let decisions = Arc::new(Mutex::new(Some(Decisions::new(&application, Vec::new()))));
+    let decisions = Arc::new(Mutex::new(Some(DecisionWriter::new(&application, Vec::new()))));
     let ear = Arc::clone(&decisions);
     let stalled = Arc::new(Mutex::new(Vec::new()));
     let stalls = Arc::clone(&stalled);
@@ -76,7 +76,7 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
             stalls.lock().expect("nobody panicked").push(*since);
         }
         if let Some(decisions) = &mut *ear.lock().expect("nobody panicked") {
-            decisions.hear(event);
+            decisions.on_event(event);
         }
     };
     let options = Options {

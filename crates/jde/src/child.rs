@@ -4,7 +4,7 @@
 use std::ffi::OsStr;
 use std::process::ExitCode;
 
-use jde_host::apart::{Program, serve};
+use jde_host::isolated::{Program, serve};
 use jde_host::plugin::{Plugins, serve_inspections};
 
 use crate::terminal;
@@ -16,16 +16,16 @@ const INSPECTOR: &str = "--serve-inspections";
 
 /// The command that runs a schema in a process of its own.
 pub(crate) fn program() -> Program {
-    itself(SCHEMA)
+    own_program(SCHEMA)
 }
 
 /// The command that inspects plugins.
 pub(crate) fn inspector() -> Program {
-    itself(INSPECTOR)
+    own_program(INSPECTOR)
 }
 
 /// This executable, even if its file has been replaced or deleted since the start.
-fn itself(argument: &str) -> Program {
+fn own_program(argument: &str) -> Program {
     Program {
         path: "/proc/self/exe".into(),
         arguments: vec![argument.into()],
@@ -52,8 +52,8 @@ pub(crate) fn main() -> Option<ExitCode> {
         Err(error) => {
             // If standard error cannot be written, there is no place left to report to.
             drop(writeln!(terminal::err(), "jde: {error}"));
-            terminal::let_go();
-            let _ = terminal::settle();
+            terminal::finish_soon();
+            let _ = terminal::drain();
             ExitCode::from(2)
         }
     })

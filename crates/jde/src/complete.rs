@@ -12,17 +12,17 @@ use jde_link::{Client, Folders, Rate, Reach, Remote};
 use jde_log::Recording;
 use jde_panel::Item;
 
-use crate::attached::name::split_application;
-use crate::attached::panel;
-use crate::recorded;
+use crate::analysis;
+use crate::remote::name::split_application;
+use crate::remote::panel;
 
 /// The longest time that a key press may wait.
-const PATIENCE: Duration = Duration::from_millis(700);
+const TIMEOUT: Duration = Duration::from_millis(700);
 
 /// Completes the names of applications that run on this machine.
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
-    in_time(|| {
+    with_timeout(|| {
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         client.applications().ok()
     })
@@ -35,7 +35,7 @@ pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the schemas of the chosen application.
 pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
-    names(current, |remote| {
+    complete_names(current, |remote| {
         let schemas = remote.schemas().ok()?.schemas;
         Some(
             schemas
@@ -48,7 +48,7 @@ pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the schemas of the chosen application, and their plugins.
 pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
-    names(current, |remote| {
+    complete_names(current, |remote| {
         let schemas = remote.schemas().ok()?.schemas.into_iter();
         let both = schemas.flat_map(|schema| {
             let plugin = schema.type_name.split('/').next().unwrap_or_default();
@@ -61,7 +61,7 @@ pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the variables of the chosen application.
 pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
-    names(current, |remote| {
+    complete_names(current, |remote| {
         let variables = remote.variables(false).ok()?;
         Some(
             variables
@@ -74,7 +74,7 @@ pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the modulations of the chosen application.
 pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
-    names(current, |remote| {
+    complete_names(current, |remote| {
         let mut variables = remote.variables(false).ok()?;
         variables.retain(|variable| variable.access == "modulation");
         Some(
@@ -88,7 +88,7 @@ pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the schemas that have panels.
 pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
-    names(current, |remote| {
+    complete_names(current, |remote| {
         let mut schemas = remote.schemas().ok()?.schemas;
         schemas.retain(|schema| schema.panel);
         Some(
@@ -103,13 +103,13 @@ pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Completes the widgets of the panel that the command line names.
 pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
-    let line = Words::of(std::env::args_os());
-    let mut words = line.others.into_iter().skip_while(|word| word != "panel");
+    let line = CommandLine::parse(std::env::args_os());
+    let mut words = line.positionals.into_iter().skip_while(|word| word != "panel");
     let Some(schema) = words.nth(1) else {
         return Vec::new();
     };
-    let usual = line.application.or_else(usual);
-    let widgets = in_time(move || {
+    let usual = line.application.or_else(default_application);
+    let widgets = with_timeout(move || {
         let (named, schema) = split_application(&schema);
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let remote = client.application(named.or(usual.as_deref())).ok()?;
@@ -117,7 +117,7 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
         let _watching = remote
             .watch_panel(schema, Rate::Full, move |sample| drop(tell.send(sample.list)))
             .ok()?;
-        let list = told.recv_timeout(PATIENCE).ok()?.ok()?;
+        let list = told.recv_timeout(TIMEOUT).ok()?.ok()?;
         let names = panel::touchable(&list).filter_map(Item::id);
         Some(names.map(str::to_owned).collect::<Vec<_>>())
     });
@@ -129,13 +129,13 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
 }
 
 /// Completes the numbers of the recording on the same command line.
-pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
+pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
     let named = |word: &OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
     let names = std::env::args_os().find(named).and_then(|file| {
-        in_time(move || {
+        with_timeout(move || {
             let recording = Recording::open(Path::new(&file)).ok()?;
-            Some(recorded::names(&recording))
+            Some(analysis::names(&recording))
         })
     });
     let names = names.unwrap_or_default().into_iter();
@@ -149,9 +149,9 @@ pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
 }
 
 /// Names with their documentation.
-type Names = Vec<(String, String)>;
+type DocumentedNames = Vec<(String, String)>;
 
-fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionCandidate> {
+fn complete_names(current: &OsStr, list: fn(&Remote) -> Option<DocumentedNames>) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
     let (named, begun) = split_application(&current);
     let (prefix, begun) = (
@@ -159,8 +159,10 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         begun.to_owned(),
     );
     let named = named.map(str::to_owned);
-    let usual = Words::of(std::env::args_os()).application.or_else(usual);
-    let known = in_time(move || {
+    let usual = CommandLine::parse(std::env::args_os())
+        .application
+        .or_else(default_application);
+    let known = with_timeout(move || {
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let list = |name: Option<&str>| list(&client.application(name).ok()?);
         let of_usual = list(usual.as_deref()).unwrap_or_default();
@@ -171,7 +173,7 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
             .unwrap_or_default();
         let there = of_named.into_iter().filter(|(name, _)| name.starts_with(&begun));
         let there = there.map(|(name, doc)| (format!("{prefix}{name}"), doc));
-        Some(of_usual.into_iter().chain(there).collect::<Names>())
+        Some(of_usual.into_iter().chain(there).collect::<DocumentedNames>())
     });
     let mut known = known.unwrap_or_default();
     known.retain(|(name, _)| name.starts_with(&current));
@@ -187,22 +189,22 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
 }
 
 /// The application to use if the command line names none.
-fn usual() -> Option<String> {
+fn default_application() -> Option<String> {
     std::env::var("JDE_APP").ok()
 }
 
 /// The parts of a command line that determine which names exist.
 #[derive(Debug, Default, PartialEq)]
-struct Words {
+struct CommandLine {
     /// The value of --app.
     application: Option<String>,
     /// Words that are neither an option nor its value.
-    others: Vec<String>,
+    positionals: Vec<String>,
 }
 
-impl Words {
+impl CommandLine {
     /// Parses an unfinished line: invalid UTF-8 is replaced, and an option may still lack its value.
-    fn of(line: impl Iterator<Item = OsString>) -> Self {
+    fn parse(line: impl Iterator<Item = OsString>) -> Self {
         let mut words = Self::default();
         let mut line = line.map(|word| word.to_string_lossy().into_owned());
         while let Some(word) = line.next() {
@@ -213,7 +215,7 @@ impl Words {
                     let named = option.strip_prefix("--app=").or(option.strip_prefix("-a"));
                     words.application = named.map(str::to_owned).or(words.application);
                 }
-                _ => words.others.push(word),
+                _ => words.positionals.push(word),
             }
         }
         words
@@ -221,13 +223,13 @@ impl Words {
 }
 
 /// Returns the result of `ask` if it arrives within [`PATIENCE`]. The thread is not joined.
-fn in_time<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
+fn with_timeout<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
     let (tell, told) = channel();
     thread::spawn(move || {
         // The receiver is gone if the result is late.
         let _ = tell.send(ask());
     });
-    told.recv_timeout(PATIENCE).ok().flatten()
+    told.recv_timeout(TIMEOUT).ok().flatten()
 }
 
 #[cfg(test)]
@@ -237,7 +239,10 @@ mod tests {
     use super::*;
 
     fn words(line: &[&str]) -> (Option<String>, Vec<String>) {
-        let Words { application, others } = Words::of(line.iter().map(OsString::from));
+        let CommandLine {
+            application,
+            positionals: others,
+        } = CommandLine::parse(line.iter().map(OsString::from));
         (application, others)
     }
 
@@ -269,7 +274,7 @@ mod tests {
     #[test]
     fn what_is_no_utf_8_is_a_word_like_others() {
         let line = [b"jde".to_vec(), vec![0xff, b'x'], b"panel".to_vec()];
-        let words = Words::of(line.into_iter().map(OsString::from_vec));
-        assert_eq!(words.others, ["jde", "\u{fffd}x", "panel"]);
+        let words = CommandLine::parse(line.into_iter().map(OsString::from_vec));
+        assert_eq!(words.positionals, ["jde", "\u{fffd}x", "panel"]);
     }
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use jde_host::StartError;
-use jde_host::app::{Fault, Faults, Place};
+use jde_host::app::{Fault, FaultLocation, Faults};
 use jde_host::plugin::PluginError;
 #[cfg(feature = "tools")]
 use jde_log::ReadError;
@@ -15,10 +15,10 @@ use jde_log::ReadError;
 use crate::terminal::{self, BAD, TITLE, WARN};
 
 /// The most faults that are shown at once.
-const MOST_SHOWN: usize = 40;
+const MAX_SHOWN: usize = 40;
 
 /// The advice when plugins are missing. The faults themselves name the plugins and the searched folders.
-const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build\n\
+const MISSING_PLUGIN_HELP: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build\n\
     --workspace` in its checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
 
 /// Why a verb failed.
@@ -26,7 +26,7 @@ const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, a
 pub(crate) enum Failure {
     /// Wrong use of the command line.
     #[error("{message}")]
-    Use {
+    Usage {
         /// The error.
         message: String,
         /// The advice.
@@ -42,7 +42,7 @@ pub(crate) enum Failure {
         /// Whether a plugin does not exist.
         missing: bool,
         /// Folders that were not searched because only a recording names them.
-        withheld: Vec<PathBuf>,
+        skipped_folders: Vec<PathBuf>,
     },
     /// A plugin cannot be used.
     #[error(transparent)]
@@ -55,7 +55,7 @@ pub(crate) enum Failure {
     Mission,
     /// A replay made other decisions than the recording. The report has listed them.
     #[error("not every selection is as it was")]
-    Different,
+    Mismatch,
     /// The verb could not continue.
     #[error("{0}")]
     Broken(String),
@@ -64,7 +64,7 @@ pub(crate) enum Failure {
     NotReloaded(String),
     /// The requested event did not occur.
     #[error("{0}")]
-    Unanswered(String),
+    NoMatch(String),
     /// A recording cannot be read.
     #[cfg(feature = "tools")]
     #[error(transparent)]
@@ -89,7 +89,7 @@ pub(crate) enum Failure {
 impl Failure {
     /// Returns wrong use with an error and an advice.
     pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self::Use {
+        Self::Usage {
             message: message.into(),
             help: help.into(),
         }
@@ -110,7 +110,7 @@ impl Failure {
             faults,
             unusable: false,
             missing: false,
-            withheld: Vec::new(),
+            skipped_folders: Vec::new(),
         }
     }
 
@@ -131,7 +131,7 @@ impl Failure {
         if self.is_closed_pipe() {
             return ExitCode::SUCCESS;
         }
-        let words = self.words();
+        let words = self.render();
         // If standard error is closed, there is no place left to report to.
         let _ = terminal::err().write_all(words.as_bytes());
         ExitCode::from(self.status())
@@ -140,42 +140,42 @@ impl Failure {
     fn status(&self) -> u8 {
         match self {
             Self::Mission
-            | Self::Different
+            | Self::Mismatch
             | Self::Broken(_)
             | Self::NotReloaded(_)
-            | Self::Unanswered(_)
+            | Self::NoMatch(_)
             | Self::File { .. }
             | Self::Output(_) => 1,
-            Self::Start(StartError::Thread(_) | StartError::Hindered(_)) => 1,
+            Self::Start(StartError::Thread(_) | StartError::HookFailed(_)) => 1,
             #[cfg(feature = "tools")]
             Self::Link(error) => link_status(error),
             #[cfg(feature = "tools")]
             Self::Recording(_) => 2,
-            Self::Use { .. } | Self::Application { unusable: false, .. } => 2,
+            Self::Usage { .. } | Self::Application { unusable: false, .. } => 2,
             Self::Start(StartError::Wiring(_) | StartError::NoProgram(_)) => 2,
             Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
-            Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
+            Self::Start(StartError::Create { .. } | StartError::MissingPlugin(_)) => 3,
         }
     }
 
-    fn words(&self) -> String {
+    fn render(&self) -> String {
         match self {
-            Self::Mission | Self::Different => String::new(),
+            Self::Mission | Self::Mismatch => String::new(),
             Self::Application {
                 faults,
                 missing,
-                withheld,
+                skipped_folders: withheld,
                 ..
             } => {
-                let how = if *missing { HOW_TO_FIND } else { "" };
+                let how = if *missing { MISSING_PLUGIN_HELP } else { "" };
                 let more = match withheld.as_slice() {
-                    [_, ..] if *missing => not_searched(withheld) + "\n",
+                    [_, ..] if *missing => describe_skipped_folders(withheld) + "\n",
                     _ => String::new(),
                 };
-                faults_in_words(faults, Tone::Error) + how + &more
+                render_faults(faults, Severity::Error) + how + &more
             }
-            Self::Use { message, help } => plain(message, Some(help)),
-            Self::Plugin(PluginError::Missing { name, folders }) => plain(
+            Self::Usage { message, help } => render_error(message, Some(help)),
+            Self::Plugin(PluginError::Missing { name, folders }) => render_error(
                 &format!("there is no plugin `{name}`"),
                 Some(&format!(
                     "build it, or add its folder to JDE_PLUGIN_PATH; searched:\n          {}",
@@ -186,11 +186,11 @@ impl Failure {
             | Self::Start(_)
             | Self::Broken(_)
             | Self::NotReloaded(_)
-            | Self::Unanswered(_)
+            | Self::NoMatch(_)
             | Self::File { .. }
-            | Self::Output(_) => plain(&self.to_string(), None),
+            | Self::Output(_) => render_error(&self.to_string(), None),
             #[cfg(feature = "tools")]
-            Self::Recording(_) | Self::Link(_) => plain(&self.to_string(), None),
+            Self::Recording(_) | Self::Link(_) => render_error(&self.to_string(), None),
         }
     }
 }
@@ -207,19 +207,19 @@ fn link_status(error: &jde_link::Error) -> u8 {
         | Error::PlainPassword { .. }
         | Error::Password { .. }
         | Error::Setting { .. }
-        | Error::Several(_)
+        | Error::Ambiguous(_)
         | Error::UnknownApplication { .. }
         | Error::Refused { .. } => 2,
         Error::Folder { .. }
         | Error::Listen { .. }
         | Error::Open(_)
         | Error::Connect { .. }
-        | Error::NothingRuns(_)
-        | Error::NotThere { .. }
+        | Error::NoApplication(_)
+        | Error::NotFound { .. }
         | Error::OnlyRecordings
         | Error::Version { .. }
-        | Error::Gone(_)
-        | Error::NoAnswer { .. }
+        | Error::Disconnected(_)
+        | Error::Timeout { .. }
         | Error::Garbled { .. }
         | Error::Thread(_) => 1,
     }
@@ -227,7 +227,7 @@ fn link_status(error: &jde_link::Error) -> u8 {
 
 /// Whether the fault ends the verb.
 #[derive(Clone, Copy)]
-enum Tone {
+enum Severity {
     Error,
     Warning,
 }
@@ -235,17 +235,17 @@ enum Tone {
 /// Prints what is absent at present as warnings on standard error.
 pub(crate) fn warn(concerns: &Faults) {
     // If standard error is closed, there is no place left to report to.
-    let _ = terminal::err().write_all(faults_in_words(concerns, Tone::Warning).as_bytes());
+    let _ = terminal::err().write_all(render_faults(concerns, Severity::Warning).as_bytes());
 }
 
-fn plain(message: &str, help: Option<&str>) -> String {
-    in_tone(Tone::Error, message, help)
+fn render_error(message: &str, help: Option<&str>) -> String {
+    render_message(Severity::Error, message, help)
 }
 
-fn in_tone(tone: Tone, message: &str, help: Option<&str>) -> String {
+fn render_message(tone: Severity, message: &str, help: Option<&str>) -> String {
     let (style, tone) = match tone {
-        Tone::Error => (BAD, "error"),
-        Tone::Warning => (WARN, "warning"),
+        Severity::Error => (BAD, "error"),
+        Severity::Warning => (WARN, "warning"),
     };
     let mut words = format!("{style}{tone}{style:#}{TITLE}: {message}{TITLE:#}\n");
     if let Some(help) = help {
@@ -255,44 +255,44 @@ fn in_tone(tone: Tone, message: &str, help: Option<&str>) -> String {
 }
 
 /// Describes the folders that were not searched for plugins, and the option that searches them.
-pub(crate) fn not_searched(withheld: &[PathBuf]) -> String {
-    let folders: Vec<_> = withheld.iter().map(|folder| shown(folder)).collect();
+pub(crate) fn describe_skipped_folders(withheld: &[PathBuf]) -> String {
+    let folders: Vec<_> = withheld.iter().map(|folder| display_path(folder)).collect();
     format!(
         "no plugin was looked for in {}, which the recording names: what is there runs with your rights; --trust has them searched",
         folders.join(", ")
     )
 }
 
-fn faults_in_words(faults: &Faults, tone: Tone) -> String {
+fn render_faults(faults: &Faults, tone: Severity) -> String {
     let mut words = String::new();
     let list = faults.list();
-    for fault in list.iter().take(MOST_SHOWN) {
-        words += &fault_in_words(fault, tone);
+    for fault in list.iter().take(MAX_SHOWN) {
+        words += &render_fault(fault, tone);
         words.push('\n');
     }
-    if let more @ 1.. = faults.count().saturating_sub(MOST_SHOWN) {
+    if let more @ 1.. = faults.count().saturating_sub(MAX_SHOWN) {
         let _ = writeln!(words, "and {more} more");
     }
     words
 }
 
 /// A fault with its source line, in the form that compilers use.
-fn fault_in_words(fault: &Fault, tone: Tone) -> String {
+fn render_fault(fault: &Fault, tone: Severity) -> String {
     let help = fault.help.as_deref();
-    match &fault.place {
-        Place::Text {
+    match &fault.location {
+        FaultLocation::Text {
             file,
             line,
             column,
             span,
         } => {
-            let shown = shown(file);
+            let shown = display_path(file);
             let source = std::fs::read_to_string(file).ok();
             let text = source
                 .as_deref()
                 .and_then(|source| line_around(source, span.start));
             let Some((start, text)) = text else {
-                return in_tone(tone, &format!("{shown}:{line}:{column}: {}", fault.message), help);
+                return render_message(tone, &format!("{shown}:{line}:{column}: {}", fault.message), help);
             };
             let end = span.end.clamp(span.start, start + text.len());
             let snippet = Snippet::source(text)
@@ -300,8 +300,8 @@ fn fault_in_words(fault: &Fault, tone: Tone) -> String {
                 .line_start(*line)
                 .annotation(AnnotationKind::Primary.span(span.start - start..end - start));
             let level = match tone {
-                Tone::Error => Level::ERROR,
-                Tone::Warning => Level::WARNING,
+                Severity::Error => Level::ERROR,
+                Severity::Warning => Level::WARNING,
             };
             let mut group = level.primary_title(&fault.message).element(snippet);
             if let Some(help) = help {
@@ -309,8 +309,10 @@ fn fault_in_words(fault: &Fault, tone: Tone) -> String {
             }
             Renderer::styled().render(&[group]) + "\n"
         }
-        Place::File(file) => in_tone(tone, &format!("{}: {}", shown(file), fault.message), help),
-        Place::Option(option) => in_tone(tone, &format!("{option}: {}", fault.message), help),
+        FaultLocation::File(file) => {
+            render_message(tone, &format!("{}: {}", display_path(file), fault.message), help)
+        }
+        FaultLocation::Option(option) => render_message(tone, &format!("{option}: {}", fault.message), help),
     }
 }
 
@@ -324,7 +326,7 @@ fn line_around(source: &str, at: usize) -> Option<(usize, &str)> {
 }
 
 /// A path as the user would write it: relative if it is below the working directory, and without `..` inside.
-pub(crate) fn shown(path: &Path) -> String {
+pub(crate) fn display_path(path: &Path) -> String {
     let winding = path.components().skip(1).any(|part| part == Component::ParentDir);
     let straight = winding.then(|| path.canonicalize().ok()).flatten();
     let path = straight.as_deref().unwrap_or(path);

@@ -13,36 +13,36 @@ use signal_hook::low_level;
 use crate::terminal;
 
 /// The shell's exit status of a process that a signal ended is this plus the signal's number.
-const BY_SIGNAL: i32 = 128;
+const SIGNAL_STATUS_BASE: i32 = 128;
 
 /// The time that a process without listeners has to end by itself after a signal.
-const ENDS: Duration = Duration::from_secs(1);
+const GRACE_PERIOD: Duration = Duration::from_secs(1);
 
 /// A listener. Its arguments are the signal, and whether it is the only listener.
-type Heard = Box<dyn Fn(i32, bool) + Send>;
+type SignalCallback = Box<dyn Fn(i32, bool) + Send>;
 
 /// All current listeners, by number.
-static LISTENERS: Mutex<Vec<(u64, Heard)>> = Mutex::new(Vec::new());
+static LISTENERS: Mutex<Vec<(u64, SignalCallback)>> = Mutex::new(Vec::new());
 /// Notified of each new listener.
 static ADDED: Condvar = Condvar::new();
 
 /// Listens to signals until it is dropped. A signal without any listener waits one second for one, in which
 /// pending output is written, and then ends the process.
-pub(crate) struct Interrupts {
+pub(crate) struct SignalListener {
     number: u64,
 }
 
-impl Interrupts {
+impl SignalListener {
     /// Calls `stop` at the first signal, on the signal thread; it must return soon. The second signal ends
     /// the process.
     ///
     /// # Errors
     /// The operating system refuses to deliver signals.
-    pub(crate) fn call(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
+    pub(crate) fn on_first(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
         let before = AtomicBool::new(false);
-        Self::each(move |signal, _| {
+        Self::on_each(move |signal, _| {
             if before.swap(true, Ordering::Relaxed) {
-                end_by(signal);
+                exit_by_signal(signal);
             }
             stop();
         })
@@ -53,20 +53,20 @@ impl Interrupts {
     ///
     /// # Errors
     /// The operating system refuses to deliver signals.
-    pub(crate) fn each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
+    pub(crate) fn on_each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         // Before the handlers are installed: the first signal must find a listener.
         listeners().push((number, Box::new(heard)));
         ADDED.notify_one();
         let listener = Self { number };
-        listen()?;
+        install_handlers()?;
         Ok(listener)
     }
 }
 
 /// The listener is not called any more after this returns.
-impl Drop for Interrupts {
+impl Drop for SignalListener {
     fn drop(&mut self) {
         listeners().retain(|(number, _)| *number != self.number);
     }
@@ -74,9 +74,9 @@ impl Drop for Interrupts {
 
 /// Installs the signal handlers, once for the life of the process: a signal whose handler had been removed
 /// again would be ignored.
-fn listen() -> io::Result<()> {
-    static BEGUN: Mutex<bool> = Mutex::new(false);
-    let mut begun = BEGUN.lock().unwrap_or_else(PoisonError::into_inner);
+fn install_handlers() -> io::Result<()> {
+    static INSTALLED: Mutex<bool> = Mutex::new(false);
+    let mut begun = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if *begun {
         return Ok(());
     }
@@ -86,24 +86,24 @@ fn listen() -> io::Result<()> {
     let mut signals = Signals::new(minded)?;
     std::thread::Builder::new()
         .name("signals".to_owned())
-        .spawn(move || signals.forever().for_each(take))?;
+        .spawn(move || signals.forever().for_each(dispatch))?;
     *begun = true;
     Ok(())
 }
 
-fn take(signal: i32) {
+fn dispatch(signal: i32) {
     // A thread that waits for a slow reader of the output must also return.
-    terminal::let_go();
-    let listeners = ADDED.wait_timeout_while(listeners(), ENDS, |listeners| listeners.is_empty());
+    terminal::finish_soon();
+    let listeners = ADDED.wait_timeout_while(listeners(), GRACE_PERIOD, |listeners| listeners.is_empty());
     let (listeners, _) = listeners.unwrap_or_else(PoisonError::into_inner);
     if listeners.is_empty() {
-        end_by(signal);
+        exit_by_signal(signal);
     }
     let alone = listeners.len() == 1;
     listeners.iter().for_each(|(_, heard)| heard(signal, alone));
 }
 
-fn listeners() -> MutexGuard<'static, Vec<(u64, Heard)>> {
+fn listeners() -> MutexGuard<'static, Vec<(u64, SignalCallback)>> {
     LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -118,17 +118,17 @@ pub(crate) fn how_to_end() -> String {
 }
 
 fn is_ignored(signal: i32) -> bool {
-    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
+    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| parse_ignored(&status));
     ignored & (1 << (signal - 1)) != 0
 }
 
 /// Ends the process with the exit status of a signal.
-pub(crate) fn end_by(signal: i32) {
-    low_level::exit(BY_SIGNAL + signal);
+pub(crate) fn exit_by_signal(signal: i32) {
+    low_level::exit(SIGNAL_STATUS_BASE + signal);
 }
 
 /// Parses the signals that the process ignores, one bit each, from Linux's `/proc/self/status`.
-fn ignored(status: &str) -> u64 {
+fn parse_ignored(status: &str) -> u64 {
     let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     line.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .unwrap_or(0)
@@ -143,7 +143,7 @@ mod tests {
     use signal_hook::consts::SIGTERM;
     use signal_hook::low_level;
 
-    use super::{Interrupts, ignored};
+    use super::{SignalListener, parse_ignored};
 
     /// Makes this test program listen to signals without acting on them.
     const LISTENED: &str = "JDE_TEST_LISTENED";
@@ -170,12 +170,12 @@ mod tests {
 
     #[test]
     fn a_signal_between_two_listeners_reaches_the_second() {
-        let _watchdog = Watchdog::of_a_test();
+        let _watchdog = Watchdog::for_test();
         if std::env::var_os(LISTENED).is_some() {
-            drop(Interrupts::call(|| {}).unwrap());
+            drop(SignalListener::on_first(|| {}).unwrap());
             low_level::raise(SIGTERM).unwrap();
             while !waits_for_a_listener() {}
-            let _listener = Interrupts::call(|| low_level::exit(42)).unwrap();
+            let _listener = SignalListener::on_first(|| low_level::exit(42)).unwrap();
             loop {
                 std::thread::park();
             }
@@ -188,9 +188,9 @@ mod tests {
 
     #[test]
     fn a_signal_after_the_last_who_listened_ends_the_process() {
-        let _watchdog = Watchdog::of_a_test();
+        let _watchdog = Watchdog::for_test();
         if std::env::var_os(LISTENED).is_some() {
-            drop(Interrupts::call(|| {}).unwrap());
+            drop(SignalListener::on_first(|| {}).unwrap());
             println!("\nlistened");
             loop {
                 std::thread::park();
@@ -215,9 +215,9 @@ mod tests {
     #[test]
     fn ignored_signals_are_read_from_the_status_of_the_process() {
         assert_eq!(
-            ignored("SigBlk:\t0000000000000000\nSigIgn:\t0000000000001001\n"),
+            parse_ignored("SigBlk:\t0000000000000000\nSigIgn:\t0000000000001001\n"),
             0x1001
         );
-        assert_eq!(ignored("no such line"), 0);
+        assert_eq!(parse_ignored("no such line"), 0);
     }
 }

@@ -8,11 +8,14 @@
 )]
 
 #[cfg(feature = "tools")]
-mod attached;
+mod analysis;
 mod child;
 mod cli;
 #[cfg(feature = "tools")]
 mod complete;
+#[cfg(feature = "tools")]
+mod decide;
+mod escape;
 mod failure;
 #[cfg(feature = "tools")]
 mod inspect;
@@ -21,21 +24,18 @@ mod load;
 mod log;
 #[cfg(feature = "tools")]
 mod new;
-mod places;
-#[cfg(feature = "tools")]
-mod playback;
+mod paths;
 mod queue;
 #[cfg(feature = "tools")]
-mod recorded;
+mod remote;
 #[cfg(feature = "tools")]
 mod replay;
 mod session;
 #[cfg(feature = "tools")]
-mod strip;
+mod strip_chart;
 mod summary;
 mod terminal;
 mod top;
-mod visible;
 #[cfg(feature = "tools")]
 mod why;
 
@@ -48,6 +48,6 @@ pub fn is_child(argument: &std::ffi::OsStr) -> bool {
 /// Runs the verb of the command line, or serves as a child process of another `jde`. Returns the exit status.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
-    terminal::tell_panics();
+    terminal::install_panic_hook();
     child::main().unwrap_or_else(cli::main)
 }

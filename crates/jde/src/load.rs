@@ -7,54 +7,54 @@ use std::sync::Arc;
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
 use jde_host::app::{self, Application, Catalogue, Faults, Inspection, Override};
-use jde_host::plugin::{Described, PluginError, Plugins, SearchPath};
+use jde_host::plugin::{DescribedPlugin, PluginError, Plugins, SearchPath};
 #[cfg(feature = "tools")]
-use jde_log::replay::Attached;
+use jde_log::replay::AttachedApplication;
 
 use crate::failure::{self, Failure};
-use crate::{child, places};
+use crate::{child, paths};
 
 /// A checked application with its plugins.
-pub(crate) struct Loaded {
+pub(crate) struct LoadedApplication {
     /// The application.
     pub(crate) application: Application,
     /// The plugins it was checked against.
     pub(crate) plugins: Plugins,
     /// Folders that its file names and that were not searched for plugins, because the file is not trusted.
-    pub(crate) withheld: Vec<PathBuf>,
+    pub(crate) skipped_folders: Vec<PathBuf>,
 }
 
 /// The origin of an application's file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trust {
     /// The user named the file: plugins are searched for in the folders that it names, and beside it.
-    Given,
+    Trusted,
     /// The file is part of a recording: plugins are searched for in the common folders only.
-    Withheld,
+    Untrusted,
 }
 
 /// The catalogue of plugins for the check of one application. Collects what it notices during the look-ups.
-pub(crate) struct Shelf {
+pub(crate) struct PluginCatalogue {
     plugins: Plugins,
     purpose: Purpose,
     trust: Trust,
     /// Whether schemas inspect what their modulations name.
     inspects: bool,
-    noticed: RefCell<Noticed>,
+    report: RefCell<LookupReport>,
 }
 
 /// The purpose of a look-up.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Read the descriptions only. No plugin is loaded into this process.
-    Look,
+    Describe,
     /// Load the plugins to run them.
     Run,
 }
 
 /// What the look-ups of types noticed.
 #[derive(Default)]
-pub(crate) struct Noticed {
+pub(crate) struct LookupReport {
     /// Whether a plugin's file exists but cannot be used.
     pub(crate) unusable: bool,
     /// Whether a plugin does not exist.
@@ -62,7 +62,7 @@ pub(crate) struct Noticed {
     /// Folders that the application names.
     pub(crate) folders: Vec<PathBuf>,
     /// Folders that the application names and that were not searched.
-    withheld: Vec<PathBuf>,
+    skipped_folders: Vec<PathBuf>,
 }
 
 /// Loads and checks an application that is to start, given as a file or by name. Prints a warning about
@@ -70,9 +70,9 @@ pub(crate) struct Noticed {
 ///
 /// # Errors
 /// All faults of the application.
-pub(crate) fn to_start(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
-    let file = places::application(given)?;
-    let loaded = load(&file, overrides, Shelf::inspecting)?;
+pub(crate) fn load_to_start(given: &Path, overrides: &[Override]) -> Result<LoadedApplication, Failure> {
+    let file = paths::find_application(given)?;
+    let loaded = load(&file, overrides, PluginCatalogue::with_inspection)?;
     if let Some(concerns) = &loaded.application.concerns {
         failure::warn(concerns);
     }
@@ -83,13 +83,17 @@ pub(crate) fn to_start(given: &Path, overrides: &[Override]) -> Result<Loaded, F
 ///
 /// # Errors
 /// All faults of the application.
-pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
-    load(&places::application(given)?, overrides, |shelf| shelf)
+pub(crate) fn load_application(given: &Path, overrides: &[Override]) -> Result<LoadedApplication, Failure> {
+    load(&paths::find_application(given)?, overrides, |shelf| shelf)
 }
 
-fn load(file: &Path, overrides: &[Override], with: impl FnOnce(Shelf) -> Shelf) -> Result<Loaded, Failure> {
-    let shelf = Shelf::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Given);
-    checked(with(shelf), |shelf| app::load(file, overrides, shelf))
+fn load(
+    file: &Path,
+    overrides: &[Override],
+    with: impl FnOnce(PluginCatalogue) -> PluginCatalogue,
+) -> Result<LoadedApplication, Failure> {
+    let shelf = PluginCatalogue::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Trusted);
+    check_with(with(shelf), |shelf| app::load(file, overrides, shelf))
 }
 
 /// Checks an application, given as a file or by name, without loading any plugin into this process.
@@ -97,16 +101,17 @@ fn load(file: &Path, overrides: &[Override], with: impl FnOnce(Shelf) -> Shelf) 
 /// # Errors
 /// All faults of the application.
 pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application, Failure> {
-    let file = places::application(given)?;
-    let shelf = Shelf::new(SearchPath::usual(Some(&file)), Purpose::Look, Trust::Given).inspecting();
-    let loaded = checked(shelf, |shelf| app::load(&file, overrides, shelf))?;
+    let file = paths::find_application(given)?;
+    let shelf = PluginCatalogue::new(SearchPath::usual(Some(&file)), Purpose::Describe, Trust::Trusted)
+        .with_inspection();
+    let loaded = check_with(shelf, |shelf| app::load(&file, overrides, shelf))?;
     Ok(loaded.application)
 }
 
 /// The plugins along a path. Their files are inspected in a child process, so a damaged file cannot end this
 /// one.
 pub(crate) fn plugins(path: SearchPath) -> Plugins {
-    Plugins::new(path).inspected_by(child::inspector())
+    Plugins::new(path).with_inspector(child::inspector())
 }
 
 /// Checks the text of an application's file that a recording contains.
@@ -114,48 +119,52 @@ pub(crate) fn plugins(path: SearchPath) -> Plugins {
 /// # Errors
 /// All faults of the application.
 #[cfg(feature = "tools")]
-pub(crate) fn attached(file: &Attached, overrides: &[Override], trust: Trust) -> Result<Loaded, Failure> {
-    let Attached { name, text, folder } = file;
+pub(crate) fn load_attached(
+    file: &AttachedApplication,
+    overrides: &[Override],
+    trust: Trust,
+) -> Result<LoadedApplication, Failure> {
+    let AttachedApplication { name, text, folder } = file;
     let stood = folder.as_ref().map(|folder| folder.join(name));
-    let path = SearchPath::usual(stood.as_deref().filter(|_| trust == Trust::Given));
-    let mut shelf = Shelf::new(path, Purpose::Run, trust);
-    if let (Some(folder), Trust::Withheld) = (folder, trust) {
+    let path = SearchPath::usual(stood.as_deref().filter(|_| trust == Trust::Trusted));
+    let mut shelf = PluginCatalogue::new(path, Purpose::Run, trust);
+    if let (Some(folder), Trust::Untrusted) = (folder, trust) {
         let beside = [folder.clone(), folder.join("plugins")];
-        shelf.noticed.get_mut().withheld.extend(beside);
+        shelf.report.get_mut().skipped_folders.extend(beside);
     }
     let file = stood.unwrap_or_else(|| name.into());
-    checked(shelf, |shelf| app::parse(text, &file, overrides, shelf))
+    check_with(shelf, |shelf| app::parse(text, &file, overrides, shelf))
 }
 
-fn checked(
-    shelf: Shelf,
-    check: impl FnOnce(&Shelf) -> Result<Application, Faults>,
-) -> Result<Loaded, Failure> {
+fn check_with(
+    shelf: PluginCatalogue,
+    check: impl FnOnce(&PluginCatalogue) -> Result<Application, Faults>,
+) -> Result<LoadedApplication, Failure> {
     let checked = check(&shelf);
-    shelf.plugins.dismiss_inspector();
+    shelf.plugins.stop_inspector();
     let (plugins, noticed) = shelf.into_parts();
-    let Noticed {
+    let LookupReport {
         unusable,
         missing,
-        withheld,
+        skipped_folders: withheld,
         ..
     } = noticed;
     match checked {
-        Ok(application) => Ok(Loaded {
+        Ok(application) => Ok(LoadedApplication {
             application,
             plugins,
-            withheld,
+            skipped_folders: withheld,
         }),
         Err(faults) => Err(Failure::Application {
             faults,
             unusable,
             missing,
-            withheld,
+            skipped_folders: withheld,
         }),
     }
 }
 
-impl Shelf {
+impl PluginCatalogue {
     /// Returns a catalogue of the plugins along a path.
     pub(crate) fn new(path: SearchPath, purpose: Purpose, trust: Trust) -> Self {
         Self {
@@ -163,13 +172,13 @@ impl Shelf {
             purpose,
             trust,
             inspects: false,
-            noticed: RefCell::default(),
+            report: RefCell::default(),
         }
     }
 
     /// Makes schemas inspect what their modulations name. Only for an application that starts, or for its
     /// check.
-    fn inspecting(self) -> Self {
+    fn with_inspection(self) -> Self {
         Self {
             inspects: true,
             ..self
@@ -177,17 +186,17 @@ impl Shelf {
     }
 
     /// Returns those folders named by the application that are to be searched.
-    fn searched<'d>(&self, named: &'d [PathBuf]) -> &'d [PathBuf] {
-        let mut noticed = self.noticed.borrow_mut();
+    fn searchable_folders<'d>(&self, named: &'d [PathBuf]) -> &'d [PathBuf] {
+        let mut noticed = self.report.borrow_mut();
         match self.trust {
-            Trust::Given => {
+            Trust::Trusted => {
                 noticed.folders = named.to_vec();
                 named
             }
-            Trust::Withheld => {
+            Trust::Untrusted => {
                 for folder in named {
-                    if !noticed.withheld.contains(folder) {
-                        noticed.withheld.push(folder.clone());
+                    if !noticed.skipped_folders.contains(folder) {
+                        noticed.skipped_folders.push(folder.clone());
                     }
                 }
                 &[]
@@ -196,23 +205,23 @@ impl Shelf {
     }
 
     /// Returns the plugins and what was noticed.
-    pub(crate) fn into_parts(self) -> (Plugins, Noticed) {
-        (self.plugins, self.noticed.into_inner())
+    pub(crate) fn into_parts(self) -> (Plugins, LookupReport) {
+        (self.plugins, self.report.into_inner())
     }
 }
 
-impl Catalogue for Shelf {
+impl Catalogue for PluginCatalogue {
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
-        let extra_dirs = self.searched(extra_dirs);
+        let extra_dirs = self.searchable_folders(extra_dirs);
         let found = match self.purpose {
-            Purpose::Look => self.plugins.describe(name, extra_dirs),
-            Purpose::Run => self.plugins.load(name, extra_dirs).map(Described::from),
+            Purpose::Describe => self.plugins.describe(name, extra_dirs),
+            Purpose::Run => self.plugins.load(name, extra_dirs).map(DescribedPlugin::from),
         };
         match found {
             Ok(found) => Ok(found.description),
             Err(error) => {
                 let missing = matches!(error, PluginError::Missing { .. });
-                let mut noticed = self.noticed.borrow_mut();
+                let mut noticed = self.report.borrow_mut();
                 noticed.missing |= missing;
                 noticed.unusable |= !missing;
                 Err(error.to_string())
@@ -231,8 +240,8 @@ impl Catalogue for Shelf {
         }
     }
 
-    fn known(&self) -> Vec<String> {
-        let (files, linked_in) = self.plugins.list(&self.noticed.borrow().folders);
+    fn type_names(&self) -> Vec<String> {
+        let (files, linked_in) = self.plugins.list(&self.report.borrow().folders);
         let found = files
             .iter()
             .filter_map(|file| self.plugins.describe_file(&file.path).ok());

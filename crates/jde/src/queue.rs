@@ -7,24 +7,24 @@ use std::time::Duration;
 
 /// A first-in-first-out queue of bounded length, for use from any thread.
 pub(crate) struct Queue<T> {
-    state: Mutex<State<T>>,
+    state: Mutex<QueueState<T>>,
     changed: Condvar,
-    most: usize,
+    capacity: usize,
 }
 
-struct State<T> {
-    waiting: VecDeque<T>,
-    missed: u64,
+struct QueueState<T> {
+    items: VecDeque<T>,
+    dropped: u64,
     closed: bool,
 }
 
 /// The result of taking from a queue.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Taken<T> {
+pub(crate) enum Popped<T> {
     /// The oldest element, and how many elements were dropped since the previous one was taken.
-    Next { what: T, missed: u64 },
+    Next { item: T, dropped: u64 },
     /// The queue is empty.
-    Nothing,
+    Empty,
     /// The queue is empty and closed.
     Closed,
 }
@@ -33,28 +33,28 @@ impl<T> Queue<T> {
     /// Creates a queue of at most `most` elements.
     pub(crate) fn new(most: usize) -> Arc<Self> {
         Arc::new(Self {
-            state: Mutex::new(State {
-                waiting: VecDeque::new(),
-                missed: 0,
+            state: Mutex::new(QueueState {
+                items: VecDeque::new(),
+                dropped: 0,
                 closed: false,
             }),
             changed: Condvar::new(),
-            most,
+            capacity: most,
         })
     }
 
     /// Appends an element without waiting for room. A full queue drops its oldest element, a closed one
     /// ignores the new element.
-    pub(crate) fn add(&self, what: T) {
+    pub(crate) fn push(&self, what: T) {
         let mut state = self.lock();
         if state.closed {
             return;
         }
-        if state.waiting.len() >= self.most {
-            state.waiting.pop_front();
-            state.missed += 1;
+        if state.items.len() >= self.capacity {
+            state.items.pop_front();
+            state.dropped += 1;
         }
-        state.waiting.push_back(what);
+        state.items.push_back(what);
         drop(state);
         self.changed.notify_one();
     }
@@ -66,46 +66,51 @@ impl<T> Queue<T> {
     }
 
     /// Takes the oldest element without waiting for one.
-    pub(crate) fn take_now(&self) -> Taken<T> {
-        self.lock().take()
+    pub(crate) fn try_pop(&self) -> Popped<T> {
+        self.lock().pop()
     }
 
     /// Takes the oldest element, after waiting at most `most` for one.
-    pub(crate) fn take_within(&self, most: Duration) -> Taken<T> {
+    pub(crate) fn pop_timeout(&self, most: Duration) -> Popped<T> {
         let waited = self
             .changed
-            .wait_timeout_while(self.lock(), most, |state| state.waits());
-        waited.unwrap_or_else(PoisonError::into_inner).0.take()
+            .wait_timeout_while(self.lock(), most, |state| state.is_empty_and_open());
+        waited.unwrap_or_else(PoisonError::into_inner).0.pop()
     }
 
     /// Waits for an element and takes the oldest, with the number dropped before it. Returns `None` once the
     /// queue is closed and empty.
-    pub(crate) fn take(&self) -> Option<(T, u64)> {
-        let waited = self.changed.wait_while(self.lock(), |state| state.waits());
-        match waited.unwrap_or_else(PoisonError::into_inner).take() {
-            Taken::Next { what, missed } => Some((what, missed)),
-            Taken::Nothing | Taken::Closed => None,
+    pub(crate) fn pop(&self) -> Option<(T, u64)> {
+        let waited = self
+            .changed
+            .wait_while(self.lock(), |state| state.is_empty_and_open());
+        match waited.unwrap_or_else(PoisonError::into_inner).pop() {
+            Popped::Next {
+                item: what,
+                dropped: missed,
+            } => Some((what, missed)),
+            Popped::Empty | Popped::Closed => None,
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State<T>> {
+    fn lock(&self) -> MutexGuard<'_, QueueState<T>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl<T> State<T> {
-    fn waits(&mut self) -> bool {
-        self.waiting.is_empty() && !self.closed
+impl<T> QueueState<T> {
+    fn is_empty_and_open(&mut self) -> bool {
+        self.items.is_empty() && !self.closed
     }
 
-    fn take(&mut self) -> Taken<T> {
-        match self.waiting.pop_front() {
-            Some(what) => Taken::Next {
-                what,
-                missed: std::mem::take(&mut self.missed),
+    fn pop(&mut self) -> Popped<T> {
+        match self.items.pop_front() {
+            Some(what) => Popped::Next {
+                item: what,
+                dropped: std::mem::take(&mut self.dropped),
             },
-            None if self.closed => Taken::Closed,
-            None => Taken::Nothing,
+            None if self.closed => Popped::Closed,
+            None => Popped::Empty,
         }
     }
 }
@@ -117,26 +122,26 @@ mod tests {
     #[test]
     fn the_oldest_go_and_are_counted_where_they_are_missing() {
         let queue = Queue::new(3);
-        (0..10).for_each(|number| queue.add(number));
-        assert_eq!(queue.take(), Some((7, 7)));
-        assert_eq!(queue.take(), Some((8, 0)));
-        queue.add(10);
-        assert_eq!(queue.take_now(), Taken::Next { what: 9, missed: 0 });
+        (0..10).for_each(|number| queue.push(number));
+        assert_eq!(queue.pop(), Some((7, 7)));
+        assert_eq!(queue.pop(), Some((8, 0)));
+        queue.push(10);
+        assert_eq!(queue.try_pop(), Popped::Next { item: 9, dropped: 0 });
         assert_eq!(
-            queue.take_within(Duration::MAX),
-            Taken::Next { what: 10, missed: 0 }
+            queue.pop_timeout(Duration::MAX),
+            Popped::Next { item: 10, dropped: 0 }
         );
-        assert_eq!(queue.take_now(), Taken::Nothing);
-        assert_eq!(queue.take_within(Duration::ZERO), Taken::Nothing);
+        assert_eq!(queue.try_pop(), Popped::Empty);
+        assert_eq!(queue.pop_timeout(Duration::ZERO), Popped::Empty);
     }
 
     #[test]
     fn what_is_there_at_the_end_is_taken_and_nothing_after_it() {
         let queue = Queue::new(3);
-        queue.add(1);
+        queue.push(1);
         queue.close();
-        queue.add(2);
-        assert_eq!(queue.take(), Some((1, 0)));
-        assert_eq!((queue.take(), queue.take_now()), (None, Taken::Closed));
+        queue.push(2);
+        assert_eq!(queue.pop(), Some((1, 0)));
+        assert_eq!((queue.pop(), queue.try_pop()), (None, Popped::Closed));
     }
 }

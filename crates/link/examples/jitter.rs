@@ -20,9 +20,9 @@ use jde_core::State;
 use jde_host::app;
 use jde_host::event::{Event, Observer};
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::story::Kind;
+use jde_host::records::RecordKind;
 use jde_host::{Options, Running};
-use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, SubjectInfo};
 use jde_schema::prelude::*;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;
@@ -160,7 +160,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     let application = app::parse(APPLICATION, std::path::Path::new("jitter.toml"), &[], &plugins)
         .map_err(|faults| faults.to_string())?;
     let events = Events::of(&application);
-    let title = Title::new(&application, 1.0);
+    let title = SubjectInfo::new(&application, 1.0);
     let options = Options {
         observers: vec![events.observer(), Box::new(Woken)],
         ..Options::default()
@@ -218,8 +218,8 @@ fn lateness(awoke: Duration, woke: Duration) -> Duration {
 struct Woken;
 
 impl Observer for Woken {
-    fn hear(&mut self, event: &Event) {
-        if let Event::Changed {
+    fn on_event(&mut self, event: &Event) {
+        if let Event::StateChanged {
             time,
             from: State::Slept,
             ..
@@ -278,7 +278,7 @@ fn client(role: &str, folder: Folders) -> std::result::Result<(), Failure> {
     let remote = client.application(None)?;
     if role == "listen" {
         let mut watching = vec![
-            remote.events(&Kind::ALL, 100, |_| {})?,
+            remote.events(&RecordKind::ALL, 100, |_| {})?,
             remote.watch_hierarchy(|_| {})?,
         ];
         for variable in remote.variables(false)? {

@@ -40,7 +40,7 @@ pub(crate) struct PanelTag {
     /// The age of the drawing when it was sent, ns of the application.
     pub(crate) age: Nanos,
     /// There is no list; the message is the reason.
-    pub(crate) nothing: bool,
+    pub(crate) is_error: bool,
 }
 
 impl PanelTag {
@@ -49,7 +49,7 @@ impl PanelTag {
         for (place, number) in [self.sequence, self.time, self.age].into_iter().enumerate() {
             bytes[place * 8..][..8].copy_from_slice(&number.to_le_bytes());
         }
-        bytes[PANEL - 1] = u8::from(self.nothing);
+        bytes[PANEL - 1] = u8::from(self.is_error);
         bytes
     }
 
@@ -60,7 +60,7 @@ impl PanelTag {
             sequence: number(0)?,
             time: number(1)?,
             age: number(2)?,
-            nothing: bytes[PANEL - 1] & 1 != 0,
+            is_error: bytes[PANEL - 1] & 1 != 0,
         })
     }
 }
@@ -127,9 +127,9 @@ mod tests {
         }
 
         #[test]
-        fn the_tag_of_a_panel_comes_back_as_it_was(numbers in any::<[u64; 3]>(), nothing in any::<bool>(), more in any::<Vec<u8>>()) {
+        fn the_tag_of_a_panel_comes_back_as_it_was(numbers in any::<[u64; 3]>(), is_error in any::<bool>(), more in any::<Vec<u8>>()) {
             let [sequence, time, age] = numbers;
-            let tag = PanelTag { sequence, time, age, nothing };
+            let tag = PanelTag { sequence, time, age, is_error };
             let mut bytes = tag.bytes().to_vec();
             bytes.extend(more);
             prop_assert_eq!(PanelTag::read(&bytes), Some(tag), "newer peers may say more");

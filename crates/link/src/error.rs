@@ -92,10 +92,10 @@ pub enum Error {
     },
     /// No application runs at the searched place.
     #[error("no application runs {0}; start one with `jde run`")]
-    NothingRuns(String),
+    NoApplication(String),
     /// Several applications run, and the request names none.
     #[error("several applications run: {}; name one", .0.join(", "))]
-    Several(Vec<String>),
+    Ambiguous(Vec<String>),
     /// No application of that name.
     #[error("no application is called `{name}`{}", or(.nearest, .running))]
     UnknownApplication {
@@ -108,7 +108,7 @@ pub enum Error {
     },
     /// No application of that name answered.
     #[error("no application called `{name}` answered {whereabouts}")]
-    NotThere {
+    NotFound {
         /// The name asked for.
         name: String,
         /// The searched place.
@@ -132,10 +132,10 @@ pub enum Error {
     },
     /// The application ended, was killed, or can no longer be reached.
     #[error("`{0}` is gone: it ended, was killed, or the network to it is cut")]
-    Gone(String),
+    Disconnected(String),
     /// The application runs and does not answer.
     #[error("`{application}` did not answer within {:.1} s; it is stopped, or too busy", .waited.as_secs_f64())]
-    NoAnswer {
+    Timeout {
         /// The application.
         application: String,
         /// How long the caller waited.

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use jde_host::story::Kind;
+use jde_host::records::RecordKind;
 
 /// The version of this protocol, the second part of every key. Both ends must use the same version.
 pub const PROTOCOL: u32 = 1;
 
 /// The key at which every application, of any version, answers with its `About`.
-pub(crate) const EVERYBODY: &str = "jde/*/*/*/about";
+pub(crate) const ALL_ABOUT: &str = "jde/*/*/*/about";
 
 /// The queries and publications of an application, below its own key.
 pub(crate) const ABOUT: &str = "about";
@@ -19,11 +19,11 @@ pub(crate) const HIERARCHY: &str = "hierarchy";
 pub(crate) const OPERATE: &str = "operate";
 
 /// The key at which events of a kind are published and queried.
-pub(crate) fn events(kind: Kind) -> &'static str {
+pub(crate) fn events(kind: RecordKind) -> &'static str {
     match kind {
-        Kind::Decision => "events/decisions",
-        Kind::Change => "events/states",
-        Kind::Happening => "events/events",
+        RecordKind::Decision => "events/decisions",
+        RecordKind::State => "events/states",
+        RecordKind::Event => "events/events",
     }
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn of_name(name: &str) -> String {
 
 /// What a client's token is for.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Wanted {
+pub(crate) enum TokenTarget {
     /// Values of the variable at this path below `var/`: `owner/variable`, escaped as in keys.
     Variable(String),
     /// The panel of this schema, escaped as in keys.
@@ -90,7 +90,7 @@ impl Keys {
     }
 
     /// The liveliness token by which a client requests values.
-    pub(crate) fn want(&self, owner: &str, variable: &str, rate: Rate, client: &str) -> String {
+    pub(crate) fn value_token(&self, owner: &str, variable: &str, rate: Rate, client: &str) -> String {
         self.of(&format!(
             "want/{}/{}/{rate}/{}",
             chunk(owner),
@@ -105,7 +105,7 @@ impl Keys {
     }
 
     /// The liveliness token by which a client requests a panel.
-    pub(crate) fn look(&self, schema: &str, rate: Rate, client: &str) -> String {
+    pub(crate) fn panel_token(&self, schema: &str, rate: Rate, client: &str) -> String {
         self.of(&format!("look/{}/{rate}/{}", chunk(schema), chunk(client)))
     }
 
@@ -115,24 +115,26 @@ impl Keys {
     }
 
     /// The part of a key below the application's own; none for another application's key.
-    pub(crate) fn below<'a>(&self, key: &'a str) -> Option<&'a str> {
+    pub(crate) fn strip_root<'a>(&self, key: &'a str) -> Option<&'a str> {
         key.strip_prefix(&self.root)?.strip_prefix('/')
     }
 }
 
 /// Reads a token: what it requests, and at which rate.
-pub(crate) fn wanted(below: &str) -> Option<(Wanted, Rate)> {
+pub(crate) fn parse_token(below: &str) -> Option<(TokenTarget, Rate)> {
     let parts: Vec<&str> = below.splitn(6, '/').collect();
     let (wanted, rate) = match parts.as_slice() {
-        ["want", owner, variable, rate, _client] => (Wanted::Variable(format!("{owner}/{variable}")), rate),
-        ["look", schema, rate, _client] => (Wanted::Panel((*schema).to_owned()), rate),
+        ["want", owner, variable, rate, _client] => {
+            (TokenTarget::Variable(format!("{owner}/{variable}")), rate)
+        }
+        ["look", schema, rate, _client] => (TokenTarget::Panel((*schema).to_owned()), rate),
         _ => return None,
     };
     Some((wanted, Rate::read(rate)?))
 }
 
 /// The path of a variable below `var/` and `want/`.
-pub(crate) fn place(owner: &str, variable: &str) -> String {
+pub(crate) fn variable_path(owner: &str, variable: &str) -> String {
     format!("{}/{}", chunk(owner), chunk(variable))
 }
 
@@ -183,7 +185,7 @@ pub fn as_name(text: &str) -> String {
 
 impl Rate {
     /// The default rate of the tools.
-    pub const USUAL: Self = Self::Hz(50);
+    pub const DEFAULT: Self = Self::Hz(50);
 
     /// The least rate on offer that is not below this many values per second; every value beyond 100 Hz.
     #[must_use]
@@ -203,7 +205,7 @@ impl Rate {
     }
 
     /// This rate, or the next higher one on offer.
-    pub(crate) fn on_offer(self) -> Self {
+    pub(crate) fn to_supported(self) -> Self {
         match self {
             Self::Hz(hz) => Self::at_least(hz.into()),
             Self::Full => Self::Full,
@@ -248,17 +250,17 @@ mod tests {
         fn a_token_says_what_is_wanted(owner in "[a-z:]{1,9}", name in "[a-z]{1,9}", hz in 0.0..200.0) {
             let keys = Keys::new("robot2", "ab12");
             let rate = Rate::at_least(hz);
-            let key = keys.want(&owner, &name, rate, "c1");
-            let found = wanted(keys.below(&key).unwrap());
-            prop_assert_eq!(found, Some((Wanted::Variable(place(&owner, &name)), rate)));
-            let key = keys.look(&owner, rate, "c1");
-            let found = wanted(keys.below(&key).unwrap());
-            prop_assert_eq!(found, Some((Wanted::Panel(chunk(&owner)), rate)));
+            let key = keys.value_token(&owner, &name, rate, "c1");
+            let found = parse_token(keys.strip_root(&key).unwrap());
+            prop_assert_eq!(found, Some((TokenTarget::Variable(variable_path(&owner, &name)), rate)));
+            let key = keys.panel_token(&owner, rate, "c1");
+            let found = parse_token(keys.strip_root(&key).unwrap());
+            prop_assert_eq!(found, Some((TokenTarget::Panel(chunk(&owner)), rate)));
         }
 
         #[test]
         fn no_text_upsets_whoever_reads_tokens(text in any::<String>()) {
-            let _ = wanted(&text);
+            let _ = parse_token(&text);
         }
     }
 
@@ -267,7 +269,7 @@ mod tests {
         assert_eq!(Rate::at_least(0.1), Rate::Hz(1));
         assert_eq!(Rate::at_least(11.0), Rate::Hz(20));
         assert_eq!(Rate::at_least(101.0), Rate::Full);
-        assert_eq!(Rate::Hz(30).on_offer(), Rate::Hz(50));
+        assert_eq!(Rate::Hz(30).to_supported(), Rate::Hz(50));
         assert_eq!(Rate::read("50hz"), Some(Rate::Hz(50)));
         assert_eq!(Rate::read("51hz"), None);
         assert_eq!(Rate::read("full"), Some(Rate::Full));

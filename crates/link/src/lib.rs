@@ -16,11 +16,16 @@ mod session;
 pub mod value;
 mod whoami;
 
-pub use client::{Client, Happened, Heard, Hold, PanelSample, Reach, Remote, Sample, Watching, everything};
+pub use client::{
+    BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample, Subscription,
+    broadcast,
+};
 pub use error::Error;
 pub use folder::Folders;
 pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
-pub use server::{Access, Events, Link, Looking, News, Running, Settings, Subject, Title, schemas};
+pub use server::{
+    Access, Events, Link, OnDrawn, PanelViewer, Running, Settings, Subject, SubjectInfo, schemas,
+};
 pub use session::{Login, Tls};
 pub use whoami::operator;

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use jde_abi::describe::Limits;
-use jde_host::reload::Reloaded;
+use jde_host::reload::ReloadReport;
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
@@ -147,7 +147,7 @@ impl From<&Limits> for Range {
 impl Range {
     /// Whether a number is within the range.
     #[must_use]
-    pub fn holds(&self, number: f64) -> bool {
+    pub fn contains(&self, number: f64) -> bool {
         self.least.is_none_or(|least| number >= least)
             && self.greatest.is_none_or(|greatest| number <= greatest)
     }
@@ -332,12 +332,12 @@ pub enum Action {
 
 /// The answer to `operate`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Fine {
+pub struct OperateReply {
     /// Always true: a refusal is an error reply.
     pub ok: bool,
     /// The outcome of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reloaded: Option<Reloaded>,
+    pub reloaded: Option<ReloadReport>,
     /// The roots that a request to all schemas stopped or released.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub roots: Vec<String>,
@@ -376,7 +376,7 @@ impl Action {
 
     /// Whether the action applies to the whole application.
     #[must_use]
-    pub fn is_about_everything(&self) -> bool {
+    pub fn is_global(&self) -> bool {
         matches!(self, Self::StopAll | Self::ReleaseAll)
     }
 }
@@ -391,7 +391,7 @@ impl Refusal {
     }
 
     /// Refuses a lease for an action on the whole application.
-    pub(crate) fn everything_stays() -> Self {
+    pub(crate) fn lease_on_global() -> Self {
         Self::new("to stop everything is held by no lease: it must not end by itself")
     }
 

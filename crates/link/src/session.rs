@@ -24,7 +24,7 @@ const OPENING: Duration = Duration::from_secs(4);
 /// A receiver that takes no data for this long is disconnected, µs, since it delays the answers to others.
 const BLOCKED_US: u64 = 200_000;
 /// Longest password file that is read, bytes.
-const LONGEST: u64 = 4096;
+const MAX_PASSWORD_FILE: u64 = 4096;
 /// Largest message, bytes: the largest picture with room to spare.
 const LARGEST: u64 = 64 << 20;
 /// Longest time for closing a session.
@@ -32,18 +32,18 @@ const CLOSING: Duration = Duration::from_secs(1);
 
 /// Parameters of a session.
 #[derive(Default)]
-pub(crate) struct Opening<'a> {
+pub(crate) struct SessionOptions<'a> {
     pub(crate) listen: &'a [String],
     pub(crate) connect: &'a [String],
     /// Retry unreachable endpoints forever. Otherwise an unreachable endpoint is an error.
-    pub(crate) patient: bool,
+    pub(crate) retry: bool,
     /// Discover peers by multicast, and connect to them by these protocols.
     pub(crate) discover: Option<&'a [&'a str]>,
     pub(crate) login: Option<&'a Login>,
     /// The file of users that may connect, one `user:password` per line.
     pub(crate) users: Option<&'a str>,
     pub(crate) tls: Option<&'a Tls>,
-    pub(crate) guard: Option<Value>,
+    pub(crate) access_control: Option<Value>,
 }
 
 /// The credentials with which a session connects.
@@ -78,10 +78,10 @@ impl Login {
         };
         let mut text = String::new();
         File::open(file)
-            .and_then(|opened| opened.take(LONGEST + 1).read_to_string(&mut text))
+            .and_then(|opened| opened.take(MAX_PASSWORD_FILE + 1).read_to_string(&mut text))
             .map_err(|error| wrong(error.to_string()))?;
-        if text.len() as u64 > LONGEST {
-            return Err(wrong(format!("it has more than {LONGEST} bytes")));
+        if text.len() as u64 > MAX_PASSWORD_FILE {
+            return Err(wrong(format!("it has more than {MAX_PASSWORD_FILE} bytes")));
         }
         let login = Self {
             user: user.to_owned(),
@@ -123,7 +123,7 @@ impl std::fmt::Debug for Login {
 }
 
 /// Opens a session. All its threads run at the link's niceness.
-pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
+pub(crate) fn open(opening: &SessionOptions<'_>) -> Result<Session, Error> {
     let config = config(opening)?;
     let (tell, opened) = mpsc::channel();
     // Opening a session that cannot connect takes long. This thread is left to finish alone, and closes a
@@ -131,14 +131,14 @@ pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
     std::thread::Builder::new()
         .name("link-open".to_owned())
         .spawn(move || {
-            give_way();
+            lower_priority();
             if let Err(mpsc::SendError(Ok(late))) = tell.send(zenoh::open(config).wait()) {
                 close(late);
             }
         })
         .map_err(Error::Thread)?;
     match opened.recv_timeout(OPENING) {
-        Ok(session) => session.map_err(|error| Error::Open(words(&error.to_string()))),
+        Ok(session) => session.map_err(|error| Error::Open(strip_locations(&error.to_string()))),
         Err(_) => Err(Error::Open(format!(
             "nobody answered within {} s",
             OPENING.as_secs()
@@ -147,7 +147,7 @@ pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
 }
 
 /// Removes the source locations from a message of Zenoh: ` at /.../tcp.rs:105.`
-fn words(error: &str) -> String {
+fn strip_locations(error: &str) -> String {
     let place = |word: &str| word.trim_end_matches('.').rsplit_once(".rs:").is_some();
     let mut kept: Vec<&str> = Vec::new();
     for word in error.split(' ') {
@@ -179,12 +179,12 @@ pub(crate) fn close(session: Session) {
 }
 
 /// Raises the niceness of the calling thread and of threads that it starts.
-pub(crate) fn give_way() {
+pub(crate) fn lower_priority() {
     // If the system refuses, the thread keeps its priority.
     let _ = rustix::process::nice(NICE);
 }
 
-fn config(opening: &Opening<'_>) -> Result<Config, Error> {
+fn config(opening: &SessionOptions<'_>) -> Result<Config, Error> {
     let endpoints = opening.listen.iter().chain(opening.connect);
     let mut protocols: Vec<_> = endpoints
         .filter_map(|endpoint| endpoint.split('/').next())
@@ -200,8 +200,8 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
         ("listen/timeout_ms", json!(0)),
         ("listen/exit_on_failure", json!(true)),
         ("connect/endpoints", json!(opening.connect)),
-        ("connect/timeout_ms", json!(if opening.patient { -1 } else { 0 })),
-        ("connect/exit_on_failure", json!(!opening.patient)),
+        ("connect/timeout_ms", json!(if opening.retry { -1 } else { 0 })),
+        ("connect/exit_on_failure", json!(!opening.retry)),
         ("scouting/multicast/enabled", json!(opening.discover.is_some())),
         ("scouting/gossip/enabled", json!(false)),
         ("timestamping/enabled", json!(false)),
@@ -217,7 +217,7 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
         ),
         ("transport/link/rx/max_message_size", json!(LARGEST)),
     ];
-    if opening.patient {
+    if opening.retry {
         // Opening does not wait for discovered peers.
         settings.push(("open/return_conditions/connect_scouted", json!(false)));
     }
@@ -234,7 +234,7 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
     if let Some(tls) = opening.tls {
         settings.push(("transport/link/tls", tls.json()));
     }
-    if let Some(guard) = &opening.guard {
+    if let Some(guard) = &opening.access_control {
         settings.push(("access_control", guard.clone()));
     }
     let mut config = Config::default();
@@ -265,15 +265,15 @@ impl Tls {
 
 #[cfg(test)]
 mod tests {
-    use super::words;
+    use super::strip_locations;
 
     #[test]
     fn errors_of_zenoh_do_not_name_its_source() {
         let said = "Unable to connect to tcp/127.0.0.1:1 at /x/y-1.10/src/tcp.rs:105. - Caused by refused at /x/z.rs:9.";
         assert_eq!(
-            words(said),
+            strip_locations(said),
             "Unable to connect to tcp/127.0.0.1:1 - Caused by refused"
         );
-        assert_eq!(words("look at it"), "look at it");
+        assert_eq!(strip_locations("look at it"), "look at it");
     }
 }

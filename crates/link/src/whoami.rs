@@ -17,13 +17,13 @@ pub(crate) fn home() -> Option<PathBuf> {
 /// The name of this user: from the environment, else from the system's user database, else the numeric id.
 pub(crate) fn user() -> String {
     let said = |key: &str| std::env::var(key).ok();
-    named(
+    resolve_user(
         [said("USER"), said("LOGNAME")],
         rustix::process::getuid().as_raw(),
     )
 }
 
-fn named(said: [Option<String>; 2], number: u32) -> String {
+fn resolve_user(said: [Option<String>; 2], number: u32) -> String {
     let mut said = said.into_iter().flatten().filter(|name| !name.is_empty());
     said.next().unwrap_or_else(|| {
         let known = nix::unistd::User::from_uid(nix::unistd::Uid::from_raw(number));
@@ -42,14 +42,14 @@ pub fn operator() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::named;
+    use super::resolve_user;
 
     #[test]
     fn whoever_the_environment_does_not_name_is_one_of_the_system_s_users() {
         let said = |name: &str| Some(name.to_owned());
-        assert_eq!(named([said("ana"), said("eva")], 0), "ana");
-        assert_eq!(named([said(""), said("eva")], 0), "eva");
-        assert_eq!(named([said(""), None], 0), "root", "not 0");
-        assert_eq!(named([None, None], 4_000_000_123), "4000000123");
+        assert_eq!(resolve_user([said("ana"), said("eva")], 0), "ana");
+        assert_eq!(resolve_user([said(""), said("eva")], 0), "eva");
+        assert_eq!(resolve_user([said(""), None], 0), "root", "not 0");
+        assert_eq!(resolve_user([None, None], 4_000_000_123), "4000000123");
     }
 }

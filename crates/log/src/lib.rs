@@ -6,31 +6,32 @@
 //! be recorded are counted and reported. This crate decides nothing and prints nothing.
 
 mod error;
-mod lane;
 mod origin;
 pub mod panel;
 mod part;
 mod pattern;
+mod pre_trigger_buffer;
 mod recorder;
 mod recording;
 pub mod replay;
-mod ring;
-mod scribe;
 mod sink;
+mod subscriber;
 mod survey;
-mod tap;
+mod topic;
 pub mod trigger;
 mod turns;
 mod writer;
+mod writer_thread;
 
 pub use error::Error;
-pub use lane::{Stamps, Topic};
 pub use origin::Origin;
 pub use pattern::{Selection, UnknownPattern, variables};
 pub use recorder::{
-    Clock, Every, Happened, OnFile, OnTrouble, Options, Parts, Recorder, Split, Status, When, Written,
+    Clock, FileEvent, OnError, OnFile, Options, PartSize, Parts, Recorder, SplitOptions, Status,
+    TriggerOptions, TriggeredFile,
 };
 pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};
-pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, Survey, TopicSurvey, Troubled};
-pub use tap::topic_name;
-pub use turns::{Cast, Member, Troupe, turns};
+pub use subscriber::topic_name;
+pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Survey, TopicSurvey};
+pub use topic::{Stamps, Topic};
+pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema, turns};

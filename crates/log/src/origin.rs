@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_host::app::Application;
 
-use crate::Cast;
+use crate::RecordedHierarchy;
 
 /// The origin of a recording. The recording contains it as metadata, and the application's file as an
 /// attachment.
@@ -22,7 +22,7 @@ pub struct Origin {
     /// The name and the text of the application's file, if it has one that can be read.
     pub file: Option<(String, Vec<u8>)>,
     /// The application's schemas and groups, if they are known.
-    pub cast: Option<Cast>,
+    pub hierarchy: Option<RecordedHierarchy>,
 }
 
 impl Origin {
@@ -42,7 +42,7 @@ impl Origin {
                 .map(|folder| folder.display().to_string())
                 .filter(|folder| !folder.is_empty()),
             file: name.zip(std::fs::read(&application.path).ok()),
-            cast: Some(Cast::of(application, lockstep)),
+            hierarchy: Some(RecordedHierarchy::of(application, lockstep)),
         }
     }
 
@@ -60,7 +60,7 @@ impl Origin {
             ("seed".to_owned(), self.seed.to_string()),
             ("start_ns".to_owned(), self.start().to_string()),
         ]);
-        let cast = self.cast.as_ref().map(Cast::told);
+        let cast = self.hierarchy.as_ref().map(RecordedHierarchy::metadata_entry);
         known.into_iter().chain(folder).chain(cast).collect()
     }
 }

@@ -21,7 +21,7 @@ pub fn topic(schema: &str) -> String {
 /// Returns the schema whose panel a channel contains, if it contains one.
 #[must_use]
 pub fn schema(channel: &Channel) -> Option<&str> {
-    let schema = channel.about.get(SCHEMA)?;
+    let schema = channel.metadata.get(SCHEMA)?;
     (channel.encoding == ENCODING && channel.type_name == TYPE).then_some(schema)
 }
 

@@ -19,9 +19,9 @@ pub(crate) const BEGINS: &str = "jde/part/begins";
 /// The key of that position, in bytes from the beginning of the file.
 pub(crate) const BYTE: &str = "byte";
 /// The file name extension of a recording in a folder.
-const ENDING: &str = "mcap";
+const EXTENSION: &str = "mcap";
 /// The largest size of a metadata record up to the mark, in bytes.
-const MOST_SAID: u64 = 1 << 20;
+const MAX_METADATA_BYTES: u64 = 1 << 20;
 
 /// The mark of a part: which part of which recording a file is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub(crate) struct Mark {
 
 impl Mark {
     /// Returns the mark as metadata.
-    pub(crate) fn told(&self) -> BTreeMap<String, String> {
+    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
         BTreeMap::from([
             ("recording".to_owned(), self.recording.clone()),
             ("number".to_owned(), self.number.to_string()),
@@ -42,7 +42,7 @@ impl Mark {
     }
 
     /// Reads the mark from metadata.
-    pub(crate) fn of(told: &BTreeMap<String, String>) -> Option<Self> {
+    pub(crate) fn from_metadata(told: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
             recording: told.get("recording")?.clone(),
             number: told.get("number")?.parse().ok()?,
@@ -59,14 +59,14 @@ impl Mark {
         while let Some((opcode, length)) = scan::head(&mut file, offset)? {
             match opcode {
                 op::HEADER => {}
-                op::METADATA if length <= MOST_SAID => {
+                op::METADATA if length <= MAX_METADATA_BYTES => {
                     let Some((opcode, body)) = scan::record(&mut file, offset)? else {
                         return Ok(None);
                     };
                     if let Ok(Record::Metadata(said)) = mcap::parse_record(opcode, &body)
                         && said.name == PART
                     {
-                        return Ok(Self::of(&said.metadata));
+                        return Ok(Self::from_metadata(&said.metadata));
                     }
                 }
                 _ => return Ok(None),
@@ -83,25 +83,25 @@ impl Mark {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
+pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
     if path.is_dir() {
         return all(path, |path| {
-            path.extension().is_some_and(|ending| ending == ENDING)
+            path.extension().is_some_and(|ending| ending == EXTENSION)
         });
     }
     if !path.exists() {
-        let parts: Vec<_> = named(path)?.into_iter().map(|(_, path)| path).collect();
+        let parts: Vec<_> = find_parts(path)?.into_iter().map(|(_, path)| path).collect();
         let Some(newest) = parts.last().cloned() else {
             return Ok(vec![vec![path.to_owned()]]);
         };
-        return recordings(&newest);
+        return find_recordings(&newest);
     }
     let is_part = path.is_file() && Mark::read(path)?.is_some();
     let mut alike = match path.parent().filter(|_| is_part) {
         Some(folder) => all(folder_of(folder), |other| other.extension() == path.extension())?,
         None => Vec::new(),
     };
-    alike.retain(|parts| parts.iter().any(|part| same(part, path)));
+    alike.retain(|parts| parts.iter().any(|part| is_same_file(part, path)));
     if alike.is_empty() {
         alike.push(vec![path.to_owned()]);
     }
@@ -112,7 +112,7 @@ pub(crate) fn recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn named(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
+pub(crate) fn find_parts(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
     let folder = folder_of(path.parent().unwrap_or(Path::new("")));
     let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
     let mut parts = Vec::new();
@@ -175,7 +175,7 @@ fn folder_of(parent: &Path) -> &Path {
     }
 }
 
-fn same(one: &Path, other: &Path) -> bool {
+fn is_same_file(one: &Path, other: &Path) -> bool {
     let real = |path: &Path| path.canonicalize().ok();
     real(one).is_some_and(|one| Some(one) == real(other))
 }

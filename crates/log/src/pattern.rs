@@ -43,7 +43,7 @@ impl Selection {
     /// The first pattern that matches none.
     pub fn new(patterns: Vec<String>, names: &[String]) -> Result<Self, UnknownPattern> {
         for pattern in &patterns {
-            if !names.iter().any(|name| fits(pattern, name)) {
+            if !names.iter().any(|name| is_match(pattern, name)) {
                 return Err(UnknownPattern {
                     pattern: pattern.clone(),
                     nearest: nearest(pattern, names),
@@ -55,14 +55,14 @@ impl Selection {
 
     /// Returns whether the variable with that full name is selected.
     #[must_use]
-    pub fn has(&self, name: &str) -> bool {
-        self.patterns.is_empty() || self.patterns.iter().any(|pattern| fits(pattern, name))
+    pub fn contains(&self, name: &str) -> bool {
+        self.patterns.is_empty() || self.patterns.iter().any(|pattern| is_match(pattern, name))
     }
 }
 
 /// Returns whether a name matches. Each piece between stars is matched as early as possible, which leaves the
 /// most text for the pieces after it.
-fn fits(pattern: &str, name: &str) -> bool {
+fn is_match(pattern: &str, name: &str) -> bool {
     let Some((first, rest)) = pattern.split_once('*') else {
         return pattern == name;
     };
@@ -96,15 +96,15 @@ mod tests {
 
     #[test]
     fn a_star_stands_for_any_letters() {
-        assert!(fits("pioneer.*", "pioneer.laser"));
-        assert!(fits("*.laser", "pioneer.laser"));
-        assert!(fits("*", "pioneer.laser"));
-        assert!(fits("p*n*.*r", "pioneer.laser"));
-        assert!(fits("pioneer.laser", "pioneer.laser"));
-        assert!(!fits("pioneer", "pioneer.laser"));
-        assert!(!fits("*.lase", "pioneer.laser"));
-        assert!(!fits("a*a", "a"), "no letter counts twice");
-        assert!(!fits("laser.*", "pioneer.laser"));
+        assert!(is_match("pioneer.*", "pioneer.laser"));
+        assert!(is_match("*.laser", "pioneer.laser"));
+        assert!(is_match("*", "pioneer.laser"));
+        assert!(is_match("p*n*.*r", "pioneer.laser"));
+        assert!(is_match("pioneer.laser", "pioneer.laser"));
+        assert!(!is_match("pioneer", "pioneer.laser"));
+        assert!(!is_match("*.lase", "pioneer.laser"));
+        assert!(!is_match("a*a", "a"), "no letter counts twice");
+        assert!(!is_match("laser.*", "pioneer.laser"));
     }
 
     #[test]
@@ -118,7 +118,7 @@ mod tests {
         let unknown = Selection::new(vec!["*.camera".to_owned()], &names).unwrap_err();
         assert_eq!(unknown.to_string(), "no variable is called `*.camera`");
         let selection = Selection::new(vec!["*.sonar".to_owned()], &names).unwrap();
-        assert!(selection.has("pioneer.sonar") && !selection.has("pioneer.laser"));
-        assert!(Selection::default().has("anything"));
+        assert!(selection.contains("pioneer.sonar") && !selection.contains("pioneer.laser"));
+        assert!(Selection::default().contains("anything"));
     }
 }

@@ -1,7 +1,7 @@
 //! A running recording. A thread of its own writes it.
 
 mod split;
-mod when;
+mod trigger_options;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,17 +14,17 @@ use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable, Watch};
 use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
-use jde_host::story::{Line, Story};
+use jde_host::records::{RecordBuilder, RunRecord};
 
-use crate::lane::{Holds, Lane, Shared, Told, Topic, lock};
-use crate::scribe::Scribe;
-use crate::sink::{self, Begun, Disk, Plan, Sink, Triggered, Whole};
+use crate::sink::{self, ContinuousSink, Disk, OpenFile, Plan, Sink, TriggeredSink};
+use crate::topic::{Notice, Shared, Topic, TopicContent, TopicQueue, lock};
 use crate::trigger::Triggers;
 use crate::writer::Output;
-use crate::{Error, Origin, panel, tap};
+use crate::writer_thread::WriterThread;
+use crate::{Error, Origin, panel, subscriber};
 
-pub use split::{Every, Parts, Split};
-pub use when::{Happened, OnFile, When, Written};
+pub use split::{PartSize, Parts, SplitOptions};
+pub use trigger_options::{FileEvent, OnFile, TriggerOptions, TriggeredFile};
 
 /// Upper limit of the notices that are not yet written: more than the busiest application sends while a disk
 /// blocks for a second.
@@ -34,7 +34,7 @@ const EVENTS: usize = 4096;
 pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
 
 /// Called with the reason when the disk does not accept more data.
-pub type OnTrouble = Box<dyn FnMut(&str) + Send>;
+pub type OnError = Box<dyn FnMut(&str) + Send>;
 
 /// How to record.
 pub struct Options<'a> {
@@ -47,7 +47,7 @@ pub struct Options<'a> {
     /// Whether publishers wait instead of losing values. For virtual time only.
     pub lossless: bool,
     /// Called once, by the writing thread, when the disk does not accept more data. The run continues.
-    pub on_trouble: OnTrouble,
+    pub on_error: OnError,
 }
 
 /// A running recording. Any thread may call it. Dropping it finishes it.
@@ -56,28 +56,28 @@ pub struct Recorder {
     thread: Mutex<Option<JoinHandle<()>>>,
     watches: Mutex<Vec<Watch>>,
     /// The variables that conditions name.
-    named: BTreeSet<String>,
+    condition_variables: BTreeSet<String>,
 }
 
 /// The progress of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// Messages that have reached the file. After a failure, only those that the disk has confirmed.
-    pub kept: u64,
+    pub written: u64,
     /// Values and events that have not reached the file, for any reason.
     pub lost: u64,
     /// The size of the file in bytes.
     pub bytes: u64,
     /// Why writing has stopped, or why the most recent failed file failed.
-    pub trouble: Option<String>,
+    pub error: Option<String>,
     /// The number of lost values of each topic that lost any.
-    pub lost_of: BTreeMap<String, u64>,
+    pub lost_by_topic: BTreeMap<String, u64>,
     /// The files that conditions have caused.
-    pub files: Vec<Written>,
+    pub files: Vec<TriggeredFile>,
     /// The files of a recording in parts.
     pub parts: Option<Parts>,
     /// Messages of the past that were removed from memory before their time ended.
-    pub short: u64,
+    pub evicted: u64,
 }
 
 impl Recorder {
@@ -87,7 +87,7 @@ impl Recorder {
     /// [`Error`], also if the disk is full already.
     pub fn create(path: &Path, options: Options<'_>) -> Result<Self, Error> {
         let (output, disk) = sink::create(path, options.overwrite)?;
-        Self::begin(output, disk, options).map_err(|error| error.of(path))
+        Self::create_with(output, disk, options).map_err(|error| error.of(path))
     }
 
     /// Starts a recording in parts, which may continue for ever: one file after the other, with numbers that
@@ -97,11 +97,11 @@ impl Recorder {
     ///
     /// # Errors
     /// [`Error`], also if the disk is full already.
-    pub fn split(path: &Path, options: Options<'_>, split: Split) -> Result<Self, Error> {
-        let (shared, told) = shared(options.lossless);
+    pub fn create_split(path: &Path, options: Options<'_>, split: SplitOptions) -> Result<Self, Error> {
+        let (shared, told) = new_shared(options.lossless);
         let (overwrite, lossless) = (options.overwrite, options.lossless);
-        let (split, file) = sink::Split::begin(path, split, options.origin, overwrite, lossless)?;
-        let sink = Whole::new(&shared, file, Some(split), options.on_trouble);
+        let (split, file) = sink::PartSequence::begin(path, split, options.origin, overwrite, lossless)?;
+        let sink = ContinuousSink::new(&shared, file, Some(split), options.on_error);
         Self::start(shared, told, Box::new(sink), None, options.application).map_err(|error| error.of(path))
     }
 
@@ -112,7 +112,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`Error`], also if no file can be created in the folder.
-    pub fn wait(path: &Path, options: Options<'_>, when: When) -> Result<Self, Error> {
+    pub fn create_triggered(path: &Path, options: Options<'_>, when: TriggerOptions) -> Result<Self, Error> {
         let plan = Plan {
             path: path.to_owned(),
             overwrite: options.overwrite,
@@ -120,9 +120,9 @@ impl Recorder {
             after: when.after,
             memory: when.memory,
         };
-        let (shared, told) = shared(options.lossless);
+        let (shared, told) = new_shared(options.lossless);
         let origin = options.origin;
-        let sink = Triggered::new(&shared, origin, plan, when.on_file)?;
+        let sink = TriggeredSink::new(&shared, origin, plan, when.on_file)?;
         Self::start(
             shared,
             told,
@@ -133,88 +133,101 @@ impl Recorder {
         .map_err(|error| error.of(path))
     }
 
-    pub(crate) fn begin(output: Output, disk: Option<Disk>, options: Options<'_>) -> Result<Self, Failed> {
-        let file = Begun::new(output, disk, &options.origin, None).map_err(Failed::Write)?;
-        let (shared, told) = shared(options.lossless);
-        let sink = Whole::new(&shared, file, None, options.on_trouble);
+    pub(crate) fn create_with(
+        output: Output,
+        disk: Option<Disk>,
+        options: Options<'_>,
+    ) -> Result<Self, StartFailure> {
+        let file = OpenFile::new(output, disk, &options.origin, None).map_err(StartFailure::Write)?;
+        let (shared, told) = new_shared(options.lossless);
+        let sink = ContinuousSink::new(&shared, file, None, options.on_error);
         Self::start(shared, told, Box::new(sink), None, options.application)
     }
 
     fn start(
         shared: Arc<Shared>,
-        told: Receiver<(u64, Told)>,
+        told: Receiver<(u64, Notice)>,
         sink: Box<dyn Sink>,
         triggers: Option<Triggers>,
         application: Option<&Application>,
-    ) -> Result<Self, Failed> {
-        let story = application.map(Story::whole);
+    ) -> Result<Self, StartFailure> {
+        let story = application.map(RecordBuilder::with_all_drags);
         let named = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
         let named = named.into_iter().map(str::to_owned).collect();
-        let scribe = Scribe::new(&shared, sink, triggers, story, told);
+        let scribe = WriterThread::new(&shared, sink, triggers, story, told);
         let thread = Builder::new()
             .name("recording".to_owned())
             .spawn(move || scribe.run())
-            .map_err(Failed::Thread)?;
+            .map_err(StartFailure::Thread)?;
         // This is the only place that sets it.
-        let _ = shared.scribe.set(thread.thread().clone());
+        let _ = shared.writer_thread.set(thread.thread().clone());
         Ok(Self {
             shared,
             thread: Mutex::new(Some(thread)),
             watches: Mutex::default(),
-            named,
+            condition_variables: named,
         })
     }
 
     /// Records every value of a variable from now on, including the present one, until the recording is
     /// finished.
     pub fn watch(&self, variable: &Arc<Variable>, clock: Clock) {
-        self.tap(variable, clock, true);
+        self.subscribe(variable, clock, true);
     }
 
     /// Lets the conditions that name a variable read it, without recording its values.
-    pub fn look(&self, variable: &Arc<Variable>, clock: Clock) {
-        if self.named.contains(&variable.describe().full_name()) {
-            self.tap(variable, clock, false);
+    pub fn watch_for_conditions(&self, variable: &Arc<Variable>, clock: Clock) {
+        if self
+            .condition_variables
+            .contains(&variable.describe().full_name())
+        {
+            self.subscribe(variable, clock, false);
         }
     }
 
-    fn tap(&self, variable: &Arc<Variable>, clock: Clock, kept: bool) {
+    fn subscribe(&self, variable: &Arc<Variable>, clock: Clock, kept: bool) {
         self.shared.clock.get_or_init(|| Arc::clone(&clock));
-        let (topic, watch) = tap::watch(variable, &self.shared, clock, kept);
+        let (topic, watch) = subscriber::watch(variable, &self.shared, clock, kept);
         lock(&self.watches).push(watch);
-        lock(&self.shared.lanes).push(topic.lane);
+        lock(&self.shared.topics).push(topic.queue);
     }
 
     /// Adds a topic whose values come from elsewhere. `about` is the metadata of its channel. The entry
     /// `variable` in it is the name by which conditions refer to the topic.
     pub fn topic(&self, name: &str, value_type: Arc<Type>, about: BTreeMap<String, String>) -> Topic {
-        self.lane(name, Holds::Values(value_type), about, true)
+        self.add_topic(name, TopicContent::Values(value_type), about, true)
     }
 
     /// Adds the topic of a schema's panel, `/panels/<schema>`. [`Topic::put_panel`] fills it.
     pub fn panel(&self, schema: &str) -> Topic {
         let about = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
-        self.lane(&panel::topic(schema), Holds::Panel, about, true)
+        self.add_topic(&panel::topic(schema), TopicContent::Panel, about, true)
     }
 
     /// Adds a topic that conditions read and no file contains. `None` if no condition names the variable.
-    pub fn topic_to_look_at(&self, variable: &str, value_type: Arc<Type>) -> Option<Topic> {
+    pub fn condition_topic(&self, variable: &str, value_type: Arc<Type>) -> Option<Topic> {
         let about = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
-        self.named.contains(variable).then(|| {
-            self.lane(
-                &tap::topic_name(variable),
-                Holds::Values(value_type),
+        self.condition_variables.contains(variable).then(|| {
+            self.add_topic(
+                &subscriber::topic_name(variable),
+                TopicContent::Values(value_type),
                 about,
                 false,
             )
         })
     }
 
-    fn lane(&self, name: &str, holds: Holds, about: BTreeMap<String, String>, kept: bool) -> Topic {
-        let lane = Arc::new(Lane::new(name.to_owned(), holds, about, None, kept));
-        lock(&self.shared.lanes).push(Arc::clone(&lane));
+    fn add_topic(
+        &self,
+        name: &str,
+        holds: TopicContent,
+        about: BTreeMap<String, String>,
+        kept: bool,
+    ) -> Topic {
+        let lane = Arc::new(TopicQueue::new(name.to_owned(), holds, about, None, kept));
+        lock(&self.shared.topics).push(Arc::clone(&lane));
         Topic {
-            lane,
+            queue: lane,
             shared: Arc::clone(&self.shared),
         }
     }
@@ -223,36 +236,36 @@ impl Recorder {
     #[must_use]
     pub fn observer(&self) -> Box<dyn Observer> {
         let shared = Arc::clone(&self.shared);
-        Box::new(move |event: &Event| shared.tell(Told::Event(event.clone())))
+        Box::new(move |event: &Event| shared.push_notice(Notice::Event(event.clone())))
     }
 
     /// Records a message of the story of an application elsewhere.
-    pub fn line(&self, line: Line) {
-        self.shared.tell(Told::Line(line));
+    pub fn push_record(&self, line: RunRecord) {
+        self.shared.push_notice(Notice::Record(line));
     }
 
     /// Records a message about something that occurred elsewhere before the recording began, at `beginning`
     /// of the application's clock. Its log time is `beginning` and its publish time is the time of the
     /// occurrence. No condition becomes true by it.
-    pub fn earlier(&self, line: Line, beginning: Nanos) {
-        self.shared.tell(Told::Earlier(line, beginning));
+    pub fn push_earlier_record(&self, line: RunRecord, beginning: Nanos) {
+        self.shared.push_notice(Notice::EarlierRecord(line, beginning));
     }
 
     /// Returns the progress of the recording.
     #[must_use]
     pub fn status(&self) -> Status {
         let shared = &*self.shared;
-        let lost_of = shared.lost_of();
+        let lost_of = shared.lost_by_topic();
         let others = shared.lost_events.load(Ordering::Relaxed) + shared.dropped.load(Ordering::Relaxed);
         Status {
-            kept: shared.kept.load(Ordering::Acquire),
+            written: shared.written.load(Ordering::Acquire),
             lost: others + lost_of.values().sum::<u64>(),
             bytes: shared.bytes.load(Ordering::Relaxed),
-            trouble: lock(&shared.trouble).clone(),
-            lost_of,
+            error: lock(&shared.error).clone(),
+            lost_by_topic: lost_of,
             files: lock(&shared.files).clone(),
             parts: Some(lock(&shared.parts).clone()).filter(|parts| parts.count > 0),
-            short: shared.short.load(Ordering::Relaxed),
+            evicted: shared.evicted.load(Ordering::Relaxed),
         }
     }
 
@@ -277,12 +290,12 @@ impl Drop for Recorder {
 }
 
 /// Why a recording did not start.
-pub(crate) enum Failed {
+pub(crate) enum StartFailure {
     Write(std::io::Error),
     Thread(std::io::Error),
 }
 
-impl Failed {
+impl StartFailure {
     fn of(self, path: &Path) -> Error {
         match self {
             Self::Write(error) => Error::Create {
@@ -294,7 +307,7 @@ impl Failed {
     }
 }
 
-fn shared(lossless: bool) -> (Arc<Shared>, Receiver<(u64, Told)>) {
+fn new_shared(lossless: bool) -> (Arc<Shared>, Receiver<(u64, Notice)>) {
     let (tell, told) = sync_channel(EVENTS);
     (Arc::new(Shared::new(tell, lossless)), told)
 }

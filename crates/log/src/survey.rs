@@ -5,14 +5,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
 
-use jde_host::story::{Happening, Kind, Line};
+use jde_host::records::{EventRecord, RecordKind, RunRecord};
 use serde::Serialize;
 
 use crate::{Message, ReadError, Recording};
 
 /// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
 /// application.
-const MOST_TROUBLED: usize = 10_000;
+const MAX_PROBLEM_SCHEMAS: usize = 10_000;
 
 /// The survey of a recording. Times are in ns since 1970 unless stated otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -45,7 +45,7 @@ pub struct Survey {
     /// The selections of each group.
     pub groups: Vec<GroupSurvey>,
     /// Schemas that had problems.
-    pub troubled: Vec<Troubled>,
+    pub troubled: Vec<SchemaProblems>,
     /// The number of values lost during recording, by topic.
     pub lost: BTreeMap<String, u64>,
     /// The names of the attached files.
@@ -55,7 +55,7 @@ pub struct Survey {
     /// The index of each topic in `topics`, by its name and type. A recording may have tens of thousands of
     /// topics.
     #[serde(skip)]
-    places: HashMap<(String, String), usize>,
+    topic_index: HashMap<(String, String), usize>,
 }
 
 /// A condition that started or prolonged a file.
@@ -115,7 +115,7 @@ pub struct GroupSurvey {
 
 /// The problems of a schema.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Troubled {
+pub struct SchemaProblems {
     /// Its name.
     pub schema: String,
     /// The number of faults, including calls that did not return.
@@ -146,8 +146,8 @@ impl Survey {
         let mut survey = Self::begin(recording)?;
         for message in recording.messages()? {
             match message {
-                Ok(message) => survey.hear(&message),
-                Err(error) => survey.ends(error)?,
+                Ok(message) => survey.add(&message),
+                Err(error) => survey.end_with(error)?,
             }
         }
         survey.finish();
@@ -176,7 +176,7 @@ impl Survey {
             places.entry(key).or_insert(place);
         }
         Ok(Self {
-            places,
+            topic_index: places,
             application: said("application"),
             seed: number("seed"),
             jde: said("jde"),
@@ -187,7 +187,7 @@ impl Survey {
                 first,
                 missing: recording.missing().collect(),
             }),
-            triggers: causes(recording),
+            triggers: read_causes(recording),
             topics,
             lost: recording
                 .metadata("jde/lost")
@@ -208,7 +208,7 @@ impl Survey {
     ///
     /// # Errors
     /// The error, unless it is damage.
-    pub fn ends(&mut self, error: ReadError) -> Result<(), ReadError> {
+    pub fn end_with(&mut self, error: ReadError) -> Result<(), ReadError> {
         match error {
             ReadError::Damaged { offset, reason, .. } => {
                 self.damage = Some(Damaged { offset, reason });
@@ -216,8 +216,8 @@ impl Survey {
             }
             ReadError::File { .. }
             | ReadError::NotMcap(_)
-            | ReadError::Nothing(_)
-            | ReadError::Several { .. } => Err(error),
+            | ReadError::Empty(_)
+            | ReadError::Ambiguous { .. } => Err(error),
         }
     }
 
@@ -236,13 +236,13 @@ impl Survey {
     }
 
     /// Adds the next message.
-    pub fn hear(&mut self, message: &Message) {
+    pub fn add(&mut self, message: &Message) {
         self.messages += 1;
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);
         let about = &message.channel;
         let key = (about.topic.clone(), about.type_name.clone());
-        if let Some(place) = self.places.get(&key) {
+        if let Some(place) = self.topic_index.get(&key) {
             let topic = &mut self.topics[*place];
             topic.messages += 1;
             topic.bytes += message.data.len() as u64;
@@ -253,9 +253,11 @@ impl Survey {
         if message.publish_time < first {
             return;
         }
-        let kind = Kind::ALL.into_iter().find(|kind| kind.topic() == about.topic);
-        match kind.and_then(|kind| Line::read(kind, &message.data).ok()) {
-            Some(Line::Decision(decision)) => {
+        let kind = RecordKind::ALL
+            .into_iter()
+            .find(|kind| kind.topic() == about.topic);
+        match kind.and_then(|kind| RunRecord::parse(kind, &message.data).ok()) {
+            Some(RunRecord::Decision(decision)) => {
                 self.decisions += 1;
                 let of = |known: &&mut GroupSurvey| known.group == decision.group;
                 let group = match self.groups.iter_mut().find(of) {
@@ -268,8 +270,8 @@ impl Survey {
                 group.decisions += 1;
                 group.switches += u64::from(decision.changed);
             }
-            Some(Line::Happening(happening)) => Troubled::count(&mut self.troubled, &happening),
-            Some(Line::Change(_)) | None => {}
+            Some(RunRecord::Event(happening)) => SchemaProblems::count(&mut self.troubled, &happening),
+            Some(RunRecord::State(_)) | None => {}
         }
     }
 }
@@ -277,7 +279,7 @@ impl Survey {
 impl PartsSurvey {
     /// Describes the parts that are missing. `None` if none is.
     #[must_use]
-    pub fn lacks(&self) -> Option<String> {
+    pub fn describe_missing(&self) -> Option<String> {
         let before = match self.first {
             0 | 1 => None,
             2 => Some("the first part is not there any more".to_owned()),
@@ -298,9 +300,9 @@ impl PartsSurvey {
     }
 }
 
-impl Troubled {
+impl SchemaProblems {
     /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not there yet.
-    pub fn count(all: &mut Vec<Self>, happening: &Happening) {
+    pub fn count(all: &mut Vec<Self>, happening: &EventRecord) {
         let Some(schema) = &happening.schema else {
             return;
         };
@@ -310,7 +312,7 @@ impl Troubled {
         ) {
             return;
         }
-        let full = all.len() == MOST_TROUBLED;
+        let full = all.len() == MAX_PROBLEM_SCHEMAS;
         let troubled = match all.iter_mut().find(|known| known.schema == *schema) {
             Some(troubled) => troubled,
             None if full => return,
@@ -353,7 +355,7 @@ fn rate(topic: &TopicSurvey) -> Option<f64> {
 }
 
 /// Reads the metadata `jde/trigger`, `jde/trigger/2` and so on.
-fn causes(recording: &Recording) -> Vec<Cause> {
+fn read_causes(recording: &Recording) -> Vec<Cause> {
     let name = |number: u32| match number {
         1 => "jde/trigger".to_owned(),
         more => format!("jde/trigger/{more}"),

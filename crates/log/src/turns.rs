@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_core::{GroupContract, contract};
-use jde_host::app::{Application, Binding, Instance};
+use jde_host::app::{Application, Binding, InstanceConfig};
 use jde_host::policy_name;
 use jde_host::turn::{OnTurn, Turn};
 use jde_types::Value;
@@ -17,25 +17,25 @@ use crate::{Recorder, Recording, Stamps};
 /// The name of the topic.
 pub(crate) const TOPIC: &str = "/jde/turns";
 /// The key in the topic's metadata under which the recording describes its schemas, in JSON.
-const CAST: &str = "cast";
+const HIERARCHY_KEY: &str = "cast";
 
 /// The schemas and groups of a recording. The numbers in turns refer to them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cast {
+pub struct RecordedHierarchy {
     /// Whether the recording was made in virtual time.
     pub lockstep: bool,
     /// Whether turns contain what schemas wrote. Those of older versions do not.
     #[serde(default)]
     pub writes: bool,
     /// The schemas, by their numbers.
-    pub schemas: Vec<Member>,
+    pub schemas: Vec<RecordedSchema>,
     /// The groups, by their numbers.
-    pub groups: Vec<Troupe>,
+    pub groups: Vec<RecordedGroup>,
 }
 
 /// A schema of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Member {
+pub struct RecordedSchema {
     /// Its name.
     pub name: String,
     /// Its type: `stop/stop`.
@@ -53,7 +53,7 @@ pub struct Member {
 
 /// A group of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Troupe {
+pub struct RecordedGroup {
     /// Its name.
     pub name: String,
     /// The schemas that compete, in the order of priority.
@@ -68,7 +68,7 @@ pub struct Troupe {
 }
 
 /// Returns the drivers that a schema commands.
-fn commanded(application: &Application, instance: &Instance) -> Vec<String> {
+fn commanded(application: &Application, instance: &InstanceConfig) -> Vec<String> {
     let targets = instance.bindings.iter().filter_map(|binding| match binding {
         Binding::Actuator { target } => target.map(|(driver, _)| driver),
         _ => None,
@@ -82,13 +82,13 @@ fn commanded(application: &Application, instance: &Instance) -> Vec<String> {
 /// time.
 #[must_use]
 pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> OnTurn {
-    let cast = Cast::of(application, lockstep);
+    let cast = RecordedHierarchy::of(application, lockstep);
     let about = BTreeMap::from([
         (
             "doc".to_owned(),
             "What every schema did, and what it saw.".to_owned(),
         ),
-        cast.told(),
+        cast.metadata_entry(),
     ]);
     let topic = recorder.topic(TOPIC, Arc::new(Turn::describe()), about);
     let count = AtomicU64::new(0);
@@ -104,7 +104,7 @@ pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> 
     })
 }
 
-impl Cast {
+impl RecordedHierarchy {
     /// Returns the schemas and groups of an application.
     #[must_use]
     pub fn of(application: &Application, lockstep: bool) -> Self {
@@ -115,7 +115,7 @@ impl Cast {
             lockstep,
             writes: true,
             schemas: instances
-                .map(|instance| Member {
+                .map(|instance| RecordedSchema {
                     name: instance.name.clone(),
                     type_name: format!(
                         "{}/{}",
@@ -134,7 +134,7 @@ impl Cast {
             groups: application
                 .groups
                 .iter()
-                .map(|group| Troupe {
+                .map(|group| RecordedGroup {
                     name: group.name.clone(),
                     members: group.members.iter().map(name).collect(),
                     policy: Some(policy_name(group.policy).to_owned()),
@@ -153,19 +153,22 @@ impl Cast {
     pub fn of_recording(recording: &Recording) -> Option<Self> {
         let mut channels = recording.channels();
         channels
-            .find_map(|channel| Self::read(&channel.about))
+            .find_map(|channel| Self::read(&channel.metadata))
             .or_else(|| Self::read(recording.metadata("jde")?))
     }
 
     /// Returns the entry for a recording's metadata: key and JSON text.
-    pub(crate) fn told(&self) -> (String, String) {
+    pub(crate) fn metadata_entry(&self) -> (String, String) {
         // Names and numbers can always be written as JSON.
-        (CAST.to_owned(), serde_json::to_string(self).unwrap_or_default())
+        (
+            HIERARCHY_KEY.to_owned(),
+            serde_json::to_string(self).unwrap_or_default(),
+        )
     }
 
     /// Reads the entry in the metadata of a topic of turns.
     #[must_use]
     pub fn read(about: &BTreeMap<String, String>) -> Option<Self> {
-        serde_json::from_str(about.get(CAST)?).ok()
+        serde_json::from_str(about.get(HIERARCHY_KEY)?).ok()
     }
 }

@@ -27,7 +27,7 @@ pub(crate) type Output = Box<dyn Write + Send>;
 pub(crate) struct Writer {
     // Each chunk is assembled in memory and written in one piece, so no reader ever meets a chunk with an
     // unfinished header.
-    mcap: mcap::Writer<NoSeek<BufWriter<Counted>>>,
+    mcap: mcap::Writer<NoSeek<BufWriter<CountingOutput>>>,
     /// The time at which the application's clock was 0, in ns since 1970.
     start: u64,
     bytes: Arc<AtomicU64>,
@@ -41,7 +41,7 @@ pub(crate) struct Times {
     pub(crate) sequence: u64,
 }
 
-struct Counted {
+struct CountingOutput {
     output: Output,
     bytes: Arc<AtomicU64>,
 }
@@ -98,7 +98,7 @@ impl Writer {
     /// Starts a recording, or a part of one. When it returns, the system has received the header.
     pub(crate) fn begin(output: Output, origin: &Origin, part: Option<&Mark>) -> io::Result<Self> {
         let bytes = Arc::new(AtomicU64::new(0));
-        let counted = Counted {
+        let counted = CountingOutput {
             output,
             bytes: Arc::clone(&bytes),
         };
@@ -113,7 +113,7 @@ impl Writer {
         let mut writer = Self { mcap, start, bytes };
         writer.metadata("jde", origin.metadata())?;
         if let Some(part) = part {
-            writer.metadata(PART, part.told())?;
+            writer.metadata(PART, part.to_metadata())?;
         }
         if let Some((name, text)) = &origin.file {
             let attachment = Attachment {
@@ -172,7 +172,7 @@ impl Writer {
     }
 
     /// Adds a message to the present chunk.
-    pub(crate) fn message(&mut self, channel_id: u16, times: Times, data: &[u8]) -> io::Result<()> {
+    pub(crate) fn write_message(&mut self, channel_id: u16, times: Times, data: &[u8]) -> io::Result<()> {
         let header = MessageHeader {
             channel_id,
             // The format has 32 bits for it. The number restarts at 0 after the largest.
@@ -210,7 +210,7 @@ impl Writer {
     }
 }
 
-impl Write for Counted {
+impl Write for CountingOutput {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.output.write(bytes)?;
         self.bytes.fetch_add(written as u64, Ordering::Relaxed);

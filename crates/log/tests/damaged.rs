@@ -20,12 +20,12 @@ fn record(file: &Path) {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: Some(("app.toml".to_owned(), b"name = \"bench\"".to_vec())),
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/bench/data", Arc::new(<[u64; 128]>::describe()), BTreeMap::new());
@@ -37,7 +37,7 @@ fn record(file: &Path) {
         };
         topic.put(&number.to_ne_bytes().repeat(128), stamps);
     }
-    assert_eq!(recorder.finish().kept, MESSAGES);
+    assert_eq!(recorder.finish().written, MESSAGES);
 }
 
 /// Returns how many messages can be read, and whether damage was reported.

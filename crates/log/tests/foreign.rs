@@ -121,7 +121,7 @@ fn parts_may_claim_any_number() {
     assert_eq!((parts.files.len(), parts.first), (5, 3));
     // Reported without a list of billions of numbers.
     assert_eq!(parts.missing, [5..=6, 8..=u32::MAX - 2]);
-    let lacks = parts.lacks().unwrap();
+    let lacks = parts.describe_missing().unwrap();
     assert!(
         lacks.ends_with("4294967288 parts from 5 to 4294967293 are missing"),
         "{lacks}"

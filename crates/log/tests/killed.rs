@@ -24,12 +24,12 @@ fn record_until_killed(file: &Path) {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());
@@ -47,7 +47,7 @@ fn record_until_killed(file: &Path) {
             items: Vec::new(),
         };
         panel.put_panel(&Ok(list), stamps);
-        let kept = recorder.status().kept;
+        let kept = recorder.status().written;
         if kept > told {
             told = kept;
             // If this fails, the parent has ended, and this process ends too.
@@ -58,7 +58,7 @@ fn record_until_killed(file: &Path) {
 
 #[test]
 fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     if let Some(file) = std::env::var_os(FILE) {
         return record_until_killed(file.as_ref());
     }

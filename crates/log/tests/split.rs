@@ -9,9 +9,9 @@ use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use jde_host::story::{Happening, Line};
+use jde_host::records::{EventRecord, RunRecord};
 use jde_log::{
-    Every, Message, Options, ReadError, Recorder, Recording, Split, Stamps, Status, Survey, Topic,
+    Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
 };
 use jde_types::Value;
 use jde_watchdog::Watchdog;
@@ -19,8 +19,11 @@ use tempfile::TempDir;
 
 const SECOND: u64 = 1_000_000_000;
 
-fn split(every: Every, keep: Option<u64>) -> Split {
-    Split { every, keep }
+fn split(every: PartSize, keep: Option<u64>) -> SplitOptions {
+    SplitOptions {
+        part_size: every,
+        max_total_bytes: keep,
+    }
 }
 
 fn stamps(number: u64, published: u64) -> Stamps {
@@ -42,12 +45,12 @@ struct Drive {
 }
 
 impl Drive {
-    fn begin(path: &Path, how: Split, overwrite: bool) -> Self {
+    fn begin(path: &Path, how: SplitOptions, overwrite: bool) -> Self {
         let options = Options {
             overwrite,
             ..support::options("endless", true)
         };
-        Self::of(Recorder::split(path, options, how).unwrap())
+        Self::of(Recorder::create_split(path, options, how).unwrap())
     }
 
     fn of(recorder: Recorder) -> Self {
@@ -83,10 +86,10 @@ impl Drive {
             self.next += 1;
             if self.next == 15 {
                 // A recorder that retracts values needs a story.
-                self.recorder.line(Line::Happening(Happening {
+                self.recorder.push_record(RunRecord::Event(EventRecord {
                     time_s: time as f64 / 1e9,
                     kind: "ended".to_owned(),
-                    ..Happening::default()
+                    ..EventRecord::default()
                 }));
                 self.taken_back.retract(time);
             }
@@ -95,7 +98,7 @@ impl Drive {
 }
 
 /// Records a drive in a folder of its own.
-fn drive(seconds: u64, how: Split) -> (TempDir, PathBuf, Status) {
+fn drive(seconds: u64, how: SplitOptions) -> (TempDir, PathBuf, Status) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     let mut drive = Drive::begin(&path, how, false);
@@ -127,7 +130,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn parts_are_one_recording_by_whichever_name() {
-    let (folder, path, status) = drive(65, split(Every::Time(10 * SECOND), None));
+    let (folder, path, status) = drive(65, split(PartSize::Time(10 * SECOND), None));
     let parts = status.parts.clone().unwrap();
     assert_eq!((parts.count, parts.deleted, status.lost), (7, 0, 0));
     assert_eq!(parts.last, folder.path().join("drive-007.mcap"));
@@ -139,7 +142,7 @@ fn parts_are_one_recording_by_whichever_name() {
         &folder.path().join("drive-004.mcap"),
     ] {
         let (recording, messages) = read(asked);
-        assert_eq!(messages.len() as u64, status.kept, "{}", asked.display());
+        assert_eq!(messages.len() as u64, status.written, "{}", asked.display());
         assert!(messages.is_sorted_by_key(|message| message.log_time));
         assert_eq!(sequences(&messages, "/pioneer/noise"), Vec::from_iter(1..=650));
         assert_eq!(sequences(&messages, "/goon/speed"), [0]);
@@ -162,7 +165,7 @@ fn parts_are_one_recording_by_whichever_name() {
 
 #[test]
 fn a_part_alone_says_what_was_in_force_at_its_beginning() {
-    let (folder, ..) = drive(35, split(Every::Time(10 * SECOND), None));
+    let (folder, ..) = drive(35, split(PartSize::Time(10 * SECOND), None));
     let elsewhere = tempfile::tempdir().unwrap();
     for (number, in_force) in [(1, 0), (2, 1), (3, 1)] {
         let name = format!("drive-{number:03}.mcap");
@@ -185,7 +188,7 @@ fn a_part_alone_says_what_was_in_force_at_its_beginning() {
 
 #[test]
 fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
-    let (folder, path, _) = drive(45, split(Every::Time(10 * SECOND), None));
+    let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
     std::fs::remove_file(folder.path().join("drive-003.mcap")).unwrap();
     let (recording, messages) = read(&path);
     assert_eq!(recording.missing().collect::<Vec<_>>(), [3..=3]);
@@ -202,7 +205,7 @@ fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
 #[test]
 fn an_endless_recording_keeps_the_newest_and_no_more() {
     let (megabyte, keep) = (1_000_000, 6_000_000);
-    let (folder, path, status) = drive(2000, split(Every::Bytes(megabyte), Some(keep)));
+    let (folder, path, status) = drive(2000, split(PartSize::Bytes(megabyte), Some(keep)));
     let parts = status.parts.unwrap();
     assert!(parts.count >= 9 && parts.deleted > 0, "{parts:?}");
     assert_eq!(names(folder.path()).len() as u64, parts.count - parts.deleted);
@@ -219,7 +222,7 @@ fn an_endless_recording_keeps_the_newest_and_no_more() {
 
 #[test]
 fn recordings_of_one_name_follow_each_other_and_are_not_mixed() {
-    let how = split(Every::Time(10 * SECOND), None);
+    let how = split(PartSize::Time(10 * SECOND), None);
     let (folder, path, _) = drive(25, how);
     let mut second = Drive::begin(&path, how, false);
     second.go_on(15);
@@ -230,11 +233,11 @@ fn recordings_of_one_name_follow_each_other_and_are_not_mixed() {
     assert_eq!(count("drive.mcap"), 2, "the newest");
     assert!(matches!(
         Recording::open(folder.path()),
-        Err(ReadError::Several { count: 2, .. })
+        Err(ReadError::Ambiguous { count: 2, .. })
     ));
 
     // The limit applies to both recordings together.
-    let least = split(Every::Time(10 * SECOND), Some(150_000));
+    let least = split(PartSize::Time(10 * SECOND), Some(150_000));
     let mut third = Drive::begin(&path, least, false);
     third.go_on(5);
     let parts = third.recorder.finish().parts.unwrap();
@@ -253,7 +256,7 @@ fn what_is_no_part_is_neither_read_with_them_nor_deleted() {
     let path = folder.path().join("drive.mcap");
     std::fs::write(folder.path().join("drive-001.mcap"), "somebody's").unwrap();
     std::fs::write(folder.path().join("drive-002.mcap"), "").unwrap();
-    let mut drive = Drive::begin(&path, split(Every::Time(10 * SECOND), Some(1)), false);
+    let mut drive = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
     drive.go_on(25);
     let parts = drive.recorder.finish().parts.unwrap();
     assert_eq!((parts.count, parts.deleted), (3, 2));
@@ -263,29 +266,29 @@ fn what_is_no_part_is_neither_read_with_them_nor_deleted() {
     );
     let nothing = tempfile::tempdir().unwrap();
     let refused = Recording::open(nothing.path()).err();
-    assert!(matches!(refused, Some(ReadError::Nothing(_))), "{refused:?}");
+    assert!(matches!(refused, Some(ReadError::Empty(_))), "{refused:?}");
 }
 
 #[test]
 fn parts_that_another_recording_writes_are_left_alone() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let how = split(Every::Time(10 * SECOND), None);
+    let how = split(PartSize::Time(10 * SECOND), None);
     let first = folder.path().join("drive-001.mcap");
     let mut live = Drive::begin(&path, how, false);
 
-    let mut bounded = Drive::begin(&path, split(Every::Time(10 * SECOND), Some(1)), false);
+    let mut bounded = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
     bounded.go_on(25);
     let parts = bounded.recorder.finish().parts.unwrap();
     assert_eq!((parts.count, parts.deleted), (3, 2));
-    assert_eq!(parts.left, BTreeSet::from([first.clone()]));
+    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-004.mcap"]);
 
     let mut over = Drive::begin(&path, how, true);
     over.go_on(5);
     let parts = over.recorder.finish().parts.unwrap();
-    assert_eq!(parts.left, BTreeSet::from([first.clone()]));
+    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-002.mcap"]);
 
     live.go_on(5);
@@ -297,14 +300,14 @@ fn parts_that_another_recording_writes_are_left_alone() {
     // It has ended, so it can be deleted like any other.
     let mut over = Drive::begin(&path, how, true);
     over.go_on(5);
-    assert_eq!(over.recorder.finish().parts.unwrap().left, BTreeSet::new());
+    assert_eq!(over.recorder.finish().parts.unwrap().undeleted, BTreeSet::new());
     assert_eq!(names(folder.path()), ["drive-001.mcap"]);
 }
 
 #[test]
 fn behind_the_last_number_of_a_file_there_is_no_other() {
-    let _watchdog = Watchdog::of_a_test();
-    let every = split(Every::Time(10 * SECOND), None);
+    let _watchdog = Watchdog::for_test();
+    let every = split(PartSize::Time(10 * SECOND), None);
     let (folder, path, _) = drive(5, every);
     let first = folder.path().join("drive-001.mcap");
     let named = |number: u64| folder.path().join(format!("drive-{number}.mcap"));
@@ -320,22 +323,22 @@ fn behind_the_last_number_of_a_file_there_is_no_other() {
     let troubles = Arc::<Mutex<Vec<String>>>::default();
     let told = Arc::clone(&troubles);
     let options = Options {
-        on_trouble: Box::new(move |trouble| told.lock().unwrap().push(trouble.to_owned())),
+        on_error: Box::new(move |trouble| told.lock().unwrap().push(trouble.to_owned())),
         ..support::options("endless", true)
     };
-    let mut ends = Drive::of(Recorder::split(&path, options, every).unwrap());
+    let mut ends = Drive::of(Recorder::create_split(&path, options, every).unwrap());
     ends.go_on(15);
     let status = ends.recorder.finish();
     assert_eq!(status.parts.unwrap().last, named(last));
     assert_eq!(troubles.lock().unwrap().len(), 1);
-    assert!(status.trouble.unwrap().contains("the last number"));
+    assert!(status.error.unwrap().contains("the last number"));
     let kept = sequences(&read(&named(last)).1, "/pioneer/noise").len();
     assert!(
         (99..=100).contains(&kept),
         "what was written before is whole: {kept}"
     );
 
-    let refused = Recorder::split(&path, support::options("endless", true), every).err();
+    let refused = Recorder::create_split(&path, support::options("endless", true), every).err();
     assert!(refused.unwrap().to_string().contains("the last number"));
 }
 
@@ -343,7 +346,7 @@ fn behind_the_last_number_of_a_file_there_is_no_other() {
 fn only_names_that_numbering_gives_are_parts_of_a_name() {
     let folder = tempfile::tempdir().unwrap();
     let named = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
-    let how = split(Every::Time(10 * SECOND), None);
+    let how = split(PartSize::Time(10 * SECOND), None);
     // Two names that become the same text if invalid UTF-8 is replaced.
     Drive::begin(&named(b"d\xff.mcap"), how, false).recorder.finish();
     let theirs = named(b"d\xff-001.mcap");
@@ -352,7 +355,7 @@ fn only_names_that_numbering_gives_are_parts_of_a_name() {
     }
     Drive::begin(&named(b"d\xfe.mcap"), how, false).recorder.finish();
     assert!(named(b"d\xfe-001.mcap").exists(), "numbers begin at 1");
-    let mut over = Drive::begin(&named(b"d\xfe.mcap"), split(how.every, Some(1)), true);
+    let mut over = Drive::begin(&named(b"d\xfe.mcap"), split(how.part_size, Some(1)), true);
     over.go_on(15);
     assert_eq!(over.recorder.finish().parts.unwrap().deleted, 1);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
@@ -361,7 +364,7 @@ fn only_names_that_numbering_gives_are_parts_of_a_name() {
 
 #[test]
 fn a_part_that_was_cut_off_spoils_no_other() {
-    let (folder, path, _) = drive(45, split(Every::Time(10 * SECOND), None));
+    let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
     let third = folder.path().join("drive-003.mcap");
     let whole = std::fs::read(&third).unwrap();
     // After its header, within what it repeats, and within what is new.

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_host::story::{Candidate, Decision, Happening, Line};
+use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_log::trigger::{Condition, Names, Triggers};
-use jde_log::{GroupSurvey, Recorder, Recording, Stamps, Survey, Troubled, When};
+use jde_log::{GroupSurvey, Recorder, Recording, SchemaProblems, Stamps, Survey, TriggerOptions};
 use jde_types::Value;
 use support::options;
 
@@ -18,13 +18,13 @@ fn survey(file: &Path) -> Survey {
     Survey::of(&Recording::open(file).unwrap()).unwrap()
 }
 
-fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> Line {
-    Line::Decision(Decision {
+fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
+    RunRecord::Decision(Decision {
         number: 1,
         time_s,
         group: group.to_owned(),
         case: case.to_owned(),
-        candidates: vec![Candidate {
+        candidates: vec![CandidateRecord {
             name: "goon".to_owned(),
             state: "ready".to_owned(),
             ready: true,
@@ -40,20 +40,20 @@ fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> Line {
     })
 }
 
-fn happened(time_s: f64, kind: &str, text: &str) -> Line {
-    Line::Happening(Happening {
+fn happened(time_s: f64, kind: &str, text: &str) -> RunRecord {
+    RunRecord::Event(EventRecord {
         time_s,
         kind: kind.to_owned(),
         schema: Some("goon".to_owned()),
         text: text.to_owned(),
-        ..Happening::default()
+        ..EventRecord::default()
     })
 }
 
 /// Records ten values a second for `seconds` s, and a story. Three values are lost.
 fn drive(recorder: &Recorder, seconds: u64) {
     let topic = recorder.topic("/robot/count", Arc::new(u64::describe()), BTreeMap::new());
-    topic.lose(3);
+    topic.add_lost(3);
     let mut story = vec![
         decided(1.0, "roots", "alone", true),
         decided(2.0, "base", "alone", true),
@@ -69,7 +69,7 @@ fn drive(recorder: &Recorder, seconds: u64) {
     for tenth in 0..seconds * 10 {
         let time = tenth * SECOND / 10;
         while let Some(line) = story.next_if(|line| line.time() <= time) {
-            recorder.line(line);
+            recorder.push_record(line);
         }
         let stamps = Stamps {
             published: time,
@@ -111,7 +111,7 @@ fn a_survey_counts_what_is_there() {
     assert_eq!(survey.groups, [group("roots", 1, 1), group("base", 3, 2)]);
     assert_eq!(
         survey.troubled,
-        [Troubled {
+        [SchemaProblems {
             schema: "goon".to_owned(),
             faults: 1,
             overruns: 1,
@@ -131,14 +131,15 @@ fn what_was_in_force_before_a_file_began_is_not_counted_as_decided_in_it() {
         ..Names::default()
     };
     let condition = Condition::new("collision:base", &names).unwrap();
-    let when = When {
+    let when = TriggerOptions {
         triggers: Triggers::new(names, vec![condition]),
         before: 2 * SECOND,
         after: SECOND,
         memory: 1 << 20,
         on_file: Box::new(|_, _| {}),
     };
-    let recorder = Recorder::wait(&folder.path().join("drive.mcap"), options("bench", true), when).unwrap();
+    let recorder =
+        Recorder::create_triggered(&folder.path().join("drive.mcap"), options("bench", true), when).unwrap();
     drive(&recorder, 20);
     recorder.finish();
     let survey = survey(&folder.path().join("drive-001.mcap"));

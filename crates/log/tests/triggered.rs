@@ -8,9 +8,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
-use jde_host::story::{Candidate, Decision, Happening, Line};
+use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_log::trigger::{Condition, Names, Triggers};
-use jde_log::{Happened, Message, Options, Recorder, Recording, Stamps, Status, Topic, When};
+use jde_log::{FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions};
 use jde_ros::cdr;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
@@ -24,7 +24,7 @@ struct Bench {
     recorder: Recorder,
     speed: Topic,
     period: Topic,
-    told: Arc<Mutex<Vec<(Happened, String)>>>,
+    told: Arc<Mutex<Vec<(FileEvent, String)>>>,
 }
 
 fn names() -> Names {
@@ -61,7 +61,7 @@ impl Bench {
             .map(|text| Condition::new(text, &names()).unwrap());
         let told: Arc<Mutex<Vec<_>>> = Arc::default();
         let tell = Arc::clone(&told);
-        let when = When {
+        let when = TriggerOptions {
             triggers: Triggers::new(names(), conditions.collect()),
             before: before * SECOND,
             after: after * SECOND,
@@ -70,7 +70,7 @@ impl Bench {
                 tell.lock().unwrap().push((happened, written.reason.clone()));
             }),
         };
-        let recorder = Recorder::wait(path, options, when).unwrap();
+        let recorder = Recorder::create_triggered(path, options, when).unwrap();
         let number = Arc::new(f64::describe());
         Self {
             speed: recorder.topic("/pioneer/speed", Arc::clone(&number), about("pioneer.speed")),
@@ -88,12 +88,12 @@ impl Bench {
     }
 
     fn collision(&self, seconds: u64, case: &str) {
-        self.recorder.line(Line::Decision(Decision {
+        self.recorder.push_record(RunRecord::Decision(Decision {
             number: seconds,
             time_s: seconds as f64,
             group: "example/base".to_owned(),
             case: case.to_owned(),
-            candidates: vec![Candidate {
+            candidates: vec![CandidateRecord {
                 name: "goon".to_owned(),
                 state: "ready".to_owned(),
                 ready: true,
@@ -146,13 +146,13 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     bench.collision(100, "collision");
     bench.drive(100..200, 0.6);
     let status = bench.finish();
-    assert_eq!((status.files.len(), status.lost, status.short), (1, 0, 0));
+    assert_eq!((status.files.len(), status.lost, status.evicted), (1, 0, 0));
     let written = &status.files[0];
     assert!(written.path.ends_with("deep/drive-001.mcap"));
     assert_eq!(written.time, 100 * SECOND);
 
     let (recording, messages) = read(&written.path);
-    assert_eq!(status.kept, messages.len() as u64);
+    assert_eq!(status.written, messages.len() as u64);
     assert_eq!(written.bytes, written.path.metadata().unwrap().len());
     let why = recording.metadata("jde/trigger").unwrap();
     assert_eq!(why["condition"], "collision");
@@ -185,7 +185,8 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     );
     let events = of(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
-    let Line::Happening(event) = Line::read(jde_host::story::Kind::Happening, &events[0].data).unwrap()
+    let RunRecord::Event(event) =
+        RunRecord::parse(jde_host::records::RecordKind::Event, &events[0].data).unwrap()
     else {
         panic!("it is an event");
     };
@@ -208,13 +209,13 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
             // before it.
             30 | 54 => bench.collision(second, "collision"),
             31 | 55 => bench.collision(second, "alone"),
-            38 => bench.recorder.line(Line::Happening(Happening {
+            38 => bench.recorder.push_record(RunRecord::Event(EventRecord {
                 time_s: 38.0,
                 kind: "operator".to_owned(),
                 schema: Some("goon".to_owned()),
                 by: Some("ana".to_owned()),
                 text: "played".to_owned(),
-                ..Happening::default()
+                ..EventRecord::default()
             })),
             _ => {}
         }
@@ -246,11 +247,11 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
     assert_eq!(
         told,
         [
-            Happened::Began,
-            Happened::FiredAgain,
-            Happened::Ended,
-            Happened::Began,
-            Happened::Ended
+            FileEvent::Started,
+            FileEvent::Extended,
+            FileEvent::Ended,
+            FileEvent::Started,
+            FileEvent::Ended
         ]
     );
 }
@@ -312,7 +313,7 @@ fn memory_is_bounded_and_what_had_to_go_is_said() {
     bench.collision(100, "collision");
     bench.drive(100..120, 0.5);
     let status = bench.finish();
-    assert!(status.short > 0);
+    assert!(status.evicted > 0);
     assert_eq!(
         status.lost, 0,
         "no file was promised what no memory was given for"
@@ -343,7 +344,7 @@ fn in_real_time_everything_is_in_the_file_or_counted() {
     let lost: u64 = lost.map_or(0, |lost| lost.parse().unwrap());
     let there = of(&messages, "/pioneer/speed").len() as u64;
     assert!(there + lost >= 601, "{there} and {lost} lost");
-    assert_eq!(messages.len() as u64, status.kept);
+    assert_eq!(messages.len() as u64, status.written);
 }
 
 #[test]
@@ -351,7 +352,7 @@ fn where_no_file_can_be_made_no_recording_begins() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "a file").unwrap();
-    let when = || When {
+    let when = || TriggerOptions {
         triggers: Triggers::new(names(), Vec::new()),
         before: SECOND,
         after: SECOND,
@@ -359,9 +360,9 @@ fn where_no_file_can_be_made_no_recording_begins() {
         on_file: Box::new(|_, _| {}),
     };
     for path in [file.join("drive.mcap").as_path(), "/sys/drive.mcap".as_ref()] {
-        assert!(Recorder::wait(path, options("bench", true), when()).is_err());
+        assert!(Recorder::create_triggered(path, options("bench", true), when()).is_err());
     }
-    Recorder::wait(&folder.path().join("drive.mcap"), options("bench", true), when())
+    Recorder::create_triggered(&folder.path().join("drive.mcap"), options("bench", true), when())
         .unwrap()
         .finish();
     let left = std::fs::read_dir(folder.path()).unwrap().count();
@@ -380,7 +381,7 @@ fn record_until_killed(path: &Path) {
     let mut told = 0;
     for second in 10.. {
         bench.drive(second..second + 1, 0.5);
-        let kept = bench.recorder.status().kept;
+        let kept = bench.recorder.status().written;
         if kept > told {
             told = kept;
             println!("\nkept {told}");
@@ -390,7 +391,7 @@ fn record_until_killed(path: &Path) {
 
 #[test]
 fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     if let Some(file) = std::env::var_os(FILE) {
         return record_until_killed(file.as_ref());
     }

@@ -11,22 +11,22 @@ pub struct Event {
     /// The robot's name in the world.
     pub robot: String,
     /// The kind of event.
-    pub what: What,
+    pub kind: EventKind,
 }
 
 /// The kinds of events of a robot.
 #[derive(Clone, Debug, PartialEq)]
-pub enum What {
+pub enum EventKind {
     /// A client arrived on a line, and has not completed the handshake yet.
-    Came(String),
+    ClientArrived(String),
     /// A client was refused, because the robot has another.
-    TurnedAway(String),
+    ClientRefused(String),
     /// A client has completed the handshake.
     Connected,
     /// A client has closed the session, and stays on the line.
     Closed,
     /// The client has left, and why.
-    Left(String),
+    ClientLeft(String),
     /// No packet arrived for this time, and the robot was stopped.
     Silent(Duration),
     /// A client moved the robot to another pose, or back to its start.
@@ -34,11 +34,11 @@ pub enum What {
     /// A client requested something that is not possible.
     Refused(String),
     /// A client sent this message for display.
-    Said(String),
+    Message(String),
     /// The body has touched something.
-    Touched,
+    Collided,
     /// The number of further events within a second, which were left out.
-    LeftOut(u64),
+    EventsDropped(u64),
 }
 
 impl fmt::Display for Event {
@@ -48,19 +48,19 @@ impl fmt::Display for Event {
             "{:8.1} s  {}: {}",
             self.time.as_secs_f64(),
             self.robot,
-            self.what
+            self.kind
         )
     }
 }
 
-impl fmt::Display for What {
+impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Came(peer) => write!(f, "{peer} came"),
-            Self::TurnedAway(peer) => write!(f, "{peer} was turned away, it has a client"),
+            Self::ClientArrived(peer) => write!(f, "{peer} came"),
+            Self::ClientRefused(peer) => write!(f, "{peer} was turned away, it has a client"),
             Self::Connected => write!(f, "a client is connected"),
             Self::Closed => write!(f, "the client ended its session"),
-            Self::Left(why) => write!(f, "the client is gone: {why}"),
+            Self::ClientLeft(why) => write!(f, "the client is gone: {why}"),
             Self::Silent(time) => write!(
                 f,
                 "nothing heard for {:.1} s, its motors stop",
@@ -68,9 +68,9 @@ impl fmt::Display for What {
             ),
             Self::Placed => write!(f, "a client put it elsewhere"),
             Self::Refused(why) => write!(f, "refused: {why}"),
-            Self::Said(words) => write!(f, "the client says: {words}"),
-            Self::Touched => write!(f, "it touches something"),
-            Self::LeftOut(count) => write!(f, "{count} more events within a second are not told"),
+            Self::Message(words) => write!(f, "the client says: {words}"),
+            Self::Collided => write!(f, "it touches something"),
+            Self::EventsDropped(count) => write!(f, "{count} more events within a second are not told"),
         }
     }
 }

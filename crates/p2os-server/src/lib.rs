@@ -12,14 +12,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod door;
+mod endpoint;
 mod event;
-mod line;
-mod pace;
 mod quota;
+mod robot_session;
 mod server;
-mod station;
+mod terminal_watch;
+mod world_clock;
 
-pub use event::{Event, What};
-pub use line::Place;
-pub use server::{Options, Server, ServerError, Tally};
+pub use endpoint::EndpointAddress;
+pub use event::{Event, EventKind};
+pub use server::{Options, RobotStats, Server, ServerError};

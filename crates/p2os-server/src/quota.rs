@@ -4,40 +4,40 @@
 use core::time::Duration;
 
 /// Most reported events of a robot in a second: more than a person reads.
-const MOST: u32 = 20;
+const MAX_EVENTS: u32 = 20;
 const SECOND: Duration = Duration::from_secs(1);
 
 /// The rest of the present second's quota.
 #[derive(Debug, Default)]
 pub(crate) struct Quota {
-    begun: Duration,
-    told: u32,
-    untold: u64,
+    started: Duration,
+    reported: u32,
+    dropped: u64,
 }
 
 impl Quota {
     /// Starts a new quota when a second of the machine's time is over. Returns the number of events that were
     /// left out since the last report, if any.
     pub(crate) fn renew(&mut self, now: Duration) -> Option<u64> {
-        if now.saturating_sub(self.begun) < SECOND {
+        if now.saturating_sub(self.started) < SECOND {
             return None;
         }
-        (self.begun, self.told) = (now, 0);
-        self.rest()
+        (self.started, self.reported) = (now, 0);
+        self.take_dropped()
     }
 
     /// Returns the number of events that were left out since the last report, if any.
-    pub(crate) fn rest(&mut self) -> Option<u64> {
-        Some(std::mem::take(&mut self.untold)).filter(|untold| *untold > 0)
+    pub(crate) fn take_dropped(&mut self) -> Option<u64> {
+        Some(std::mem::take(&mut self.dropped)).filter(|untold| *untold > 0)
     }
 
     /// Returns whether one more event is reported.
-    pub(crate) fn take(&mut self) -> bool {
-        let told = self.told < MOST;
+    pub(crate) fn allow(&mut self) -> bool {
+        let told = self.reported < MAX_EVENTS;
         if told {
-            self.told += 1;
+            self.reported += 1;
         } else {
-            self.untold += 1;
+            self.dropped += 1;
         }
         told
     }
@@ -50,11 +50,11 @@ mod tests {
     #[test]
     fn what_is_left_out_is_counted_and_told_once() {
         let mut quota = Quota::default();
-        let told = (0..1000).filter(|_| quota.take()).count();
-        assert_eq!(told, MOST as usize);
+        let told = (0..1000).filter(|_| quota.allow()).count();
+        assert_eq!(told, MAX_EVENTS as usize);
         assert_eq!(quota.renew(SECOND / 2), None, "the second is not over");
-        assert_eq!(quota.renew(SECOND), Some(1000 - u64::from(MOST)));
-        assert!(quota.take());
+        assert_eq!(quota.renew(SECOND), Some(1000 - u64::from(MAX_EVENTS)));
+        assert!(quota.allow());
         assert_eq!(quota.renew(2 * SECOND), None);
     }
 }

@@ -11,21 +11,21 @@ use jde_p2os::{Model, ModelError};
 use jde_sim::{STEP_NS, World, WorldError};
 use rustix::event::{PollFd, Timespec, poll};
 
-use crate::event::{Event, What};
-use crate::line::{Line, Place};
-use crate::pace::Pace;
+use crate::endpoint::{Endpoint, EndpointAddress};
+use crate::event::{Event, EventKind};
 use crate::quota::Quota;
-use crate::station::{Station, WATCHDOG};
+use crate::robot_session::{RobotSession, WATCHDOG};
+use crate::world_clock::WorldClock;
 
 /// Most bytes read from one client in a round, so that no client delays the others.
-const MOST_HEARD: usize = 4096;
+const MAX_READ: usize = 4096;
 /// Silence after which a client on a serial line counts as gone, because a serial line does not report that.
-const GONE: Duration = Duration::from_secs(8);
+const SILENCE_LIMIT: Duration = Duration::from_secs(8);
 /// The default model of a robot.
 const P3DX: &str = "p3dx";
 /// Most steps of the world between two reads of the lines: half of the time between two server information
 /// packets.
-const MOST_STEPS: usize = 5;
+const MAX_STEPS: usize = 5;
 const STEP: Duration = Duration::from_nanos(STEP_NS);
 
 /// The settings of a server.
@@ -63,7 +63,7 @@ pub enum ServerError {
     NoRobots(String),
     /// Neither TCP nor terminals were requested.
     #[error("no client could reach it: serve it at a TCP address, at terminals, or both")]
-    NoLines,
+    NoEndpoints,
     /// A model for a robot that the world does not have.
     #[error("the world has no robot `{robot}`; it has {}", known.join(", "))]
     NoSuchRobot {
@@ -87,7 +87,7 @@ pub enum ServerError {
     NoPort(String),
     /// A line could not be opened.
     #[error("robot `{robot}` cannot be served at {place}: {error}")]
-    Line {
+    Endpoint {
         /// The robot.
         robot: String,
         /// Its address, or "a pseudo-terminal".
@@ -108,7 +108,7 @@ pub enum ServerError {
 
 /// The totals of a robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tally {
+pub struct RobotStats {
     /// Its name in the world.
     pub robot: String,
     /// Metres driven.
@@ -124,14 +124,14 @@ pub struct Tally {
 /// A world and the lines to its robots.
 pub struct Server {
     world: World,
-    posts: Vec<Post>,
+    robots: Vec<ServedRobot>,
     speed: f64,
 }
 
-struct Post {
+struct ServedRobot {
     name: String,
-    station: Station,
-    lines: Vec<Line>,
+    session: RobotSession,
+    endpoints: Vec<Endpoint>,
     sessions: u64,
     quota: Quota,
 }
@@ -148,7 +148,7 @@ impl Server {
             return Err(ServerError::NoRobots(world.name().to_owned()));
         }
         if options.tcp.is_none() && !options.terminal {
-            return Err(ServerError::NoLines);
+            return Err(ServerError::NoEndpoints);
         }
         if let Some((robot, _)) = options.models.iter().find(|(name, _)| !names.contains(name)) {
             return Err(ServerError::NoSuchRobot {
@@ -161,14 +161,14 @@ impl Server {
         for (number, name) in names.into_iter().enumerate() {
             let model = options.models.iter().find(|(robot, _)| *robot == name);
             let model = model.map_or(&p3dx, |(_, model)| model).clone();
-            let robot = world.add_robot(&name, crate::station::body(&model))?;
-            let station = Station::new(&world, robot, model);
+            let robot = world.add_robot(&name, crate::robot_session::robot_config(&model))?;
+            let station = RobotSession::new(&world, robot, model);
             if let Err(error) = station.check_names(&world) {
                 return Err(ServerError::Names { robot: name, error });
             }
-            posts.push(Post {
-                station,
-                lines: lines(&name, number, options)?,
+            posts.push(ServedRobot {
+                session: station,
+                endpoints: open_endpoints(&name, number, options)?,
                 sessions: 0,
                 quota: Quota::default(),
                 name,
@@ -176,16 +176,16 @@ impl Server {
         }
         Ok(Self {
             world,
-            posts,
+            robots: posts,
             speed: options.speed,
         })
     }
 
     /// Returns the places of each robot, in the order of the world's file. A robot with two lines occurs
     /// twice.
-    pub fn places(&self) -> impl Iterator<Item = (&str, Place)> {
-        self.posts.iter().flat_map(|post| {
-            let places = post.lines.iter().filter_map(|line| line.place().ok());
+    pub fn addresses(&self) -> impl Iterator<Item = (&str, EndpointAddress)> {
+        self.robots.iter().flat_map(|post| {
+            let places = post.endpoints.iter().filter_map(|line| line.address().ok());
             places.map(|place| (post.name.as_str(), place))
         })
     }
@@ -196,10 +196,10 @@ impl Server {
     }
 
     /// Returns the totals of each robot so far.
-    pub fn tally(&self) -> Vec<Tally> {
-        let tally = |post: &Post| {
-            let truth = self.world.truth(post.station.robot());
-            Tally {
+    pub fn stats(&self) -> Vec<RobotStats> {
+        let tally = |post: &ServedRobot| {
+            let truth = self.world.truth(post.session.robot());
+            RobotStats {
                 robot: post.name.clone(),
                 travelled: truth.travelled,
                 collisions: truth.collisions,
@@ -207,7 +207,7 @@ impl Server {
                 sessions: post.sessions,
             }
         };
-        self.posts.iter().map(tally).collect()
+        self.robots.iter().map(tally).collect()
     }
 
     /// Serves until `stop` is set or `limit` of the machine's time is over, and calls `hear` with the events,
@@ -223,20 +223,20 @@ impl Server {
         mut hear: impl FnMut(&Event),
     ) -> Result<(), ServerError> {
         let begun = Instant::now();
-        let mut pace = Pace::new(Duration::from_nanos(self.world.now()), self.speed);
+        let mut pace = WorldClock::new(Duration::from_nanos(self.world.now()), self.speed);
         while !stop.load(Ordering::Relaxed) && limit.is_none_or(|limit| begun.elapsed() < limit) {
-            let now = self.pass(pace.now());
-            pace.hold_to(now);
-            self.listen(now);
-            self.speak();
+            let now = self.step(pace.now());
+            pace.limit_backlog(now);
+            self.receive_all(now);
+            self.send_all();
             self.report(now, begun.elapsed(), &mut hear);
             let next = Duration::from_nanos(self.world.now()) + STEP;
             self.wait(pace.until(next))?;
         }
         let time = pace.now();
-        for post in &mut self.posts {
-            if let Some(count) = post.quota.rest() {
-                hear(&post.event(time, What::LeftOut(count)));
+        for post in &mut self.robots {
+            if let Some(count) = post.quota.take_dropped() {
+                hear(&post.event(time, EventKind::EventsDropped(count)));
             }
         }
         Ok(())
@@ -244,52 +244,52 @@ impl Server {
 
     /// Advances the world up to `now`, by at most [`MOST_STEPS`] steps, and returns the time that it has
     /// reached. So a machine that is too slow for the speed still reads its clients in between.
-    fn pass(&mut self, now: Duration) -> Duration {
-        for _ in 0..MOST_STEPS {
+    fn step(&mut self, now: Duration) -> Duration {
+        for _ in 0..MAX_STEPS {
             let time = Duration::from_nanos(self.world.now());
             if time + STEP > now {
                 break;
             }
-            for post in &mut self.posts {
-                post.station.step(&mut self.world, time);
+            for post in &mut self.robots {
+                post.session.step(&mut self.world, time);
             }
             self.world.advance_to(self.world.now() + STEP_NS);
-            for post in &mut self.posts {
-                post.station.tell(&self.world, time + STEP);
+            for post in &mut self.robots {
+                post.session.send_due(&self.world, time + STEP);
             }
         }
         Duration::from_nanos(self.world.now())
     }
 
-    fn listen(&mut self, now: Duration) {
-        for post in &mut self.posts {
+    fn receive_all(&mut self, now: Duration) {
+        for post in &mut self.robots {
             // A client that leaves now makes room for one that arrives now.
-            for number in 0..post.lines.len() {
-                post.hear(number, &mut self.world, now);
+            for number in 0..post.endpoints.len() {
+                post.receive(number, &mut self.world, now);
             }
-            post.door(now);
+            post.accept_clients(now);
         }
     }
 
-    fn speak(&mut self) {
-        for post in &mut self.posts {
-            let bytes = post.station.take_bytes();
-            for line in &mut post.lines {
+    fn send_all(&mut self) {
+        for post in &mut self.robots {
+            let bytes = post.session.take_bytes();
+            for line in &mut post.endpoints {
                 if let Err(why) = line.write(&bytes) {
-                    post.station.leave(What::Left(why));
+                    post.session.end_session(EventKind::ClientLeft(why));
                 }
             }
         }
     }
 
     fn report(&mut self, now: Duration, clock: Duration, hear: &mut impl FnMut(&Event)) {
-        for post in &mut self.posts {
+        for post in &mut self.robots {
             if let Some(count) = post.quota.renew(clock) {
-                hear(&post.event(now, What::LeftOut(count)));
+                hear(&post.event(now, EventKind::EventsDropped(count)));
             }
-            for what in post.station.take_happened() {
-                post.sessions += u64::from(what == What::Connected);
-                if post.quota.take() {
+            for what in post.session.take_events() {
+                post.sessions += u64::from(what == EventKind::Connected);
+                if post.quota.allow() {
                     hear(&post.event(now, what));
                 }
             }
@@ -299,9 +299,9 @@ impl Server {
     /// Waits until a client arrives or sends bytes, or the time is over.
     fn wait(&self, time: Duration) -> Result<(), ServerError> {
         let waits = self
-            .posts
+            .robots
             .iter()
-            .flat_map(|post| post.lines.iter().flat_map(Line::waits));
+            .flat_map(|post| post.endpoints.iter().flat_map(Endpoint::poll_fds));
         let mut waits: Vec<PollFd<'_>> = waits
             .map(|(line, flags)| PollFd::from_borrowed_fd(line, flags))
             .collect();
@@ -316,79 +316,88 @@ impl Server {
     }
 }
 
-impl Post {
-    fn event(&self, time: Duration, what: What) -> Event {
+impl ServedRobot {
+    fn event(&self, time: Duration, what: EventKind) -> Event {
         let robot = self.name.clone();
-        Event { time, robot, what }
+        Event {
+            time,
+            robot,
+            kind: what,
+        }
     }
 
     /// Admits the waiting clients, or refuses them.
-    fn door(&mut self, now: Duration) {
-        for number in 0..self.lines.len() {
-            let Some(caller) = self.lines[number].caller() else {
+    fn accept_clients(&mut self, now: Duration) {
+        for number in 0..self.endpoints.len() {
+            let Some(caller) = self.endpoints[number].accept() else {
                 continue;
             };
             if self.has_room(now) {
-                self.station.come(What::Came(caller.name.clone()), now);
-                self.lines[number].admit(caller);
+                self.session
+                    .begin_session(EventKind::ClientArrived(caller.name.clone()), now);
+                self.endpoints[number].admit(caller);
             } else {
-                self.station.note(What::TurnedAway(caller.name));
+                self.session.push_event(EventKind::ClientRefused(caller.name));
             }
         }
     }
 
-    fn hear(&mut self, number: usize, world: &mut World, now: Duration) {
-        let line = &mut self.lines[number];
-        let known = line.peer().is_some();
-        let mut room = [0; MOST_HEARD];
+    fn receive(&mut self, number: usize, world: &mut World, now: Duration) {
+        let line = &mut self.endpoints[number];
+        let known = line.client_name().is_some();
+        let mut room = [0; MAX_READ];
         let count = match line.read(&mut room) {
             Ok(count) => count,
-            Err(why) => return self.station.leave(What::Left(why)),
+            Err(why) => return self.session.end_session(EventKind::ClientLeft(why)),
         };
         if count > 0 {
             // On a terminal a client appears with its first bytes. The bytes of a refused client are dropped.
-            if known || self.answer(number, now) {
-                self.station.hear(world, &room[..count], now);
+            if known || self.admit_terminal(number, now) {
+                self.session.receive(world, &room[..count], now);
             }
-        } else if known && line.is_terminal() && self.station.silence(now) > GONE {
+        } else if known && line.is_terminal() && self.session.silence(now) > SILENCE_LIMIT {
             let why = line.hang_up("it has said nothing for long");
-            self.station.leave(What::Left(why));
+            self.session.end_session(EventKind::ClientLeft(why));
         }
     }
 
     /// Admits the sender of bytes on a terminal, or refuses it.
-    fn answer(&mut self, number: usize, now: Duration) -> bool {
+    fn admit_terminal(&mut self, number: usize, now: Duration) -> bool {
         let has_room = self.has_room(now);
-        let name = self.lines[number].name();
+        let name = self.endpoints[number].name();
         if has_room {
-            self.station.come(What::Came(name), now);
-            self.lines[number].admit_heard();
+            self.session.begin_session(EventKind::ClientArrived(name), now);
+            self.endpoints[number].admit_sender();
         } else {
-            self.station.note(What::TurnedAway(name));
+            self.session.push_event(EventKind::ClientRefused(name));
         }
         has_room
     }
 
     /// Returns whether another client may come. A client whose silence has stopped the motors makes room.
     fn has_room(&mut self, now: Duration) -> bool {
-        let Some(taken) = self.lines.iter_mut().find(|line| line.peer().is_some()) else {
+        let Some(taken) = self
+            .endpoints
+            .iter_mut()
+            .find(|line| line.client_name().is_some())
+        else {
             return true;
         };
-        if self.station.silence(now) <= WATCHDOG {
+        if self.session.silence(now) <= WATCHDOG {
             return false;
         }
         let why = taken.hang_up("it was silent, and another came");
-        self.station.leave(What::Left(why));
+        self.session.end_session(EventKind::ClientLeft(why));
         true
     }
 }
 
 /// Opens the lines of robot number `number`, counted from 0.
-fn lines(robot: &str, number: usize, options: &Options) -> Result<Vec<Line>, ServerError> {
+fn open_endpoints(robot: &str, number: usize, options: &Options) -> Result<Vec<Endpoint>, ServerError> {
     let mut lines = Vec::new();
     let failed = |place: String| {
         let robot = robot.to_owned();
-        |error| ServerError::Line { robot, place, error }
+        |error| ServerError::Endpoint { robot, place, error }
     };
     if let Some(mut address) = options.tcp {
         if address.port() != 0 {
@@ -397,10 +406,10 @@ fn lines(robot: &str, number: usize, options: &Options) -> Result<Vec<Line>, Ser
                 .and_then(|number| address.port().checked_add(number));
             address.set_port(port.ok_or_else(|| ServerError::NoPort(robot.to_owned()))?);
         }
-        lines.push(Line::tcp(address).map_err(failed(address.to_string()))?);
+        lines.push(Endpoint::tcp(address).map_err(failed(address.to_string()))?);
     }
     if options.terminal {
-        lines.push(Line::terminal().map_err(failed("a pseudo-terminal".to_owned()))?);
+        lines.push(Endpoint::terminal().map_err(failed("a pseudo-terminal".to_owned()))?);
     }
     Ok(lines)
 }

@@ -142,12 +142,12 @@ impl Config {
     /// # Errors
     /// If it is not a configuration, or one of its first three names is not terminated.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
-        const WHAT: &str = "configuration";
+        const RECORD_NAME: &str = "configuration";
         if packet.id() != KIND {
-            let (what, have) = (WHAT, packet.id());
+            let (what, have) = (RECORD_NAME, packet.id());
             return Err(Error::Kind { what, have });
         }
-        let mut names = Reader::new(WHAT, packet.data());
+        let mut names = Reader::new(RECORD_NAME, packet.data());
         for _ in 0..3 {
             names.get::<String>()?;
         }
@@ -155,7 +155,7 @@ impl Config {
         // firmware lacks.
         let mut longest = packet.data().to_vec();
         longest.resize(longest.len() + 200, 0);
-        Self::read(&mut Reader::new(WHAT, &longest))
+        Self::read(&mut Reader::new(RECORD_NAME, &longest))
     }
 
     /// Returns whether this is the configuration of a simulator.

@@ -10,17 +10,17 @@ use crate::Error;
 pub const UNIT: f64 = 0.1125 * core::f64::consts::PI / 180.0;
 
 /// Longest frame that is decoded; the camera's own have at most 18 bytes.
-const LONGEST: usize = 32;
+const MAX_FRAME: usize = 32;
 
 const END: u8 = 0xEF;
 const COMMAND: u8 = 0xFF;
-const ANSWER: u8 = 0xFE;
+const REPLY: u8 = 0xFE;
 /// The device number of the only camera on its line, as two digits.
 const DEVICE: [u8; 2] = [0x30, 0x30];
 /// The angle 0 on the wire.
 const MIDDLE: i32 = 0x8000;
 /// The greatest zoom.
-pub const MOST_ZOOM: u16 = 1960;
+pub const MAX_ZOOM: u16 = 1960;
 
 /// A command to the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,18 +47,18 @@ pub enum HeadCommand {
     /// Limits the tilt to a range from now on, the lower limit first.
     TiltRange {
         /// Units up.
-        least: i16,
+        min: i16,
         /// Units up.
-        most: i16,
+        max: i16,
     },
     /// Asks for pan and tilt.
-    Where,
+    GetPanTilt,
     /// Zooms to a value, 0 to [`MOST_ZOOM`].
     Zoom(u16),
     /// Asks for the present zoom.
-    Zoomed,
+    GetZoom,
     /// Asks for the greatest zoom.
-    MostZoom,
+    GetMaxZoom,
     /// Sets the focus.
     Focus(Focus),
     /// Any other command.
@@ -85,7 +85,7 @@ pub enum Focus {
 
 /// An answer of the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HeadAnswer {
+pub struct HeadReply {
     /// 0x30 done, 0x31 busy, 0x35 unknown command or parameter, 0x39 not possible in this mode.
     pub status: u8,
     /// The requested data.
@@ -98,13 +98,13 @@ pub enum HeadFrame {
     /// To the camera.
     Command(HeadCommand),
     /// From the camera.
-    Answer(HeadAnswer),
+    Reply(HeadReply),
 }
 
 /// Finds frames in a stream of bytes. It skips bytes outside frames, and frames longer than 32 bytes.
 #[derive(Clone, Debug, Default)]
 pub struct HeadParser {
-    held: Vec<u8>,
+    buffer: Vec<u8>,
 }
 
 impl HeadCommand {
@@ -126,42 +126,52 @@ impl HeadCommand {
             Self::PanSpeed(speed) => (0x50, digits((*speed).min(0xFFF), 3)),
             Self::TiltSpeed(speed) => (0x51, digits((*speed).min(0xFFF), 3)),
             Self::Stop => (0x53, vec![0x30]),
-            Self::PanTilt { pan, tilt } => (0x62, [digits(place(*pan), 4), digits(place(*tilt), 4)].concat()),
-            Self::TiltRange { least, most } => {
-                let places = [digits(place(*least), 4), digits(place(*most), 4)];
+            Self::PanTilt { pan, tilt } => (
+                0x62,
+                [digits(encode_units(*pan), 4), digits(encode_units(*tilt), 4)].concat(),
+            ),
+            Self::TiltRange {
+                min: least,
+                max: most,
+            } => {
+                let places = [digits(encode_units(*least), 4), digits(encode_units(*most), 4)];
                 (0x64, [vec![0x31], places.concat()].concat())
             }
-            Self::Where => (0x63, Vec::new()),
+            Self::GetPanTilt => (0x63, Vec::new()),
             Self::Zoom(zoom) => (0xB3, digits(*zoom, 4)),
-            Self::Zoomed => (0xB4, vec![0x30]),
-            Self::MostZoom => (0xB4, vec![0x33]),
+            Self::GetZoom => (0xB4, vec![0x30]),
+            Self::GetMaxZoom => (0xB4, vec![0x33]),
             Self::Focus(focus) => (0xA1, vec![0x30 + *focus as u8]),
             Self::Other { code, data } => (*code, data.clone()),
         }
     }
 
     fn from_parts(code: u8, data: &[u8]) -> Self {
-        let typed = match (code, data) {
-            (0xA0, [on @ 0x30..=0x31]) => Some(Self::Power(*on == 0x31)),
-            (0x90, [0x30]) => Some(Self::Control),
-            (0x58, [0x30]) => Some(Self::Init),
-            (0x50, [_, _, _]) => number(data).map(Self::PanSpeed),
-            (0x51, [_, _, _]) => number(data).map(Self::TiltSpeed),
-            (0x53, [0x30]) => Some(Self::Stop),
-            (0x62, data) => places(data).map(|(pan, tilt)| Self::PanTilt { pan, tilt }),
-            (0x64, [0x31, range @ ..]) => places(range)
-                .filter(|(least, most)| least <= most)
-                .map(|(least, most)| Self::TiltRange { least, most }),
-            (0x63, []) => Some(Self::Where),
-            (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
-            (0xB4, [0x30]) => Some(Self::Zoomed),
-            (0xB4, [0x33]) => Some(Self::MostZoom),
-            (0xA1, [0x30]) => Some(Self::Focus(Focus::Auto)),
-            (0xA1, [0x31]) => Some(Self::Focus(Focus::Manual)),
-            (0xA1, [0x32]) => Some(Self::Focus(Focus::Near)),
-            (0xA1, [0x33]) => Some(Self::Focus(Focus::Far)),
-            _ => None,
-        };
+        let typed =
+            match (code, data) {
+                (0xA0, [on @ 0x30..=0x31]) => Some(Self::Power(*on == 0x31)),
+                (0x90, [0x30]) => Some(Self::Control),
+                (0x58, [0x30]) => Some(Self::Init),
+                (0x50, [_, _, _]) => number(data).map(Self::PanSpeed),
+                (0x51, [_, _, _]) => number(data).map(Self::TiltSpeed),
+                (0x53, [0x30]) => Some(Self::Stop),
+                (0x62, data) => decode_pan_tilt(data).map(|(pan, tilt)| Self::PanTilt { pan, tilt }),
+                (0x64, [0x31, range @ ..]) => decode_pan_tilt(range)
+                    .filter(|(least, most)| least <= most)
+                    .map(|(least, most)| Self::TiltRange {
+                        min: least,
+                        max: most,
+                    }),
+                (0x63, []) => Some(Self::GetPanTilt),
+                (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
+                (0xB4, [0x30]) => Some(Self::GetZoom),
+                (0xB4, [0x33]) => Some(Self::GetMaxZoom),
+                (0xA1, [0x30]) => Some(Self::Focus(Focus::Auto)),
+                (0xA1, [0x31]) => Some(Self::Focus(Focus::Manual)),
+                (0xA1, [0x32]) => Some(Self::Focus(Focus::Near)),
+                (0xA1, [0x33]) => Some(Self::Focus(Focus::Far)),
+                _ => None,
+            };
         typed.unwrap_or_else(|| Self::Other {
             code,
             data: data.to_vec(),
@@ -169,30 +179,30 @@ impl HeadCommand {
     }
 }
 
-impl HeadAnswer {
+impl HeadReply {
     /// Status: done.
     pub const OK: u8 = 0x30;
 
     /// Creates the answer to a command that was executed and returns no data.
     #[must_use]
-    pub fn done() -> Self {
+    pub fn success() -> Self {
         let (status, data) = (Self::OK, Vec::new());
         Self { status, data }
     }
 
     /// Creates the answer to [`HeadCommand::Where`]: units to the right and up.
     #[must_use]
-    pub fn place(pan: i16, tilt: i16) -> Self {
+    pub fn position(pan: i16, tilt: i16) -> Self {
         Self {
             status: Self::OK,
-            data: [digits(place(pan), 4), digits(place(tilt), 4)].concat(),
+            data: [digits(encode_units(pan), 4), digits(encode_units(tilt), 4)].concat(),
         }
     }
 
     /// Returns pan and tilt, in units to the right and up, if the answer contains them.
     #[must_use]
     pub fn pan_tilt(&self) -> Option<(i16, i16)> {
-        places(&self.data)
+        decode_pan_tilt(&self.data)
     }
 
     /// Creates the answer to [`HeadCommand::Zoomed`] and [`HeadCommand::MostZoom`].
@@ -213,7 +223,7 @@ impl HeadAnswer {
     /// Encodes the answer as a frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut frame = vec![ANSWER, DEVICE[0], DEVICE[1], self.status, 0];
+        let mut frame = vec![REPLY, DEVICE[0], DEVICE[1], self.status, 0];
         frame.extend(&self.data);
         frame.push(END);
         frame
@@ -230,7 +240,7 @@ impl HeadFrame {
             [COMMAND, _, _, _, code, data @ .., END] => {
                 Ok(Self::Command(HeadCommand::from_parts(*code, data)))
             }
-            [ANSWER, _, _, status, _, data @ .., END] => Ok(Self::Answer(HeadAnswer {
+            [REPLY, _, _, status, _, data @ .., END] => Ok(Self::Reply(HeadReply {
                 status: *status,
                 data: data.to_vec(),
             })),
@@ -247,30 +257,30 @@ impl HeadParser {
         for byte in bytes {
             match byte {
                 // Neither byte occurs within a frame, whose data are digits.
-                &COMMAND | &ANSWER => {
-                    self.held.clear();
-                    self.held.push(*byte);
+                &COMMAND | &REPLY => {
+                    self.buffer.clear();
+                    self.buffer.push(*byte);
                 }
-                _ if self.held.is_empty() => {}
-                _ if self.held.len() == LONGEST => self.held.clear(),
+                _ if self.buffer.is_empty() => {}
+                _ if self.buffer.len() == MAX_FRAME => self.buffer.clear(),
                 &END => {
-                    self.held.push(END);
-                    if let Ok(frame) = HeadFrame::from_bytes(&self.held) {
+                    self.buffer.push(END);
+                    if let Ok(frame) = HeadFrame::from_bytes(&self.buffer) {
                         each(frame);
                     }
-                    self.held.clear();
+                    self.buffer.clear();
                 }
-                _ => self.held.push(*byte),
+                _ => self.buffer.push(*byte),
             }
         }
     }
 }
 
-fn place(units: i16) -> u16 {
+fn encode_units(units: i16) -> u16 {
     (MIDDLE + i32::from(units)) as u16
 }
 
-fn places(data: &[u8]) -> Option<(i16, i16)> {
+fn decode_pan_tilt(data: &[u8]) -> Option<(i16, i16)> {
     let (pan, tilt) = data.split_at_checked(4)?;
     let place = |digits: &[u8]| {
         let units = i32::from(number(digits)?) - MIDDLE;

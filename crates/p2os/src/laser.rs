@@ -109,7 +109,7 @@ impl LaserPacket {
 
     /// Returns whether a packet is one of a laser.
     #[must_use]
-    pub fn is_one(packet: &Packet) -> bool {
+    pub fn is_laser_packet(packet: &Packet) -> bool {
         matches!(packet.id(), PLAIN | EXTENDED)
     }
 
@@ -175,10 +175,10 @@ impl Assembler {
             return None;
         }
         if first == 0 {
-            self.give_up();
+            self.discard();
             self.total = packet.total;
         } else if !fits || first < known {
-            self.give_up();
+            self.discard();
             return None;
         }
         self.readings.extend(&packet.readings);
@@ -191,7 +191,7 @@ impl Assembler {
         self.incomplete
     }
 
-    fn give_up(&mut self) {
+    fn discard(&mut self) {
         self.incomplete += u64::from(!self.readings.is_empty());
         self.readings.clear();
     }

@@ -27,14 +27,14 @@ pub use command::{Argument, Command, ForLaser, Form, SimControl, SimPose, Wheels
 pub use config::Config;
 pub use encoders::Encoders;
 pub use error::Error;
-pub use head::{Focus, HeadAnswer, HeadCommand, HeadFrame, HeadParser, MOST_ZOOM, UNIT as HEAD_UNIT};
+pub use head::{Focus, HeadCommand, HeadFrame, HeadParser, HeadReply, MAX_ZOOM, UNIT as HEAD_UNIT};
 pub use laser::{Assembler, LaserForm, LaserPacket, READINGS, Reading};
 pub use model::{Battery, Body, Bumpers, LaserMount, Limits, Model, ModelError, Sonars, Ticks, Units};
 pub use odometer::{Odometer, Pose};
 pub use packet::{MAX_PAYLOAD, Packet, checksum};
-pub use receiver::{Dropped, LONGEST_GAP, Receiver};
+pub use receiver::{Dropped, MAX_GAP, Receiver};
 pub use serial::{AuxPort, SerialAux};
-pub use session::{Beams, Event, Head, HeadWish, Laser, Options, Session, State, Wish};
+pub use session::{Beams, Event, HeadKind, HeadSetpoint, LaserMode, Options, Session, Setpoint, State};
 pub use sip::{Flags, Sip, SonarReading};
 pub use state::SimState;
-pub use sync::{Names, Sync};
+pub use sync::{Names, SyncStep};

@@ -22,12 +22,12 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct Odometer {
     pose: Pose,
-    last: Option<Heard>,
+    last: Option<Sample>,
     jumps: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Heard {
+struct Sample {
     x: u16,
     y: u16,
     heading: f64,
@@ -54,7 +54,7 @@ impl Odometer {
 
     /// Adds the position of a SIP that arrived by `now`. Returns the pose.
     pub fn update(&mut self, model: &Model, sip: &Sip, now: Duration) -> Pose {
-        let heard = Heard {
+        let heard = Sample {
             x: sip.x,
             y: sip.y,
             heading: model.angle(sip.th),
@@ -84,7 +84,7 @@ impl Odometer {
         self.jumps
     }
 
-    fn step(&mut self, model: &Model, last: &Heard, heard: &Heard) {
+    fn step(&mut self, model: &Model, last: &Sample, heard: &Sample) {
         let bits = model.units.position_bits;
         let meters = |from, to| f64::from(difference(from, to, bits)) * model.units.distance_mm / 1000.0;
         let (dx, dy) = (meters(last.x, heard.x), meters(last.y, heard.y));

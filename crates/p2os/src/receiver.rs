@@ -7,13 +7,13 @@ use crate::packet::{HEADER, MAX_PAYLOAD, MAX_WIRE, Packet, checksum};
 
 /// The longest pause inside a packet, after which its rest no longer arrives: both ends send a packet in one
 /// piece.
-pub const LONGEST_GAP: Duration = Duration::from_millis(100);
+pub const MAX_GAP: Duration = Duration::from_millis(100);
 
 /// Processes bytes and returns packets. After garbage it resumes at the next byte that can start a packet.
 #[derive(Clone, Debug)]
 pub struct Receiver {
-    held: Vec<u8>,
-    heard: Duration,
+    buffer: Vec<u8>,
+    last_received: Duration,
     dropped: Dropped,
 }
 
@@ -33,8 +33,8 @@ impl Receiver {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            held: Vec::with_capacity(MAX_WIRE),
-            heard: Duration::ZERO,
+            buffer: Vec::with_capacity(MAX_WIRE),
+            last_received: Duration::ZERO,
             dropped: Dropped::default(),
         }
     }
@@ -45,15 +45,15 @@ impl Receiver {
         if bytes.is_empty() {
             return;
         }
-        if !self.held.is_empty() && now.saturating_sub(self.heard) > LONGEST_GAP {
+        if !self.buffer.is_empty() && now.saturating_sub(self.last_received) > MAX_GAP {
             self.dropped.gaps += 1;
-            self.dropped.bytes += self.held.len() as u64;
-            self.held.clear();
+            self.dropped.bytes += self.buffer.len() as u64;
+            self.buffer.clear();
         }
-        self.heard = now;
+        self.last_received = now;
         for byte in bytes {
-            self.held.push(*byte);
-            self.settle(&mut each);
+            self.buffer.push(*byte);
+            self.parse_buffer(&mut each);
         }
     }
 
@@ -65,26 +65,26 @@ impl Receiver {
 
     /// Decides what it can about the held bytes. Afterwards they are the start of an incomplete packet, or
     /// empty.
-    fn settle(&mut self, each: &mut impl FnMut(Packet)) {
+    fn parse_buffer(&mut self, each: &mut impl FnMut(Packet)) {
         loop {
-            match decide(&self.held) {
-                Verdict::Wait => return,
-                Verdict::Good(packet, length) => {
-                    self.held.drain(..length);
+            match parse(&self.buffer) {
+                Parsed::Wait => return,
+                Parsed::Good(packet, length) => {
+                    self.buffer.drain(..length);
                     each(packet);
                 }
-                Verdict::BadChecksum => {
+                Parsed::BadChecksum => {
                     self.dropped.checksums += 1;
                     self.skip();
                 }
-                Verdict::Junk => self.skip(),
+                Parsed::Junk => self.skip(),
             }
         }
     }
 
     /// Discards one byte: a real packet may start within what looked like one.
     fn skip(&mut self) {
-        self.held.remove(0);
+        self.buffer.remove(0);
         self.dropped.bytes += 1;
     }
 }
@@ -96,7 +96,7 @@ impl Default for Receiver {
 }
 
 #[expect(clippy::large_enum_variant, reason = "it lives for one match, on the stack")]
-enum Verdict {
+enum Parsed {
     Wait,
     /// A packet, and its number of bytes on the wire.
     Good(Packet, usize),
@@ -104,24 +104,24 @@ enum Verdict {
     Junk,
 }
 
-fn decide(held: &[u8]) -> Verdict {
+fn parse(held: &[u8]) -> Parsed {
     let header = held.len().min(2);
     if held[..header] != HEADER[..header] {
-        return Verdict::Junk;
+        return Parsed::Junk;
     }
     let Some(&count) = held.get(2) else {
-        return Verdict::Wait;
+        return Parsed::Wait;
     };
     let count = usize::from(count);
     if !(3..=MAX_PAYLOAD + 2).contains(&count) {
-        return Verdict::Junk;
+        return Parsed::Junk;
     }
     let Some(body) = held.get(3..3 + count) else {
-        return Verdict::Wait;
+        return Parsed::Wait;
     };
     let (payload, sum) = body.split_at(count - 2);
     if checksum(payload).to_be_bytes() != sum {
-        return Verdict::BadChecksum;
+        return Parsed::BadChecksum;
     }
-    Packet::new(payload).map_or(Verdict::Junk, |packet| Verdict::Good(packet, 3 + count))
+    Packet::new(payload).map_or(Parsed::Junk, |packet| Parsed::Good(packet, 3 + count))
 }

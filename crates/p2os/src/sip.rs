@@ -146,7 +146,7 @@ impl Sip {
         };
         let count = usize::from(from.get::<u8>()?);
         // One simulator counts its sonars but omits their readings while they are off.
-        let left_out = from.left() < SONAR_BYTES * count && from.left() <= TAIL_BYTES;
+        let left_out = from.remaining() < SONAR_BYTES * count && from.remaining() <= TAIL_BYTES;
         for _ in 0..if left_out { 0 } else { count } {
             let (index, range) = (from.get()?, from.get()?);
             sip.sonars.push(SonarReading { index, range });

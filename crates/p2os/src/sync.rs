@@ -8,7 +8,7 @@ use crate::{Error, Packet};
 /// The bytes are those of PULSE, OPEN and CLOSE without argument: only the state of the connection tells them
 /// apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sync {
+pub enum SyncStep {
     /// `00`.
     Zero,
     /// `01`.
@@ -30,7 +30,7 @@ record! {
     }
 }
 
-impl Sync {
+impl SyncStep {
     /// Returns the packet that a client sends and a robot echoes.
     #[must_use]
     pub fn to_packet(self) -> Packet {

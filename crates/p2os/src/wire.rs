@@ -7,7 +7,7 @@ use crate::Error;
 #[derive(Clone, Debug)]
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
-    what: &'static str,
+    record: &'static str,
 }
 
 /// A value with a fixed encoding in a payload.
@@ -19,7 +19,10 @@ pub(crate) trait Field: Sized {
 impl<'a> Reader<'a> {
     /// Creates a reader of `bytes`; `what` names them in errors.
     pub(crate) fn new(what: &'static str, bytes: &'a [u8]) -> Self {
-        Self { rest: bytes, what }
+        Self {
+            rest: bytes,
+            record: what,
+        }
     }
 
     pub(crate) fn get<T: Field>(&mut self) -> Result<T, Error> {
@@ -35,7 +38,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the number of bytes left.
-    pub(crate) fn left(&self) -> usize {
+    pub(crate) fn remaining(&self) -> usize {
         self.rest.len()
     }
 
@@ -43,7 +46,7 @@ impl<'a> Reader<'a> {
         let (bytes, rest) = self
             .rest
             .split_first_chunk()
-            .ok_or(Error::Short { what: self.what })?;
+            .ok_or(Error::Short { what: self.record })?;
         self.rest = rest;
         Ok(*bytes)
     }
@@ -69,7 +72,7 @@ number!(u8, i8, u16, i16, u32, i32);
 impl Field for String {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
         let end = from.rest.iter().position(|byte| *byte == 0);
-        let end = end.ok_or(Error::Short { what: from.what })?;
+        let end = end.ok_or(Error::Short { what: from.record })?;
         let text = from.rest[..end].iter().map(|byte| char::from(*byte)).collect();
         from.rest = &from.rest[end + 1..];
         Ok(text)

@@ -10,7 +10,7 @@ use crate::limits::MOST_ENCODED;
 pub(crate) use bounded::{cells, items, list, points};
 
 /// The maximum depth of nesting in the input.
-const DEEPEST: usize = 48;
+const MAX_DEPTH: usize = 48;
 
 /// Encodes a list or gesture.
 ///
@@ -32,7 +32,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
     if bytes.len() > MOST_ENCODED {
         return Err(Broken::Encoded(bytes.len()));
     }
-    ciborium::de::from_reader_with_recursion_limit(bytes, DEEPEST).map_err(|error| match error {
+    ciborium::de::from_reader_with_recursion_limit(bytes, MAX_DEPTH).map_err(|error| match error {
         ciborium::de::Error::Semantic(_, said) => bounded::broken(said),
         error => Broken::Bytes(error.to_string()),
     })

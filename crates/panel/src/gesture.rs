@@ -6,7 +6,7 @@ use crate::Broken;
 use crate::limits::wrong;
 
 /// The maximum length of the name of a widget or key in a gesture, in bytes.
-const LONGEST: usize = 256;
+const MAX_LENGTH: usize = 256;
 
 /// A user's gesture on a widget of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -157,8 +157,8 @@ impl Gesture {
             Touch::Key { key, .. } => key,
             _ => "",
         };
-        if self.widget.len().max(key.len()) > LONGEST {
-            return wrong(&self.widget, format!("a name of more than {LONGEST} bytes"));
+        if self.widget.len().max(key.len()) > MAX_LENGTH {
+            return wrong(&self.widget, format!("a name of more than {MAX_LENGTH} bytes"));
         }
         if self.widget.chars().chain(key.chars()).any(char::is_control) {
             return wrong(&self.widget, "a name with control characters");

@@ -18,7 +18,7 @@ pub const MOST_SIDE: u32 = 4096;
 /// The maximum length of a text, in bytes.
 pub const MOST_TEXT: usize = 4096;
 /// The maximum nesting depth of rows and groups.
-const DEEPEST: usize = 8;
+const MAX_DEPTH: usize = 8;
 
 /// Why a list is not shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,7 +39,7 @@ pub enum Broken {
     #[error("it has more than {MOST_POINTS} points")]
     Points,
     /// Rows and groups are nested too deeply.
-    #[error("rows and groups stand more than {DEEPEST} deep in each other")]
+    #[error("rows and groups stand more than {MAX_DEPTH} deep in each other")]
     Deep,
     /// An error in one widget.
     #[error("{widget}: {reason}")]
@@ -79,7 +79,7 @@ impl Checker {
 
     /// Checks a widget at this depth, without its contents.
     pub(crate) fn item(&mut self, item: &Item, depth: usize) -> Result<(), Broken> {
-        if depth > DEEPEST {
+        if depth > MAX_DEPTH {
             return Err(Broken::Deep);
         }
         self.count(1, 0)?;

@@ -98,10 +98,10 @@ impl Address {
     ///
     /// # Errors
     /// What is missing and what to do, in words.
-    pub fn look(&self) -> Result<(), String> {
+    pub fn check_access(&self) -> Result<(), String> {
         match self {
             Self::Tcp { .. } => Ok(()),
-            Self::Serial { path, .. } => crate::serial::look(path),
+            Self::Serial { path, .. } => crate::serial::check_device(path),
         }
     }
 

@@ -6,18 +6,18 @@ use core::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Backoff {
     /// The wait after the first failed attempt, or after the loss of a device that sent bytes.
-    pub first: Duration,
+    pub initial: Duration,
     /// The longest wait.
-    pub most: Duration,
+    pub max: Duration,
 }
 
 impl Backoff {
     /// Returns the wait after `failures` failed attempts in a row.
     #[must_use]
-    pub fn after(&self, failures: u32) -> Duration {
+    pub fn delay_after(&self, failures: u32) -> Duration {
         // 2^20 times any first wait exceeds every sensible maximum.
         let doublings = failures.saturating_sub(1).min(20);
-        self.first.saturating_mul(1 << doublings).min(self.most)
+        self.initial.saturating_mul(1 << doublings).min(self.max)
     }
 }
 
@@ -26,8 +26,8 @@ impl Default for Backoff {
     /// costs next to nothing, and is found soon after it is switched on.
     fn default() -> Self {
         Self {
-            first: Duration::from_millis(250),
-            most: Duration::from_secs(4),
+            initial: Duration::from_millis(250),
+            max: Duration::from_secs(4),
         }
     }
 }
@@ -40,9 +40,9 @@ mod tests {
     fn waits_double_up_to_the_cap_and_stay_there() {
         let backoff = Backoff::default();
         let waits: Vec<u128> = (0..8)
-            .map(|failures| backoff.after(failures).as_millis())
+            .map(|failures| backoff.delay_after(failures).as_millis())
             .collect();
         assert_eq!(waits, [250, 250, 500, 1000, 2000, 4000, 4000, 4000]);
-        assert_eq!(backoff.after(u32::MAX), backoff.most);
+        assert_eq!(backoff.delay_after(u32::MAX), backoff.max);
     }
 }

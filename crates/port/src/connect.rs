@@ -65,7 +65,7 @@ impl Attempt {
     }
 
     /// Returns whether the thread has ended.
-    pub(crate) fn is_over(&self) -> bool {
+    pub(crate) fn is_finished(&self) -> bool {
         self.thread.is_finished()
     }
 }
@@ -73,7 +73,7 @@ impl Attempt {
 fn open(address: &Address) -> Result<Stream, String> {
     match address {
         Address::Serial { path, baud, framing } => {
-            serial::open_line(path, *baud, *framing).map(Stream::Serial)
+            serial::open_port(path, *baud, *framing).map(Stream::Serial)
         }
         Address::Tcp { host, port } => {
             let device = address.device();
@@ -82,9 +82,9 @@ fn open(address: &Address) -> Result<Stream, String> {
                 .map_err(|error| format!("{device}: no such host: {error}"))?;
             let mut last = format!("{device}: no such host");
             for address in addresses {
-                match TcpStream::connect_timeout(&address, TIMEOUT).and_then(prepared) {
+                match TcpStream::connect_timeout(&address, TIMEOUT).and_then(configure_stream) {
                     Ok(stream) => return Ok(Stream::Tcp(stream)),
-                    Err(error) => last = format!("{device}: {}", in_words(&error)),
+                    Err(error) => last = format!("{device}: {}", describe_error(&error)),
                 }
             }
             Err(last)
@@ -97,7 +97,7 @@ fn open(address: &Address) -> Result<Stream, String> {
 ///
 /// # Errors
 /// If the system refuses one of the options.
-pub fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
+pub fn configure_stream(stream: TcpStream) -> io::Result<TcpStream> {
     stream.set_nonblocking(true)?;
     // Commands are small and urgent.
     stream.set_nodelay(true)?;
@@ -112,7 +112,7 @@ pub fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
 }
 
 /// Describes a network error for the person who set up the network.
-fn in_words(error: &io::Error) -> String {
+fn describe_error(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::ConnectionRefused => {
             "connection refused: nothing listens there; is it switched on, and is the port right?".to_owned()
@@ -130,16 +130,16 @@ fn in_words(error: &io::Error) -> String {
 
 impl Stream {
     /// Describes the end of the stream: the peer is gone.
-    pub(crate) fn end(&self) -> &'static str {
+    pub(crate) fn end_reason(&self) -> &'static str {
         match self {
             Self::Tcp(_) => "the other side closed the connection",
             Self::Serial(_) => "the line is gone: was it unplugged?",
         }
     }
 
-    pub(crate) fn in_words(&self, error: &io::Error) -> String {
+    pub(crate) fn describe_error(&self, error: &io::Error) -> String {
         match self {
-            Self::Tcp(_) => in_words(error),
+            Self::Tcp(_) => describe_error(error),
             Self::Serial(_) => format!("the line is gone: was it unplugged? ({error})"),
         }
     }

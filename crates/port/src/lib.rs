@@ -31,6 +31,6 @@ mod serial;
 
 pub use address::{Address, AddressError, Framing, Parity};
 pub use backoff::Backoff;
-pub use connect::prepared;
-pub use port::{Link, Port};
+pub use connect::configure_stream;
+pub use port::{Port, PortState};
 pub use pty::Pty;

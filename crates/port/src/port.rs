@@ -12,16 +12,16 @@ use crate::backoff::Backoff;
 use crate::connect::{Attempt, Stream};
 
 /// How long an attempt may take: longer than one host's timeout, so that the attempt's own error comes first.
-const LONGEST_ATTEMPT: Duration = Duration::from_secs(5);
+const MAX_ATTEMPT_TIME: Duration = Duration::from_secs(5);
 /// Most bytes that wait to be sent: over a minute's worth at 9600 baud. With more, the device does not
 /// receive.
-const MOST_WAITING: usize = 64 << 10;
+const MAX_QUEUED: usize = 64 << 10;
 /// Most bytes that one call reads, so that a device that floods the line does not block its owner.
-const MOST_AT_ONCE: usize = 64 << 10;
+const MAX_READ: usize = 64 << 10;
 
 /// The connection of a port. Its times are those that the owner passed to `poll`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Link {
+pub enum PortState {
     /// Not opened yet, or closed by its owner. The next poll opens it.
     Idle,
     /// An attempt is in progress.
@@ -39,7 +39,7 @@ pub enum Link {
         /// Why, in words that name the device.
         reason: String,
         /// The time of the next attempt.
-        again: Duration,
+        retry_at: Duration,
     },
 }
 
@@ -51,16 +51,16 @@ pub enum Link {
 pub struct Port {
     address: Address,
     backoff: Backoff,
-    link: Link,
+    state: PortState,
     stream: Option<Stream>,
     attempt: Option<Attempt>,
-    waiting: VecDeque<u8>,
+    send_queue: VecDeque<u8>,
     /// Attempts since the last byte arrived.
     attempts: u32,
     now: Duration,
 }
 
-impl Link {
+impl PortState {
     /// Returns whether the connection is open.
     #[must_use]
     pub fn is_connected(&self) -> bool {
@@ -75,10 +75,10 @@ impl Port {
         Self {
             address,
             backoff,
-            link: Link::Idle,
+            state: PortState::Idle,
             stream: None,
             attempt: None,
-            waiting: VecDeque::new(),
+            send_queue: VecDeque::new(),
             attempts: 0,
             now: Duration::ZERO,
         }
@@ -92,8 +92,8 @@ impl Port {
 
     /// Returns the present state of the connection.
     #[must_use]
-    pub fn link(&self) -> &Link {
-        &self.link
+    pub fn state(&self) -> &PortState {
+        &self.state
     }
 
     /// Returns the number of attempts to connect since the last byte arrived.
@@ -104,22 +104,22 @@ impl Port {
 
     /// Opens or reopens the connection when it is time, and sends waiting bytes. `now` is the time since any
     /// fixed moment.
-    pub fn poll(&mut self, now: Duration) -> &Link {
+    pub fn poll(&mut self, now: Duration) -> &PortState {
         self.now = now;
-        match &self.link {
-            Link::Idle => self.begin(),
-            Link::Connecting { since } => {
-                let late = now.saturating_sub(*since) > LONGEST_ATTEMPT;
-                self.connecting(late);
+        match &self.state {
+            PortState::Idle => self.start_attempt(),
+            PortState::Connecting { since } => {
+                let late = now.saturating_sub(*since) > MAX_ATTEMPT_TIME;
+                self.poll_attempt(late);
             }
-            Link::Connected { .. } => self.send(),
-            Link::Lost { again, .. } => {
+            PortState::Connected { .. } => self.flush_queue(),
+            PortState::Lost { retry_at: again, .. } => {
                 if now >= *again {
-                    self.begin();
+                    self.start_attempt();
                 }
             }
         }
-        &self.link
+        &self.state
     }
 
     /// Appends the bytes that have arrived and returns their number, at most about 64 KiB. They may be split
@@ -128,12 +128,12 @@ impl Port {
         let before = into.len();
         let mut room = [0; 4096];
         while let Some(stream) = &mut self.stream
-            && into.len() - before < MOST_AT_ONCE
+            && into.len() - before < MAX_READ
         {
             match stream.read(&mut room) {
                 Ok(0) => {
-                    let end = stream.end();
-                    self.lose(end);
+                    let end = stream.end_reason();
+                    self.disconnect_with(end);
                 }
                 Ok(count) => {
                     self.attempts = 0;
@@ -142,8 +142,8 @@ impl Port {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => {
-                    let words = stream.in_words(&error);
-                    self.lose(&words);
+                    let words = stream.describe_error(&error);
+                    self.disconnect_with(&words);
                 }
             }
         }
@@ -157,11 +157,14 @@ impl Port {
         if self.stream.is_none() {
             return false;
         }
-        self.waiting.extend(bytes);
-        self.send();
-        if self.waiting.len() > MOST_WAITING {
-            let words = format!("it does not listen: {} bytes wait to be sent", self.waiting.len());
-            self.lose(&words);
+        self.send_queue.extend(bytes);
+        self.flush_queue();
+        if self.send_queue.len() > MAX_QUEUED {
+            let words = format!(
+                "it does not listen: {} bytes wait to be sent",
+                self.send_queue.len()
+            );
+            self.disconnect_with(&words);
         }
         self.stream.is_some()
     }
@@ -171,11 +174,11 @@ impl Port {
     pub fn flush(&mut self, timeout: Duration) -> bool {
         let start = Instant::now();
         loop {
-            self.send();
+            self.flush_queue();
             let Some(stream) = &self.stream else {
                 return false;
             };
-            if self.waiting.is_empty() {
+            if self.send_queue.is_empty() {
                 return true;
             }
             let Some(left) = timeout
@@ -201,84 +204,89 @@ impl Port {
         if let Some(stream) = &self.stream
             && let Err(error) = stream.set_baud(baud)
         {
-            self.lose(&format!("it cannot go at {baud} baud: {error}"));
+            self.disconnect_with(&format!("it cannot go at {baud} baud: {error}"));
         }
     }
 
     /// Breaks the connection for a reason of the owner: the device is silent, or its bytes are not those of
     /// such a device. The port reconnects as after any other loss.
-    pub fn lose(&mut self, reason: &str) {
+    pub fn disconnect_with(&mut self, reason: &str) {
         let reason = format!("{}: {reason}", self.address.device());
-        self.lost(reason);
+        self.set_lost(reason);
     }
 
     /// Closes the port and discards waiting bytes. The next poll reopens it.
     pub fn close(&mut self) {
         self.disconnect();
         self.attempts = 0;
-        self.link = Link::Idle;
+        self.state = PortState::Idle;
     }
 
-    fn begin(&mut self) {
+    fn start_attempt(&mut self) {
         if let Some(old) = &self.attempt
-            && !old.is_over()
+            && !old.is_finished()
         {
             // An unresolvable name can take minutes, with a thread for each attempt: wait for the thread that
             // exists.
             let reason = format!("{}: still no answer from the last attempt", self.address.device());
-            self.lost(reason);
+            self.set_lost(reason);
             return;
         }
         self.attempts = self.attempts.saturating_add(1);
         match Attempt::start(&self.address) {
             Ok(attempt) => {
                 self.attempt = Some(attempt);
-                self.link = Link::Connecting { since: self.now };
+                self.state = PortState::Connecting { since: self.now };
             }
-            Err(reason) => self.lost(reason),
+            Err(reason) => self.set_lost(reason),
         }
     }
 
-    fn connecting(&mut self, late: bool) {
+    fn poll_attempt(&mut self, late: bool) {
         match self.attempt.as_ref().and_then(Attempt::result) {
             Some(Ok(stream)) => {
                 self.attempt = None;
                 self.stream = Some(stream);
-                self.link = Link::Connected { since: self.now };
+                self.state = PortState::Connected { since: self.now };
             }
             Some(Err(reason)) => {
                 self.attempt = None;
-                self.lost(reason);
+                self.set_lost(reason);
             }
-            None if late => self.lose("no answer in time: is it switched on, and is the address right?"),
+            None if late => {
+                self.disconnect_with("no answer in time: is it switched on, and is the address right?")
+            }
             None => {}
         }
     }
 
-    fn send(&mut self) {
+    fn flush_queue(&mut self) {
         while let Some(stream) = &mut self.stream
-            && !self.waiting.is_empty()
+            && !self.send_queue.is_empty()
         {
-            match stream.write(self.waiting.as_slices().0) {
+            match stream.write(self.send_queue.as_slices().0) {
                 Ok(0) => {
-                    let end = stream.end();
-                    self.lose(end);
+                    let end = stream.end_reason();
+                    self.disconnect_with(end);
                 }
-                Ok(count) => drop(self.waiting.drain(..count)),
+                Ok(count) => drop(self.send_queue.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => {
-                    let words = stream.in_words(&error);
-                    self.lose(&words);
+                    let words = stream.describe_error(&error);
+                    self.disconnect_with(&words);
                 }
             }
         }
     }
 
-    fn lost(&mut self, reason: String) {
+    fn set_lost(&mut self, reason: String) {
         self.disconnect();
-        let again = self.now.saturating_add(self.backoff.after(self.attempts));
-        self.link = Link::Lost { reason, again };
+        let again = self.now.saturating_add(self.backoff.delay_after(self.attempts));
+        self.state = PortState::Lost {
+            reason,
+            retry_at: again,
+        };
     }
 
     fn disconnect(&mut self) {
@@ -286,6 +294,6 @@ impl Port {
             attempt.abandon();
         }
         self.stream = None;
-        self.waiting.clear();
+        self.send_queue.clear();
     }
 }

@@ -13,31 +13,31 @@ use rustix::termios::{
 use crate::address::{Framing, Parity};
 
 /// Opens a line. The error is in words for the person who connected the device.
-pub(crate) fn open_line(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
+pub(crate) fn open_port(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let line = File::from(open(path, flags, Mode::empty()).map_err(|error| in_words(error, path))?);
-    let mut settings = tcgetattr(&line).map_err(|error| in_words(error, path))?;
+    let line = File::from(open(path, flags, Mode::empty()).map_err(|error| describe_error(error, path))?);
+    let mut settings = tcgetattr(&line).map_err(|error| describe_error(error, path))?;
     // The lock excludes programs that ask for locks, and the ioctl excludes the others; neither is enough
     // alone.
-    flock(&line, FlockOperation::NonBlockingLockExclusive).map_err(|error| in_words(error, path))?;
-    ioctl_tiocexcl(&line).map_err(|error| in_words(error, path))?;
+    flock(&line, FlockOperation::NonBlockingLockExclusive).map_err(|error| describe_error(error, path))?;
+    ioctl_tiocexcl(&line).map_err(|error| describe_error(error, path))?;
     raw(&mut settings, framing);
-    apply(&line, settings, baud).map_err(|error| in_words(error, path))?;
+    apply(&line, settings, baud).map_err(|error| describe_error(error, path))?;
     // Bytes that arrived before the line was opened belong to no session.
-    tcflush(&line, QueueSelector::IFlush).map_err(|error| in_words(error, path))?;
+    tcflush(&line, QueueSelector::IFlush).map_err(|error| describe_error(error, path))?;
     Ok(line)
 }
 
 /// Checks that a line exists and that this user may open it, without opening it: opening raises the modem
 /// signals, which restart some devices.
-pub(crate) fn look(path: &str) -> Result<(), String> {
+pub(crate) fn check_device(path: &str) -> Result<(), String> {
     let look = || {
         if FileType::from_raw_mode(stat(path)?.st_mode) != FileType::CharacterDevice {
             return Err(Errno::NOTTY);
         }
         access(path, Access::READ_OK | Access::WRITE_OK)
     };
-    look().map_err(|error| in_words(error, path))
+    look().map_err(|error| describe_error(error, path))
 }
 
 /// Changes the speed of an open line.
@@ -87,7 +87,7 @@ fn raw(settings: &mut Termios, framing: Framing) {
     settings.special_codes[SpecialCodeIndex::VTIME] = 0;
 }
 
-fn in_words(error: Errno, path: &str) -> String {
+fn describe_error(error: Errno, path: &str) -> String {
     let words = io::Error::from(error);
     match error {
         Errno::NOENT | Errno::NXIO | Errno::NODEV => {
@@ -133,19 +133,22 @@ mod tests {
     #[test]
     fn a_line_is_looked_at_without_opening_it() {
         let pty = Pty::open().expect("a pseudo-terminal");
-        assert_eq!(look(&pty.path().display().to_string()), Ok(()));
-        let missing = look("/dev/no-such-line").expect_err("there is none");
+        assert_eq!(check_device(&pty.path().display().to_string()), Ok(()));
+        let missing = check_device("/dev/no-such-line").expect_err("there is none");
         assert!(missing.contains("is it plugged in"), "{missing}");
         let file = tempfile::NamedTempFile::new().expect("a file");
         let path = file.path().display().to_string();
-        assert_eq!(look(&path), Err(format!("{path}: this is no serial line")));
+        assert_eq!(
+            check_device(&path),
+            Err(format!("{path}: this is no serial line"))
+        );
     }
 
     #[test]
     fn what_a_person_can_mend_is_said() {
-        let words = in_words(Errno::ACCESS, "/dev/ttyUSB0");
+        let words = describe_error(Errno::ACCESS, "/dev/ttyUSB0");
         assert!(words.starts_with("/dev/ttyUSB0: Permission denied: add yourself to the group dialout"));
-        assert!(in_words(Errno::RANGE, "/dev/ttyUSB0").contains("choose another"));
-        assert!(in_words(Errno::IO, "/dev/ttyUSB0").contains("error"));
+        assert!(describe_error(Errno::RANGE, "/dev/ttyUSB0").contains("choose another"));
+        assert!(describe_error(Errno::IO, "/dev/ttyUSB0").contains("error"));
     }
 }

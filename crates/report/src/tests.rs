@@ -5,8 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
-use jde_host::story::{Candidate, Change, Decision, Happening, Line};
-use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Topic, Troupe};
+use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
+use jde_log::{
+    Options, Origin, RecordedGroup, RecordedHierarchy, RecordedSchema, Recorder, Recording, Stamps, Topic,
+};
 use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
@@ -35,10 +37,10 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
         let (winner, loser) = (names[turn % 2], names[(turn + 1) % 2]);
         let time_s = turn as f64 * 10.0;
         let before = (turn > 0).then(|| loser.to_owned());
-        recorder.line(Line::Decision(decision(time_s, before, winner, names)));
+        recorder.push_record(RunRecord::Decision(decision(time_s, before, winner, names)));
         let states = [(loser, "winner", "checking"), (winner, "ready", "winner")];
         for (schema, from, to) in states.into_iter().skip(usize::from(turn == 0)) {
-            recorder.line(Line::Change(Change {
+            recorder.push_record(RunRecord::State(StateRecord {
                 time_s,
                 schema: schema.to_owned(),
                 from: from.to_owned(),
@@ -50,7 +52,7 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
             drive(time, time / (SECOND / 10) + 1);
         }
     }
-    recorder.line(Line::Happening(Happening {
+    recorder.push_record(RunRecord::Event(EventRecord {
         time_s: 59.9,
         kind: "faulted".to_owned(),
         schema: Some(names[1].to_owned()),
@@ -60,7 +62,7 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
     }));
 }
 
-pub(crate) fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
+pub(crate) fn recorder(file: &Path, cast: Option<RecordedHierarchy>) -> Recorder {
     let options = Options {
         origin: Origin {
             application: "turns".to_owned(),
@@ -68,12 +70,12 @@ pub(crate) fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
             started: SystemTime::UNIX_EPOCH + Duration::from_secs(1000),
             folder: None,
             file: None,
-            cast,
+            hierarchy: cast,
         },
         application: None,
         overwrite: true,
         lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     Recorder::create(file, options).unwrap()
 }
@@ -95,12 +97,12 @@ fn at(time: u64, sequence: u64) -> Stamps {
     }
 }
 
-fn told(names: [&str; 2]) -> Cast {
-    Cast {
+fn told(names: [&str; 2]) -> RecordedHierarchy {
+    RecordedHierarchy {
         lockstep: false,
         writes: true,
         schemas: names
-            .map(|name| Member {
+            .map(|name| RecordedSchema {
                 name: name.to_owned(),
                 type_name: String::new(),
                 period_ns: Some(SECOND / 10),
@@ -108,7 +110,7 @@ fn told(names: [&str; 2]) -> Cast {
                 commands: Vec::new(),
             })
             .to_vec(),
-        groups: vec![Troupe {
+        groups: vec![RecordedGroup {
             name: "roots".to_owned(),
             members: names.map(str::to_owned).to_vec(),
             policy: Some("sticky".to_owned()),
@@ -118,7 +120,7 @@ fn told(names: [&str; 2]) -> Cast {
 }
 
 fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2]) -> Decision {
-    let candidate = |name: &str| Candidate {
+    let candidate = |name: &str| CandidateRecord {
         name: name.to_owned(),
         state: "ready".to_owned(),
         ready: name == winner,
@@ -407,7 +409,7 @@ fn two_robots(file: &Path) -> Recording {
     }
     cast.groups = names
         .iter()
-        .map(|name| Troupe {
+        .map(|name| RecordedGroup {
             name: format!("roots/{name}"),
             members: vec![(*name).to_owned()],
             policy: None,
@@ -423,11 +425,11 @@ fn two_robots(file: &Path) -> Recording {
         recorder.topic(&format!("/{robot}/truth"), Arc::new(Truth::describe()), about)
     });
     for (name, group) in names.iter().zip(["roots/one", "roots/two"]) {
-        recorder.line(Line::Decision(Decision {
+        recorder.push_record(RunRecord::Decision(Decision {
             group: group.to_owned(),
             ..decision(0.5, None, name, names)
         }));
-        recorder.line(Line::Change(Change {
+        recorder.push_record(RunRecord::State(StateRecord {
             time_s: 0.5,
             schema: (*name).to_owned(),
             from: "ready".to_owned(),

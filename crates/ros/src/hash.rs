@@ -22,7 +22,7 @@ pub fn rihs01(value_type: &Type) -> String {
     let mut parts = BTreeMap::new();
     referenced(value_type, &mut parts);
     let message = TypeDescriptionMsg {
-        type_description: one(value_type),
+        type_description: describe_type(value_type),
         referenced_type_descriptions: parts.into_values().collect(),
     };
     calculate_hash(&message).to_rihs_string()
@@ -32,15 +32,15 @@ pub fn rihs01(value_type: &Type) -> String {
 fn referenced(value_type: &Type, parts: &mut BTreeMap<String, TypeDescription>) {
     for field in &value_type.fields {
         if let FieldKind::Struct(inner) = &field.kind
-            && parts.insert(name(inner), one(inner)).is_none()
+            && parts.insert(name(inner), describe_type(inner)).is_none()
         {
             referenced(inner, parts);
         }
     }
 }
 
-fn one(value_type: &Type) -> TypeDescription {
-    let mut fields: Vec<_> = value_type.fields.iter().map(described).collect();
+fn describe_type(value_type: &Type) -> TypeDescription {
+    let mut fields: Vec<_> = value_type.fields.iter().map(describe_field).collect();
     if fields.is_empty() {
         fields.push(FieldDescription {
             name: "structure_needs_at_least_one_member".to_owned(),
@@ -54,7 +54,7 @@ fn one(value_type: &Type) -> TypeDescription {
     }
 }
 
-fn described(field: &Field) -> FieldDescription {
+fn describe_field(field: &Field) -> FieldDescription {
     let (kind, nested_type_name) = match &field.kind {
         FieldKind::Scalar(scalar) => (number(*scalar), String::new()),
         FieldKind::Struct(inner) => (TypeId::NESTED_TYPE, name(inner)),

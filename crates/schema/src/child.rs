@@ -86,7 +86,7 @@ impl Child {
     /// Returns the child's status. `None` if the application left an optional child unbound.
     #[must_use]
     pub fn status(&self, cx: &Context<'_>) -> Option<Status> {
-        let (code, status) = self.look(cx);
+        let (code, status) = self.query_status(cx);
         match code {
             raw::OK => {}
             raw::UNBOUND => return None,
@@ -125,7 +125,7 @@ impl Child {
     }
 
     /// Requests the child's status from the host.
-    fn look(&self, cx: &Context<'_>) -> (i32, raw::ChildStatus) {
+    fn query_status(&self, cx: &Context<'_>) -> (i32, raw::ChildStatus) {
         let mut status = raw::ChildStatus {
             size: size_of::<raw::ChildStatus>() as u32,
             state: raw::SLEPT,
@@ -166,7 +166,7 @@ impl Children {
         let numbers = (self.first..).map(|number| Child::new(number, self.name));
         // Ends at the first number that is not a child's. It also ends in a call that was given up: the host
         // refuses all its requests.
-        let known = numbers.take_while(|child| child.look(cx).0 == raw::OK);
+        let known = numbers.take_while(|child| child.query_status(cx).0 == raw::OK);
         let asked = known.map(|child| ask(&child));
         let missed = asked.filter(|outcome| *outcome != Outcome::Accepted).last();
         missed.unwrap_or(Outcome::Accepted)

@@ -53,7 +53,7 @@ impl Context<'_> {
     /// either.
     pub fn require_real_time(&self) -> Result<()> {
         let Some(real_time) = self.host.real_time else {
-            return Err(self.lacks("whether time is real").into());
+            return Err(self.unbound_message("whether time is real").into());
         };
         // SAFETY: the context is that of the present call.
         if unsafe { real_time(self.raw.as_ptr()) } == 1 {
@@ -186,7 +186,7 @@ impl Context<'_> {
         let Some(retract) = self.host.retract else {
             panic!(
                 "`{name}` cannot be taken back: {}",
-                self.lacks("how to take a value back")
+                self.unbound_message("how to take a value back")
             )
         };
         // SAFETY: the context is that of the present call.
@@ -197,7 +197,7 @@ impl Context<'_> {
     }
 
     /// Returns the message for a request that this host is too old to know.
-    fn lacks(&self, what: &str) -> String {
+    fn unbound_message(&self, what: &str) -> String {
         let (major, minor) = (self.host.abi_major, self.host.abi_minor);
         format!("this host, of ABI {major}.{minor}, does not know {what}; use a newer one")
     }

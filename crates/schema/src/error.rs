@@ -8,7 +8,7 @@ pub type Error = Box<dyn core::error::Error + Send + Sync>;
 pub type Result<T = (), E = Error> = core::result::Result<T, E>;
 
 /// Returns the message of an error, followed by those of its sources.
-pub(crate) fn words(error: &Error) -> String {
+pub(crate) fn message(error: &Error) -> String {
     let mut words = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {

@@ -53,7 +53,7 @@ pub enum Outcome {
 ///
 /// It contains the bytes of an older value, or none: write all of it.
 pub struct Loan<'call, T: Value> {
-    room: NonNull<T>,
+    value: NonNull<T>,
     cx: &'call Context<'call>,
     slot: Slot,
     export: PhantomData<&'call mut T>,
@@ -83,7 +83,7 @@ impl<T: Value> Export<T> {
         // SAFETY: the port's type is `T`, by the contract of `new`.
         match unsafe { cx.loan::<T>(&self.slot) } {
             Some(room) => Loan {
-                room,
+                value: room,
                 cx,
                 slot: self.slot,
                 export: PhantomData,
@@ -143,14 +143,14 @@ impl<T: Value> Deref for Loan<'_, T> {
     fn deref(&self) -> &T {
         // SAFETY: room for a `T`, of which every pattern of bytes is valid. No other reference to it exists
         // while the loan lives, because the loan borrows its export.
-        unsafe { self.room.as_ref() }
+        unsafe { self.value.as_ref() }
     }
 }
 
 impl<T: Value> DerefMut for Loan<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
         // SAFETY: as above.
-        unsafe { self.room.as_mut() }
+        unsafe { self.value.as_mut() }
     }
 }
 

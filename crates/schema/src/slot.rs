@@ -33,7 +33,7 @@ impl Slot {
     /// If the port belongs to another type.
     pub(crate) fn number(&self, ports: *const raw::Port) -> u32 {
         if !ptr::eq(self.brand, ports) {
-            stranger(self.name)
+            panic_foreign_port(self.name)
         }
         self.number
     }
@@ -51,6 +51,6 @@ impl fmt::Debug for Slot {
 }
 
 #[cold]
-fn stranger(name: &str) -> ! {
+fn panic_foreign_port(name: &str) -> ! {
     panic!("`{name}` is a port of another schema than the one that is called; use it in calls of its own")
 }

@@ -16,13 +16,13 @@ pub struct Shadow {
     braked: Vec<bool>,
     /// Schemas that had authority since the last takeover or brake of their commands: a command of them may
     /// be in force.
-    stands: Vec<bool>,
+    may_command: Vec<bool>,
     /// How far each schema with authority is in taking over.
-    reigns: Vec<Reign>,
+    takeover_phases: Vec<TakeoverPhase>,
     /// The schema whose first iteration has ended, until the commands that it did not write lapse.
-    lapses: Option<SchemaId>,
+    lapsing: Option<SchemaId>,
     /// Schemas that faulted as WINNER and have not restarted.
-    fell: Vec<bool>,
+    faulted: Vec<bool>,
     /// The last choice of each group (R15).
     chosen: Vec<Option<SchemaId>>,
     /// Groups that slept since their last selection.
@@ -32,7 +32,7 @@ pub struct Shadow {
 
 /// How far a schema with authority is in taking over the earlier commands.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-enum Reign {
+enum TakeoverPhase {
     New,
     First,
     Settled,
@@ -53,10 +53,10 @@ impl Shadow {
             authority: vec![false; spec.schemas.len()],
             running: vec![None; spec.schemas.len()],
             braked: vec![false; spec.groups.len()],
-            stands: vec![false; spec.schemas.len()],
-            reigns: vec![Reign::Settled; spec.schemas.len()],
-            lapses: None,
-            fell: vec![false; spec.schemas.len()],
+            may_command: vec![false; spec.schemas.len()],
+            takeover_phases: vec![TakeoverPhase::Settled; spec.schemas.len()],
+            lapsing: None,
+            faulted: vec![false; spec.schemas.len()],
             chosen: vec![None; spec.groups.len()],
             slept: vec![true; spec.groups.len()],
             over: false,
@@ -64,19 +64,19 @@ impl Shadow {
     }
 
     /// Records that an iteration began.
-    pub fn began(&mut self, id: SchemaId) {
+    pub fn begin_iteration(&mut self, id: SchemaId) {
         self.running[id.index()] = Some(Abandoned::No);
-        if self.reigns[id.index()] == Reign::New {
-            self.reigns[id.index()] = Reign::First;
+        if self.takeover_phases[id.index()] == TakeoverPhase::New {
+            self.takeover_phases[id.index()] = TakeoverPhase::First;
         }
     }
 
     /// Records that an iteration ended. Must be called before the hierarchy gets the end.
-    pub fn ended(&mut self, id: SchemaId) {
+    pub fn end_iteration(&mut self, id: SchemaId) {
         self.running[id.index()] = None;
-        if self.reigns[id.index()] == Reign::First {
-            self.reigns[id.index()] = Reign::Settled;
-            self.lapses = Some(id);
+        if self.takeover_phases[id.index()] == TakeoverPhase::First {
+            self.takeover_phases[id.index()] = TakeoverPhase::Settled;
+            self.lapsing = Some(id);
         }
     }
 
@@ -93,7 +93,7 @@ impl Shadow {
     }
 
     /// Records that the application shuts down, so every group brakes.
-    pub fn shutting_down(&mut self) {
+    pub fn begin_shutdown(&mut self) {
         self.over = true;
     }
 
@@ -114,9 +114,9 @@ impl Shadow {
     ///
     /// # Errors
     /// The rule that does not hold, or the difference between the hierarchy and its effects.
-    pub fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
+    pub fn check_against(&self, h: &Hierarchy) -> Result<(), String> {
         let spec = h.spec();
-        if let Some(id) = self.lapses {
+        if let Some(id) = self.lapsing {
             return Err(format!(
                 "R7: what {id:?} took over stands after its first iteration"
             ));
@@ -184,20 +184,20 @@ impl Shadow {
                     check(!self.authority[other.index()], || {
                         format!("R7: it takes over from {other:?}, which has authority")
                     })?;
-                    self.stands[other.index()] = false;
+                    self.may_command[other.index()] = false;
                 }
                 Ok(())
             }
             Effect::Granted(id) => {
                 if let Some(group) = group_of(spec, id) {
                     for other in level(spec, group) {
-                        check(!self.stands[other.index()], || {
+                        check(!self.may_command[other.index()], || {
                             format!("R7: a command of {other:?} stands, and nobody took it over")
                         })?;
                     }
                 }
-                self.stands[id.index()] = true;
-                self.reigns[id.index()] = Reign::New;
+                self.may_command[id.index()] = true;
+                self.takeover_phases[id.index()] = TakeoverPhase::New;
                 check(!self.authority[id.index()], || {
                     "authority is granted twice".into()
                 })?;
@@ -215,14 +215,14 @@ impl Shadow {
                 )
             }
             Effect::Lapsed(id) => {
-                check(self.lapses == Some(id), || {
+                check(self.lapsing == Some(id), || {
                     "R7: what it took over lapses, and its first iteration has not ended".into()
                 })?;
-                self.lapses = None;
+                self.lapsing = None;
                 Ok(())
             }
             Effect::Withdrawn(id) => {
-                self.reigns[id.index()] = Reign::Settled;
+                self.takeover_phases[id.index()] = TakeoverPhase::Settled;
                 check(self.authority[id.index()], || {
                     "authority is withdrawn that nobody has".into()
                 })?;
@@ -278,7 +278,7 @@ impl Shadow {
                 )?;
                 self.braked[index] = true;
                 for other in level(spec, index) {
-                    self.stands[other.index()] = self.authority[other.index()];
+                    self.may_command[other.index()] = self.authority[other.index()];
                 }
                 Ok(())
             }
@@ -321,22 +321,22 @@ impl Shadow {
                 // A group forgets its choice when all its members sleep. A choice that was put to sleep, or
                 // none, is forgotten too.
                 let slept = std::mem::take(&mut self.slept[record.group.index()]);
-                let gone = |id: SchemaId| self.state(id) == State::Slept && !self.fell[id.index()];
+                let gone = |id: SchemaId| self.state(id) == State::Slept && !self.faulted[id.index()];
                 let forgotten = slept || chosen.is_none_or(gone);
                 check(record.before == chosen || forgotten, || {
                     format!("R15: {chosen:?} was chosen before")
                 })?;
                 check(!record.reason.is_empty(), || "R15: no reason".into())
             }
-            Effect::Took { id, .. } => check(self.state(id) == State::Winner, || {
+            Effect::TookOver { id, .. } => check(self.state(id) == State::Winner, || {
                 "R15: took over without being WINNER".into()
             }),
             Effect::Health { id, ref health } => {
                 let wins = self.state(id) == State::Winner;
-                self.fell[id.index()] = wins && matches!(health, Health::Faulted(_));
+                self.faulted[id.index()] = wins && matches!(health, Health::Faulted(_));
                 Ok(())
             }
-            Effect::Ask { .. } => Ok(()),
+            Effect::Arbitrate { .. } => Ok(()),
         }
     }
 

@@ -30,7 +30,7 @@ impl Cone {
 
     /// Returns a lower bound of the distance to a box; `None` if the box is outside the cone, or not nearer
     /// than `max`.
-    pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
+    pub(crate) fn range_to_box(&self, area: &Aabb, max: f64) -> Option<f64> {
         let (center, half) = (area.center() - self.origin, area.half_extents());
         let is_outside = |outwards: &Vector| outwards.dot(center) > outwards.abs().dot(half);
         if self.outwards.iter().any(is_outside) {
@@ -42,7 +42,7 @@ impl Cone {
 
     /// Returns the distance to the nearest point of a solid, if that point is in the cone and nearer than
     /// `max`.
-    pub(crate) fn sees(&self, solid: &Solid, max: f64) -> Option<f64> {
+    pub(crate) fn range_to(&self, solid: &Solid, max: f64) -> Option<f64> {
         let point = solid.nearest(self.origin) - self.origin;
         let distance = point.length();
         let is_inside = self.outwards.iter().all(|outwards| outwards.dot(point) <= 0.0);

@@ -26,7 +26,7 @@ pub enum WorldError {
     #[error("{}", lines(.0))]
     Faults(Vec<Fault>),
     /// A robot that has no start in the world.
-    #[error("the world `{world}` has no robot `{robot}`; {}", offer(.known, .nearest))]
+    #[error("the world `{world}` has no robot `{robot}`; {}", suggestion(.known, .nearest))]
     UnknownRobot {
         /// The world's name.
         world: String,
@@ -170,7 +170,7 @@ fn lines(faults: &[Fault]) -> String {
     faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n")
 }
 
-fn offer(known: &[String], nearest: &Option<String>) -> String {
+fn suggestion(known: &[String], nearest: &Option<String>) -> String {
     match (nearest, known) {
         (Some(name), _) => format!("did you mean `{name}`?"),
         (None, []) => "add a `[robots.NAME]` with a `start` to its file".to_owned(),

@@ -8,14 +8,14 @@ use std::f64::consts::PI;
 
 use crate::color::Color;
 use crate::geometry::Pose2;
-use crate::loose::Loose;
+use crate::loose::LooseBodies;
 use crate::person::{self, Person};
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
 /// The body of a mover.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Body {
+pub(crate) enum MoverShape {
     Circle {
         radius: f64,
     },
@@ -31,7 +31,7 @@ pub(crate) enum Body {
 
 /// The behaviour after the last way-point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AtEnd {
+pub(crate) enum EndBehavior {
     /// It continues to the first.
     Loop,
     /// It returns the way it came.
@@ -40,12 +40,12 @@ pub(crate) enum AtEnd {
 
 /// A mover as the world file describes it.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan {
+pub(crate) struct MoverConfig {
     pub(crate) name: String,
-    pub(crate) body: Body,
+    pub(crate) body: MoverShape,
     /// Two or more points, each at a distance from the one before it.
-    pub(crate) way: Vec<[f64; 2]>,
-    pub(crate) at_end: AtEnd,
+    pub(crate) path: Vec<[f64; 2]>,
+    pub(crate) at_end: EndBehavior,
     /// Metres a second.
     pub(crate) speed: f64,
     /// The gap that it keeps to robots, in metres.
@@ -60,9 +60,9 @@ pub(crate) struct Plan {
 }
 
 pub(crate) struct Mover {
-    plan: Plan,
+    config: MoverConfig,
     /// Metres from the first way-point to each way-point. The last entry is the whole length of the way.
-    marks: Vec<f64>,
+    distances: Vec<f64>,
     /// Metres along the way, from 0 to its length.
     position: f64,
     /// 1 toward the later way-points, -1 toward the earlier ones.
@@ -86,7 +86,7 @@ pub(crate) struct Disc {
 }
 
 impl Mover {
-    pub(crate) fn new(plan: Plan) -> Self {
+    pub(crate) fn new(plan: MoverConfig) -> Self {
         let mut marks = vec![0.0];
         let mut length = 0.0;
         for leg in legs(&plan) {
@@ -95,8 +95,8 @@ impl Mover {
         }
         let solid = Solid::new(&outline(&plan, &marks, 0.0));
         let mut mover = Self {
-            plan,
-            marks,
+            config: plan,
+            distances: marks,
             position: 0.0,
             direction: 1.0,
             waited: 0.0,
@@ -110,21 +110,21 @@ impl Mover {
     }
 
     /// Moves by `dt` seconds, or waits for the robots and loose things in its way.
-    pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &Loose) {
+    pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &LooseBodies) {
         // Half a step of tolerance: the sum of many steps is not a round number.
         if self.resting > dt / 2.0 {
             self.resting -= dt;
             return;
         }
-        let stride = self.plan.speed * dt;
+        let stride = self.config.speed * dt;
         let (position, direction, rests) = self.rest(stride).unwrap_or_else(|| {
             let (position, direction) = self.ahead(stride);
             (position, direction, 0.0)
         });
-        let next = Solid::new(&outline(&self.plan, &self.marks, position));
-        if robots.iter().any(|robot| self.crowds(&next, robot)) || loose.hinder(&self.solid, &next) {
+        let next = Solid::new(&outline(&self.config, &self.distances, position));
+        if robots.iter().any(|robot| self.crowds(&next, robot)) || loose.blocks(&self.solid, &next) {
             self.waited += dt;
-            if self.waited >= self.plan.patience {
+            if self.waited >= self.config.patience {
                 self.direction = -self.direction;
                 self.waited = 0.0;
             }
@@ -150,26 +150,26 @@ impl Mover {
 
     /// Returns the person; `None` for another body.
     pub(crate) fn person(&self) -> Option<Person> {
-        let Body::Person { radius } = self.plan.body else {
+        let MoverShape::Person { radius } = self.config.body else {
             return None;
         };
-        let along = place(&self.plan, &self.marks, self.position);
+        let along = place(&self.config, &self.distances, self.position);
         let turned = if self.direction > 0.0 { 0.0 } else { PI };
         Some(Person {
             pose: Pose2::new(along.x, along.y, along.heading + turned),
             stride: person::stride(self.walked),
             radius,
-            height: self.plan.height,
-            color: self.plan.color,
+            height: self.config.height,
+            color: self.config.color,
         })
     }
 
     pub(crate) fn shape(&self) -> Shape<'_> {
         Shape {
-            name: &self.plan.name,
-            outline: outline(&self.plan, &self.marks, self.position),
-            color: self.plan.color,
-            height: self.plan.height,
+            name: &self.config.name,
+            outline: outline(&self.config, &self.distances, self.position),
+            color: self.config.color,
+            height: self.config.height,
             moving: true,
             figure: self.person().map_or(Figure::Upright, |person| Figure::Person {
                 heading: person.pose.heading,
@@ -179,13 +179,13 @@ impl Mover {
 
     /// Returns its solids along its way, `stride` metres apart. On a long way the stride grows, so that there
     /// are `most` pieces.
-    pub(crate) fn along(plan: &Plan, stride: f64, most: usize) -> impl Iterator<Item = Solid> {
+    pub(crate) fn along(plan: &MoverConfig, stride: f64, most: usize) -> impl Iterator<Item = Solid> {
         let mover = Self::new(plan.clone());
         let stride = stride.max(mover.length() / most as f64);
         let count = (mover.length() / stride).ceil() as usize;
         (0..=count).map(move |index| {
             let position = (index as f64 * stride).min(mover.length());
-            Solid::new(&outline(&mover.plan, &mover.marks, position))
+            Solid::new(&outline(&mover.config, &mover.distances, position))
         })
     }
 
@@ -198,13 +198,13 @@ impl Mover {
             radius: robot.radius,
         });
         let gap = next.distance_to_solid(&disc);
-        gap < self.plan.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(&disc))
+        gap < self.config.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(&disc))
     }
 
     /// Returns its next position, direction and rest in seconds, if this stride reaches a way-point where it
     /// rests.
     fn rest(&self, stride: f64) -> Option<(f64, f64, f64)> {
-        if self.plan.pause == 0.0 {
+        if self.config.pause == 0.0 {
             return None;
         }
         // A way-point that a rounding error misses counts as reached.
@@ -217,7 +217,7 @@ impl Mover {
                 there <= mark && mark < here
             }
         };
-        let mut marks = self.marks.iter().copied();
+        let mut marks = self.distances.iter().copied();
         // The first one, where a stride passes several.
         let mark = if self.direction > 0.0 {
             marks.find(|&mark| between(mark))?
@@ -225,15 +225,15 @@ impl Mover {
             marks.rfind(|&mark| between(mark))?
         };
         // The end of a loop is its beginning.
-        let start = self.plan.at_end == AtEnd::Loop && mark == self.length();
-        Some((if start { 0.0 } else { mark }, self.direction, self.plan.pause))
+        let start = self.config.at_end == EndBehavior::Loop && mark == self.length();
+        Some((if start { 0.0 } else { mark }, self.direction, self.config.pause))
     }
 
     fn ahead(&self, stride: f64) -> (f64, f64) {
         let (length, wanted) = (self.length(), self.position + self.direction * stride);
-        match self.plan.at_end {
-            AtEnd::Loop => (wanted.rem_euclid(length), self.direction),
-            AtEnd::TurnBack => {
+        match self.config.at_end {
+            EndBehavior::Loop => (wanted.rem_euclid(length), self.direction),
+            EndBehavior::TurnBack => {
                 // The way there and back, unfolded, is a loop of twice its length.
                 let there = if self.direction > 0.0 {
                     self.position
@@ -251,16 +251,16 @@ impl Mover {
     }
 
     fn length(&self) -> f64 {
-        self.marks[self.marks.len() - 1]
+        self.distances[self.distances.len() - 1]
     }
 }
 
-fn outline(plan: &Plan, marks: &[f64], position: f64) -> Outline {
+fn outline(plan: &MoverConfig, marks: &[f64], position: f64) -> Outline {
     let pose = place(plan, marks, position);
     let center = [pose.x, pose.y];
     match plan.body {
-        Body::Circle { radius } | Body::Person { radius } => Outline::Circle { center, radius },
-        Body::Box { size } => Outline::Box {
+        MoverShape::Circle { radius } | MoverShape::Person { radius } => Outline::Circle { center, radius },
+        MoverShape::Box { size } => Outline::Box {
             center,
             size,
             angle: pose.heading,
@@ -268,9 +268,9 @@ fn outline(plan: &Plan, marks: &[f64], position: f64) -> Outline {
     }
 }
 
-fn place(plan: &Plan, marks: &[f64], position: f64) -> Pose2 {
+fn place(plan: &MoverConfig, marks: &[f64], position: f64) -> Pose2 {
     let leg = marks[1..marks.len() - 1].partition_point(|&mark| mark <= position);
-    let [from, to] = legs(plan).nth(leg).unwrap_or([plan.way[0]; 2]);
+    let [from, to] = legs(plan).nth(leg).unwrap_or([plan.path[0]; 2]);
     let part = (position - marks[leg]) / (marks[leg + 1] - marks[leg]);
     Pose2::new(
         from[0] + part * (to[0] - from[0]),
@@ -279,12 +279,12 @@ fn place(plan: &Plan, marks: &[f64], position: f64) -> Pose2 {
     )
 }
 
-fn legs(plan: &Plan) -> impl Iterator<Item = [[f64; 2]; 2]> {
+fn legs(plan: &MoverConfig) -> impl Iterator<Item = [[f64; 2]; 2]> {
     let closing = match plan.at_end {
-        AtEnd::Loop => Some([plan.way[plan.way.len() - 1], plan.way[0]]),
-        AtEnd::TurnBack => None,
+        EndBehavior::Loop => Some([plan.path[plan.path.len() - 1], plan.path[0]]),
+        EndBehavior::TurnBack => None,
     };
-    plan.way.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing)
+    plan.path.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing)
 }
 
 fn distance([from, to]: [[f64; 2]; 2]) -> f64 {

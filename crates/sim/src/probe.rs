@@ -43,7 +43,7 @@ impl Probe {
     /// Returns a lower bound of the distance along the ray to the box, 0 from inside it; `None` if the ray
     /// misses the box, or reaches it after `max` metres.
     #[inline]
-    pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
+    pub(crate) fn range_to_box(&self, area: &Aabb, max: f64) -> Option<f64> {
         let (a, b) = (
             (area.mins - self.origin[0]) * self.inverse,
             (area.maxs - self.origin[1]) * self.inverse,
@@ -61,7 +61,7 @@ mod tests {
     /// Returns the distance along a ray to a box between these corners, to the micrometre.
     fn reached(from: [f64; 2], to: [f64; 2], origin: [f64; 2], direction: [f64; 2]) -> Option<f64> {
         let area = Aabb::new(from.into(), to.into());
-        let reached = Probe::of(&Ray::new(origin.into(), direction.into())).reaches(&area, 100.0);
+        let reached = Probe::of(&Ray::new(origin.into(), direction.into())).range_to_box(&area, 100.0);
         reached.map(|distance| (distance * 1e6).round() / 1e6)
     }
 

@@ -39,7 +39,7 @@ pub struct Truth {
 }
 
 #[derive(Debug)]
-pub(crate) struct Robot {
+pub(crate) struct SimulatedRobot {
     pub(crate) config: RobotConfig,
     pub(crate) truth: Truth,
     pub(crate) odometer: Odometer,
@@ -51,7 +51,7 @@ pub(crate) struct Robot {
     head_command: HeadCommand,
 }
 
-impl Robot {
+impl SimulatedRobot {
     pub(crate) fn new(config: RobotConfig, start: Pose2, clearance: f64, scale: &Noise) -> Self {
         let origin = match config.odometry_origin {
             OdometryOrigin::Zero => Pose2::default(),
@@ -78,7 +78,7 @@ impl Robot {
             load: 0.0,
             head_command: HeadCommand::default(),
         };
-        robot.feel(clearance);
+        robot.update_contact(clearance);
         robot
     }
 
@@ -145,7 +145,7 @@ impl Robot {
     }
 
     /// Updates the clearance and the contact, after all robots have moved.
-    pub(crate) fn feel(&mut self, clearance: f64) {
+    pub(crate) fn update_contact(&mut self, clearance: f64) {
         let truth = &mut self.truth;
         truth.clearance = clearance;
         truth.min_clearance = truth.min_clearance.min(clearance);

@@ -49,15 +49,15 @@ impl Scene {
     }
 
     /// Returns the distance along the ray to the first thing nearer than `max`.
-    pub(crate) fn cast(&self, ray: &Ray, max: f64) -> Option<f64> {
+    pub(crate) fn cast_ray(&self, ray: &Ray, max: f64) -> Option<f64> {
         // A ray spends most of its time on boxes that it misses, and parry's own `cast_ray` divides at each
         // of them.
         let probe = Probe::of(ray);
         self.tree
             .find_best(
                 max,
-                |node, best| probe.reaches(&node.aabb(), best).unwrap_or(f64::MAX),
-                |index, best| self.solids[index as usize].cast(ray, best),
+                |node, best| probe.range_to_box(&node.aabb(), best).unwrap_or(f64::MAX),
+                |index, best| self.solids[index as usize].cast_ray(ray, best),
             )
             .map(|(_, distance)| distance)
     }
@@ -67,8 +67,8 @@ impl Scene {
         self.tree
             .find_best(
                 max,
-                |node, best| cone.reaches(&node.aabb(), best).unwrap_or(f64::MAX),
-                |index, best| cone.sees(&self.solids[index as usize], best),
+                |node, best| cone.range_to_box(&node.aabb(), best).unwrap_or(f64::MAX),
+                |index, best| cone.range_to(&self.solids[index as usize], best),
             )
             .map(|(_, distance)| distance)
     }

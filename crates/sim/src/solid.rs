@@ -16,11 +16,11 @@ const OVERLAP: f64 = 1e-9;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Solid {
     pose: Pose,
-    form: Form,
+    geometry: Geometry,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Form {
+enum Geometry {
     Segment(Segment),
     Box(Cuboid),
     Circle(Ball),
@@ -34,32 +34,32 @@ impl Solid {
                 let extra = (to - from).normalize() * OVERLAP;
                 Self {
                     pose: Pose::IDENTITY,
-                    form: Form::Segment(Segment::new(from - extra, to + extra)),
+                    geometry: Geometry::Segment(Segment::new(from - extra, to + extra)),
                 }
             }
             Outline::Box { center, size, angle } => Self {
                 pose: Pose::from_parts(Vector::from(center), rotation(angle)),
-                form: Form::Box(Cuboid::new(Vector::from(size) / 2.0)),
+                geometry: Geometry::Box(Cuboid::new(Vector::from(size) / 2.0)),
             },
             Outline::Circle { center, radius } => Self {
                 pose: Pose::from_translation(Vector::from(center)),
-                form: Form::Circle(Ball::new(radius)),
+                geometry: Geometry::Circle(Ball::new(radius)),
             },
         }
     }
 
     /// Returns the distance along a unit ray to the solid: 0 from inside, `None` beyond `max` metres.
-    pub(crate) fn cast(&self, ray: &Ray, max: f64) -> Option<f64> {
-        match &self.form {
-            Form::Segment(segment) => segment.cast_local_ray(ray, max, true),
-            Form::Box(cuboid) => cuboid.cast_ray(&self.pose, ray, max, true),
-            Form::Circle(ball) => ball.cast_ray(&self.pose, ray, max, true),
+    pub(crate) fn cast_ray(&self, ray: &Ray, max: f64) -> Option<f64> {
+        match &self.geometry {
+            Geometry::Segment(segment) => segment.cast_local_ray(ray, max, true),
+            Geometry::Box(cuboid) => cuboid.cast_ray(&self.pose, ray, max, true),
+            Geometry::Circle(ball) => ball.cast_ray(&self.pose, ray, max, true),
         }
     }
 
     /// Returns the point of the solid nearest to `point`: `point` itself inside the solid.
     pub(crate) fn nearest(&self, point: Vector) -> Vector {
-        self.form.shape().project_point(&self.pose, point, true).point
+        self.geometry.shape().project_point(&self.pose, point, true).point
     }
 
     pub(crate) fn distance_to_point(&self, point: Vector) -> f64 {
@@ -68,16 +68,21 @@ impl Solid {
 
     /// Returns the gap between two solids: 0 on overlap.
     pub(crate) fn distance_to_solid(&self, other: &Self) -> f64 {
-        query::distance(&self.pose, self.form.shape(), &other.pose, other.form.shape())
-            .map_or(f64::INFINITY, |found| found.distance)
+        query::distance(
+            &self.pose,
+            self.geometry.shape(),
+            &other.pose,
+            other.geometry.shape(),
+        )
+        .map_or(f64::INFINITY, |found| found.distance)
     }
 
     pub(crate) fn aabb(&self) -> Aabb {
-        self.form.shape().compute_aabb(&self.pose)
+        self.geometry.shape().compute_aabb(&self.pose)
     }
 }
 
-impl Form {
+impl Geometry {
     fn shape(&self) -> &dyn Shape {
         match self {
             Self::Segment(segment) => segment,

@@ -11,7 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// How long a test may take before it counts as hanging: a hundred times the slowest test on two busy cores.
-pub const HANGS: Duration = Duration::from_secs(300);
+pub const DEFAULT_LIMIT: Duration = Duration::from_secs(300);
 
 /// How long the report may take. It may need a lock that a hanging thread holds.
 const REPORT: Duration = Duration::from_secs(2);
@@ -20,14 +20,14 @@ const REPORT: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub struct Watchdog {
     /// Carries no message: the drop closes it.
-    open: Option<Sender<()>>,
+    cancel: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// When the drop returns, the thread has ended and has dropped the report.
 impl Drop for Watchdog {
     fn drop(&mut self) {
-        drop(self.open.take());
+        drop(self.cancel.take());
         if let Some(thread) = self.thread.take() {
             // The thread does not panic, and if it did there would be nothing to add.
             drop(thread.join());
@@ -72,7 +72,7 @@ impl Watchdog {
         };
         let started = thread::Builder::new().name(String::from("watchdog")).spawn(watch);
         Self {
-            open: Some(open),
+            cancel: Some(open),
             thread: Some(started.expect("there is a thread left")),
         }
     }
@@ -83,8 +83,8 @@ impl Watchdog {
     /// The system cannot start another thread.
     #[must_use = "it watches for as long as it lives"]
     #[track_caller]
-    pub fn of_a_test() -> Self {
-        Self::new(HANGS, String::new)
+    pub fn for_test() -> Self {
+        Self::new(DEFAULT_LIMIT, String::new)
     }
 }
 

@@ -44,11 +44,11 @@ pub(crate) enum State {
     Open {
         stream: Box<dyn Stream>,
         /// Time of the last picture, or of opening.
-        heard: Duration,
+        last_frame: Duration,
     },
     Lost {
         reason: String,
-        again: Duration,
+        retry_at: Duration,
     },
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct Feed {
 
 /// The result of a step.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum News {
+pub(crate) enum FeedEvent {
     Picture(Picture),
     /// A picture cannot be decoded. Reported once until one can.
     Warn(String),
@@ -92,21 +92,29 @@ impl Feed {
     }
 
     /// Opens the camera, reads it, and reopens it when the waiting time is over.
-    pub(crate) fn step(&mut self, now: Duration) -> Option<News> {
+    pub(crate) fn step(&mut self, now: Duration) -> Option<FeedEvent> {
         match &mut self.state {
-            State::Idle => self.begin(now),
-            State::Lost { again, .. } if now >= *again => self.begin(now),
+            State::Idle => self.start_open(now),
+            State::Lost { retry_at: again, .. } if now >= *again => self.start_open(now),
             State::Lost { .. } => {}
             State::Opening(result) => match result.try_recv() {
-                Ok(Ok(stream)) => self.state = State::Open { stream, heard: now },
-                Ok(Err(reason)) => self.lose(reason, now),
+                Ok(Ok(stream)) => {
+                    self.state = State::Open {
+                        stream,
+                        last_frame: now,
+                    }
+                }
+                Ok(Err(reason)) => self.set_lost(reason, now),
                 Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => {
                     let reason = format!("{}: the attempt to open it failed", self.source.device());
-                    self.lose(reason, now);
+                    self.set_lost(reason, now);
                 }
             },
-            State::Open { stream, heard } => match stream.newest(&mut self.bytes) {
+            State::Open {
+                stream,
+                last_frame: heard,
+            } => match stream.newest(&mut self.bytes) {
                 Ok(true) => {
                     *heard = now;
                     let shape = stream.shape();
@@ -118,34 +126,34 @@ impl Feed {
                         self.source.device(),
                         SILENCE.as_secs()
                     );
-                    self.lose(reason, now);
+                    self.set_lost(reason, now);
                 }
                 Ok(false) => {}
                 Err(reason) => {
                     let reason = format!("{}: {reason}", self.source.device());
-                    self.lose(reason, now);
+                    self.set_lost(reason, now);
                 }
             },
         }
         None
     }
 
-    fn picture(&mut self, shape: Shape) -> Option<News> {
+    fn picture(&mut self, shape: Shape) -> Option<FeedEvent> {
         match shape.picture(&self.bytes) {
             Ok(picture) => {
                 self.attempts = 0;
                 self.warned = false;
-                Some(News::Picture(picture))
+                Some(FeedEvent::Picture(picture))
             }
             Err(error) if !self.warned => {
                 self.warned = true;
-                Some(News::Warn(format!("a picture is left out: {error}")))
+                Some(FeedEvent::Warn(format!("a picture is left out: {error}")))
             }
             Err(_) => None,
         }
     }
 
-    fn begin(&mut self, now: Duration) {
+    fn start_open(&mut self, now: Duration) {
         self.attempts = self.attempts.saturating_add(1);
         let (sender, result) = mpsc::channel();
         let source = self.source.clone();
@@ -157,14 +165,17 @@ impl Feed {
             Ok(_) => self.state = State::Opening(result),
             Err(error) => {
                 let reason = format!("{}: no thread to open it with: {error}", self.source.device());
-                self.lose(reason, now);
+                self.set_lost(reason, now);
             }
         }
     }
 
-    fn lose(&mut self, reason: String, now: Duration) {
-        let again = now.saturating_add(self.backoff.after(self.attempts));
-        self.state = State::Lost { reason, again };
+    fn set_lost(&mut self, reason: String, now: Duration) {
+        let again = now.saturating_add(self.backoff.delay_after(self.attempts));
+        self.state = State::Lost {
+            reason,
+            retry_at: again,
+        };
     }
 }
 

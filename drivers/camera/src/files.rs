@@ -31,11 +31,11 @@ pub struct Files {
     /// Always connected. Its note names the pictures.
     #[export]
     connection: Export<Connection>,
-    album: Option<Album>,
+    album: Option<FileSequence>,
 }
 
 /// The files, and the present position among them.
-struct Album {
+struct FileSequence {
     files: Vec<PathBuf>,
     bad: Vec<bool>,
     /// Time at which the first is due.
@@ -58,8 +58,8 @@ impl Schema for Files {
             [_] => format!("a picture of {path}"),
             files => format!("{} pictures of {path}", files.len()),
         };
-        self.tell(cx, &note);
-        self.album = Some(Album {
+        self.export_connection(cx, &note);
+        self.album = Some(FileSequence {
             bad: vec![false; files.len()],
             files,
             start: cx.now(),
@@ -83,7 +83,7 @@ impl Schema for Files {
                 self.show(cx, &mut album, ((due - 1) % count) as usize)?;
             } else if !album.ended {
                 album.ended = true;
-                self.tell(cx, "all pictures have been shown");
+                self.export_connection(cx, "all pictures have been shown");
             }
         }
         self.album = Some(album);
@@ -119,7 +119,7 @@ impl Files {
         Ok(files)
     }
 
-    fn show(&mut self, cx: &Context, album: &mut Album, index: usize) -> Result {
+    fn show(&mut self, cx: &Context, album: &mut FileSequence, index: usize) -> Result {
         if album.bad[index] {
             return Ok(());
         }
@@ -143,12 +143,12 @@ impl Files {
         };
         let mut image = self.image.loan(cx);
         image.header = Header::new(cx.now(), "camera");
-        picture.put(&mut image)?;
+        picture.write_to(&mut image)?;
         image.publish();
         Ok(())
     }
 
-    fn tell(&mut self, cx: &Context, note: &str) {
+    fn export_connection(&mut self, cx: &Context, note: &str) {
         let connection = Connection {
             header: Header::new(cx.now(), ""),
             state: Connection::CONNECTED,

@@ -1,6 +1,6 @@
 //! The formats of cameras: which one is chosen, and how it is converted to red, green and blue.
 
-use crate::picture::{Picture, PictureError, fits, jpeg};
+use crate::picture::{Picture, PictureError, check_size, jpeg};
 
 /// The encoding of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,14 +86,14 @@ impl Format {
 
 impl Shape {
     /// Checks that the camera's format can be decoded, and its size fits.
-    pub(crate) fn given(code: [u8; 4], width: u32, height: u32, stride: u32) -> Result<Self, String> {
+    pub(crate) fn from_driver(code: [u8; 4], width: u32, height: u32, stride: u32) -> Result<Self, String> {
         let Some(format) = Format::of_code(code) else {
             return Err(format!(
                 "it answers with the format {}, which nobody asked for",
                 code.escape_ascii()
             ));
         };
-        fits(width.into(), height.into()).map_err(|error| error.to_string())?;
+        check_size(width.into(), height.into()).map_err(|error| error.to_string())?;
         Ok(Self {
             format,
             width,
@@ -190,11 +190,11 @@ mod tests {
     #[test]
     fn what_a_camera_gives_instead_is_taken_if_it_fits() {
         assert_eq!(
-            Shape::given(*b"YUYV", 352, 288, 704),
+            Shape::from_driver(*b"YUYV", 352, 288, 704),
             Ok(shape(Format::Yuyv, 352, 288, 704))
         );
-        assert!(Shape::given(*b"YUYV", 1280, 720, 0).is_err_and(|words| words.contains("1280 x 720")));
-        assert!(Shape::given(*b"H264", 320, 240, 0).is_err_and(|words| words.contains("H264")));
+        assert!(Shape::from_driver(*b"YUYV", 1280, 720, 0).is_err_and(|words| words.contains("1280 x 720")));
+        assert!(Shape::from_driver(*b"H264", 320, 240, 0).is_err_and(|words| words.contains("H264")));
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub(crate) struct Camera {
 }
 
 /// An open camera.
-struct Open {
+struct OpenStream {
     stream: ReadStream,
     shape: Shape,
     name: String,
@@ -45,53 +45,53 @@ impl Source for Camera {
     }
 }
 
-enum Trouble {
+enum OpenError {
     Io(io::Error),
-    Words(String),
+    Message(String),
 }
 
-impl Trouble {
+impl OpenError {
     /// The message for the operator.
     fn of(self, device: &str) -> String {
         match self {
-            Self::Io(error) => in_words(&error, device),
-            Self::Words(words) => format!("{device}: {words}"),
+            Self::Io(error) => describe_error(&error, device),
+            Self::Message(words) => format!("{device}: {words}"),
         }
     }
 }
 
 /// Checks that a video device exists and this user may open it. Opens nothing.
-pub(crate) fn look(device: &str) -> Result<(), String> {
+pub(crate) fn check_device(device: &str) -> Result<(), String> {
     let look = || {
         is_video(device)?;
         access(device, Access::READ_OK | Access::WRITE_OK).map_err(io::Error::from)?;
         Ok(())
     };
-    look().map_err(|trouble: Trouble| trouble.of(device))
+    look().map_err(|trouble: OpenError| trouble.of(device))
 }
 
-fn is_video(device: &str) -> Result<(), Trouble> {
+fn is_video(device: &str) -> Result<(), OpenError> {
     let file = fs::metadata(device)?;
     if !file.file_type().is_char_device() || major(file.rdev()) != VIDEO {
-        return Err(Trouble::Words("this is no camera".to_owned()));
+        return Err(OpenError::Message("this is no camera".to_owned()));
     }
     Ok(())
 }
 
-impl From<io::Error> for Trouble {
+impl From<io::Error> for OpenError {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
     }
 }
 
-impl From<String> for Trouble {
+impl From<String> for OpenError {
     fn from(words: String) -> Self {
-        Self::Words(words)
+        Self::Message(words)
     }
 }
 
 impl Camera {
-    fn start(&self) -> Result<Open, Trouble> {
+    fn start(&self) -> Result<OpenStream, OpenError> {
         // Opening other files can do harm or block: a pipe waits for its writer, a tty raises its lines.
         is_video(&self.device)?;
         let device = Device::open(&self.device)?;
@@ -100,7 +100,7 @@ impl Camera {
             .device_capabilities()
             .contains(CapabilityFlags::VIDEO_CAPTURE | CapabilityFlags::STREAMING)
         {
-            return Err(Trouble::Words(
+            return Err(OpenError::Message(
                 "this device sends no pictures: a camera has several, try the one with the next lower number"
                     .to_owned(),
             ));
@@ -113,7 +113,7 @@ impl Camera {
         let wanted = PixFormat::new(self.width, self.height, PixelFormat::from_fourcc(code));
         let capture = device.video_capture(wanted)?;
         let given = capture.format();
-        let shape = Shape::given(
+        let shape = Shape::from_driver(
             given.pixel_format().as_fourcc(),
             given.width(),
             given.height(),
@@ -131,11 +131,11 @@ impl Camera {
         let flags = fcntl_getfl(&stream).map_err(io::Error::from)?;
         fcntl_setfl(&stream, flags | OFlags::NONBLOCK).map_err(io::Error::from)?;
         let name = format!("{card}, {} x {}{rate}", shape.width, shape.height);
-        Ok(Open { stream, shape, name })
+        Ok(OpenStream { stream, shape, name })
     }
 }
 
-impl Stream for Open {
+impl Stream for OpenStream {
     fn name(&self) -> &str {
         &self.name
     }
@@ -163,7 +163,7 @@ impl Stream for Open {
     }
 }
 
-fn in_words(error: &io::Error, device: &str) -> String {
+fn describe_error(error: &io::Error, device: &str) -> String {
     match error.kind() {
         ErrorKind::NotFound => format!("{device}: there is no such device: is the camera plugged in?"),
         ErrorKind::PermissionDenied => format!(

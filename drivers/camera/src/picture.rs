@@ -10,7 +10,7 @@ use png::{ColorType, Decoder, Transformations};
 pub(crate) use jpeg::jpeg;
 
 /// Most pixels, by the capacity of the exported type.
-const MOST_PIXELS: u64 = 640 * 480;
+const MAX_PIXELS: u64 = 640 * 480;
 
 /// A picture: rows from the top, pixels from the left, in red, green, blue.
 #[derive(Clone, PartialEq, Eq)]
@@ -34,9 +34,9 @@ pub(crate) enum PictureError {
 }
 
 /// Checks that a picture of this size fits.
-pub(crate) fn fits(width: u64, height: u64) -> Result<(), PictureError> {
+pub(crate) fn check_size(width: u64, height: u64) -> Result<(), PictureError> {
     match width.checked_mul(height) {
-        Some(1..=MOST_PIXELS) => Ok(()),
+        Some(1..=MAX_PIXELS) => Ok(()),
         _ => Err(PictureError::TooLarge { width, height }),
     }
 }
@@ -52,8 +52,8 @@ impl Picture {
     }
 
     /// Copies the picture into an image, except for the header.
-    pub(crate) fn put(&self, image: &mut Image) -> Result<(), PictureError> {
-        fits(self.width.into(), self.height.into())?;
+    pub(crate) fn write_to(&self, image: &mut Image) -> Result<(), PictureError> {
+        check_size(self.width.into(), self.height.into())?;
         image.width = self.width;
         image.height = self.height;
         image.encoding = jde_schema::types::Text::new("rgb8");
@@ -77,7 +77,7 @@ fn png(bytes: &[u8]) -> Result<Picture, PictureError> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(broken)?;
     let (width, height) = reader.info().size();
-    fits(width.into(), height.into())?;
+    check_size(width.into(), height.into())?;
     let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
     let frame = reader.next_frame(&mut pixels).map_err(broken)?;
     pixels.truncate(frame.buffer_size());

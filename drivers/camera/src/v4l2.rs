@@ -1,13 +1,13 @@
 //! The driver of cameras: connects a feed to a clock and the exports.
 
-use jde_device::{Report, Standing};
+use jde_device::{ConnectionReport, ConnectionState};
 use jde_port::Backoff;
 use jde_schema::prelude::*;
 
-use crate::feed::{Feed, News, State};
+use crate::feed::{Feed, FeedEvent, State};
 use crate::format::Format;
 use crate::linux::Camera;
-use crate::picture::fits;
+use crate::picture::check_size;
 
 /// A Video4Linux2 camera, which includes most USB cameras.
 ///
@@ -37,7 +37,7 @@ pub struct V4l2 {
     #[export]
     connection: Export<Connection>,
     feed: Option<Feed>,
-    report: Report,
+    report: ConnectionReport,
     /// Whether `image` has a value.
     seen: bool,
 }
@@ -56,27 +56,27 @@ impl Schema for V4l2 {
             return Err("it is not awake".into());
         };
         match feed.step(cx.now()) {
-            Some(News::Picture(picture)) => {
+            Some(FeedEvent::Picture(picture)) => {
                 let mut image = self.image.loan(cx);
                 image.header = Header::new(cx.now(), "camera");
-                picture.put(&mut image)?;
+                picture.write_to(&mut image)?;
                 image.publish();
                 self.seen = true;
             }
-            Some(News::Warn(words)) => warn!(cx, "{words}"),
+            Some(FeedEvent::Warn(words)) => warn!(cx, "{words}"),
             None => {}
         }
         let standing = match feed.state() {
-            State::Idle => Standing::Idle,
-            State::Opening(_) => Standing::Connecting,
-            State::Open { stream, .. } => Standing::Connected(stream.name()),
-            State::Lost { reason, .. } => Standing::Lost(reason),
+            State::Idle => ConnectionState::Idle,
+            State::Opening(_) => ConnectionState::Connecting,
+            State::Open { stream, .. } => ConnectionState::Connected(stream.name()),
+            State::Lost { reason, .. } => ConnectionState::Lost(reason),
         };
-        if !matches!(standing, Standing::Connected(_)) && std::mem::take(&mut self.seen) {
+        if !matches!(standing, ConnectionState::Connected(_)) && std::mem::take(&mut self.seen) {
             self.image.retract(cx);
         }
         self.report
-            .tell(cx, &mut self.connection, standing, feed.attempts());
+            .update(cx, &mut self.connection, standing, feed.attempts());
         Ok(())
     }
 
@@ -104,7 +104,7 @@ impl V4l2 {
 
     fn size(&self, cx: &Context) -> Result<(u32, u32)> {
         let (width, height) = (self.width.get(cx), self.height.get(cx));
-        fits(width.into(), height.into()).map_err(|error| format!("width and height: {error}"))?;
+        check_size(width.into(), height.into()).map_err(|error| format!("width and height: {error}"))?;
         Ok((width, height))
     }
 
@@ -126,7 +126,7 @@ impl Inspect for V4l2 {
         problems.expect(&self.width, self.size(cx));
         problems.expect(&self.format, self.wanted_format(cx));
         let device = self.device.get(cx);
-        if let Err(missing) = crate::linux::look(device.as_str()) {
+        if let Err(missing) = crate::linux::check_device(device.as_str()) {
             problems.unavailable(&self.device, missing);
         }
     }
@@ -150,7 +150,7 @@ mod tests {
 
     /// Returns the reason why a device is not a camera.
     fn lost(device: &str) -> String {
-        let _watchdog = Watchdog::of_a_test();
+        let _watchdog = Watchdog::for_test();
         let mut bench = bench(device);
         bench.awake().expect("it is rightly configured");
         loop {

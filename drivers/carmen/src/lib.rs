@@ -9,7 +9,7 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 
-use log::Log as Recording;
+use log::LogFile as Recording;
 use record::Scan;
 
 /// A robot that drives as it did when the log was written.

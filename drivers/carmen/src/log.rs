@@ -11,13 +11,13 @@ use jde_schema::types::Pose2D;
 use crate::record::{self, Line, Scan};
 
 /// Upper limit of a line, bytes; a longer one is split. A scan of 1088 ranges has a tenth of it.
-const LONGEST_LINE: u64 = 256 << 10;
+const MAX_LINE: u64 = 256 << 10;
 /// Most unreadable lines that are reported one by one.
-const MOST_NOTES: usize = 3;
+const MAX_NOTES: usize = 3;
 
 /// The records of a log, in order.
 #[derive(Debug)]
-pub(crate) struct Log {
+pub(crate) struct LogFile {
     records: Vec<Record>,
     scans: usize,
     notes: Vec<String>,
@@ -45,7 +45,7 @@ pub(crate) enum LogError {
     },
 }
 
-impl Log {
+impl LogFile {
     /// Reads a log, plain or gzip. If its clock stands still, the scans are `interval` apart.
     pub(crate) fn read(path: &str, interval: Duration) -> Result<Self, LogError> {
         let io = |error| LogError::Io {
@@ -114,7 +114,7 @@ impl Reading {
         let mut bytes = Vec::new();
         loop {
             bytes.clear();
-            match file.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
+            match file.by_ref().take(MAX_LINE).read_until(b'\n', &mut bytes) {
                 Ok(0) => return reading,
                 Ok(_) => reading.line(&bytes),
                 Err(error) => {
@@ -132,7 +132,7 @@ impl Reading {
             Some(Ok(line)) => self.lines.push(line),
             Some(Err(wrong)) => {
                 self.bad += 1;
-                if self.notes.len() < MOST_NOTES {
+                if self.notes.len() < MAX_NOTES {
                     self.notes
                         .push(format!("line {} is left out: {wrong}", self.count));
                 }
@@ -140,7 +140,7 @@ impl Reading {
         }
     }
 
-    fn finish(self, interval: Duration) -> Log {
+    fn finish(self, interval: Duration) -> LogFile {
         let mut notes = self.notes;
         if self.bad > notes.len() {
             notes.push(format!("{} lines in all are left out", self.bad));
@@ -184,7 +184,7 @@ impl Reading {
                 scan,
             });
         }
-        Log {
+        LogFile {
             records,
             scans,
             notes,

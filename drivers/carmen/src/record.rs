@@ -9,7 +9,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 use jde_schema::types::Pose2D;
 
 /// Most beams of a scan, by the capacity of the exported type.
-const MOST_BEAMS: usize = 1088;
+const MAX_BEAMS: usize = 1088;
 
 /// The contents of a line.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,8 +55,8 @@ pub(crate) fn parse(line: &str) -> Option<Result<Line, String>> {
 
 fn laser<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
     let count = number(words, "the number of beams")?;
-    if count.fract() != 0.0 || !(1.0..=MOST_BEAMS as f64).contains(&count) {
-        return Err(format!("{count} beams; a scan has 1 to {MOST_BEAMS}"));
+    if count.fract() != 0.0 || !(1.0..=MAX_BEAMS as f64).contains(&count) {
+        return Err(format!("{count} beams; a scan has 1 to {MAX_BEAMS}"));
     }
     let ranges = (0..count as usize)
         .map(|_| match number(words, "a range")? {

@@ -14,11 +14,11 @@ const DRIFT: f64 = 200e-6;
 /// estimate. It grows by the drift, so that the estimate follows a scanner's clock that runs slow.
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
-    last: Option<Last>,
+    last: Option<Reference>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct Reference {
     stamp: u32,
     /// The scanner's time without wraps, s.
     device: f64,
@@ -33,7 +33,7 @@ impl Clock {
     pub(crate) fn measured(&mut self, stamp: u32, now: Duration) -> Duration {
         let seconds = now.as_secs_f64();
         let last = match self.last {
-            None => Last {
+            None => Reference {
                 stamp,
                 device: 0.0,
                 offset: seconds,
@@ -44,7 +44,7 @@ impl Clock {
                 let device = last.device + passed;
                 let offset = (last.offset + passed * DRIFT).min(seconds - device);
                 let measured = Duration::try_from_secs_f64(device + offset).unwrap_or_default();
-                Last {
+                Reference {
                     stamp,
                     device,
                     offset,

@@ -7,7 +7,7 @@ use crate::message::checksum;
 
 /// The scanner.
 #[derive(Clone, Debug)]
-pub(crate) struct Scanner {
+pub(crate) struct EmulatedScanner {
     pub(crate) baud: u32,
     /// Whether it still uses its old protocol, SCIP 1.
     pub(crate) scip1: bool,
@@ -25,7 +25,7 @@ pub(crate) struct Scanner {
     pub(crate) refuses: Option<(&'static str, &'static str)>,
     /// The status of its scans.
     pub(crate) status: &'static str,
-    pub(crate) heard: Vec<u8>,
+    pub(crate) received: Vec<u8>,
 }
 
 /// Encodes a number in letters.
@@ -48,7 +48,7 @@ pub(crate) fn scan_lines(stamp: u32, values: &[u32], count: usize) -> Vec<Vec<u8
         .collect()
 }
 
-impl Scanner {
+impl EmulatedScanner {
     /// A URG-04LX at a serial line, just switched on.
     pub(crate) fn urg() -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Scanner {
             noisy: false,
             refuses: None,
             status: "99",
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -95,7 +95,7 @@ impl Scanner {
         }
     }
 
-    fn question(&mut self, question: &str) -> Vec<u8> {
+    fn reply_to(&mut self, question: &str) -> Vec<u8> {
         let (mut status, mut lines) = ("00", Vec::new());
         let checked = |line: &&str| format!("{line};{}", char::from(checksum(line.as_bytes())));
         if let Some((refused, with)) = self.refuses
@@ -150,26 +150,26 @@ impl Scanner {
     }
 }
 
-impl Emulator for Scanner {
-    fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+impl Emulator for EmulatedScanner {
+    fn receive(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
         if self.silent {
             return Vec::new();
         }
         if baud != self.baud {
-            self.heard.clear();
+            self.received.clear();
             return vec![0xf8, 0x00, b'\n', b'\n', 0x8e];
         }
-        self.heard.extend_from_slice(bytes);
+        self.received.extend_from_slice(bytes);
         let mut answers = Vec::new();
-        while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
-            let line: Vec<u8> = self.heard.drain(..=end).collect();
+        while let Some(end) = self.received.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.received.drain(..=end).collect();
             let question = String::from_utf8(line[..end].to_vec()).expect("questions are letters");
-            answers.extend(self.question(&question));
+            answers.extend(self.reply_to(&question));
         }
         answers
     }
 
-    fn turn(&mut self) -> Vec<u8> {
+    fn poll_output(&mut self) -> Vec<u8> {
         self.clock = (self.clock + 25) & 0xff_ffff;
         let Some(question) = self.streaming.as_ref().filter(|_| !self.silent) else {
             return Vec::new();

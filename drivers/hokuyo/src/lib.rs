@@ -16,7 +16,7 @@ use jde_schema::prelude::*;
 
 use clock::Clock;
 use scan::{Beams, Letters, Scan};
-use session::{News, Session, Wanted};
+use session::{ScannerConfig, ScannerData, Session};
 
 /// A Hokuyo laser scanner (URG, UBG, UTM, UST, UXM) at a serial line, over USB or over Ethernet.
 ///
@@ -69,24 +69,24 @@ impl Schema for Scip2 {
         };
         for news in scanner.device.step(cx) {
             match news {
-                News::Beams(beams) => {
+                ScannerData::Beams(beams) => {
                     info!(cx, "{} beams", beams.count());
                     (scanner.clock, scanner.beams) = (Clock::default(), Some(beams));
                 }
-                News::Scan(scan) => scanner.publish(cx, &mut self.laser, &scan)?,
+                ScannerData::Scan(scan) => scanner.publish(cx, &mut self.laser, &scan)?,
             }
         }
         if !scanner.device.is_ready() && scanner.seen {
             scanner.seen = false;
             self.laser.retract(cx);
         }
-        scanner.device.tell(cx, &mut self.connection);
+        scanner.device.export_connection(cx, &mut self.connection);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(scanner) = self.scanner.take() {
-            scanner.device.rest(cx, &mut self.connection);
+            scanner.device.close(cx, &mut self.connection);
             self.laser.retract(cx);
         }
     }
@@ -99,7 +99,7 @@ impl Scip2 {
             Address::Serial { baud, .. } => Some(baud),
             Address::Tcp { .. } => None,
         };
-        let wanted = Wanted {
+        let wanted = ScannerConfig {
             view: self.view.get(cx),
             skip: self.skip.get(cx),
             letters: match self.letters.get(cx) {

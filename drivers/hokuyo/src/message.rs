@@ -6,7 +6,7 @@
 
 /// Upper limit of a message, bytes. The longest has 1440 steps of three letters, a checksum and an end of
 /// line per 64 letters, and the head.
-const LONGEST: usize = 8192;
+const MAX_MESSAGE: usize = 8192;
 
 /// An answer, or a scan, which answers an earlier question.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl Message {
 
 impl Receiver {
     /// Appends received bytes.
-    pub(crate) fn hear(&mut self, bytes: &[u8]) {
+    pub(crate) fn receive(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.start);
         self.start = 0;
         self.bytes.extend_from_slice(bytes);
@@ -83,7 +83,7 @@ impl Receiver {
         loop {
             let rest = &self.bytes[self.start..];
             let Some(end) = rest.windows(2).position(|pair| pair == b"\n\n") else {
-                if rest.len() > LONGEST {
+                if rest.len() > MAX_MESSAGE {
                     // No message can be found in these bytes, except one that starts in their last line.
                     let line = rest
                         .iter()
@@ -140,7 +140,7 @@ mod tests {
         let mut receiver = Receiver::default();
         let mut all = Vec::new();
         for piece in pieces {
-            receiver.hear(piece);
+            receiver.receive(piece);
             all.extend(core::iter::from_fn(|| receiver.next()));
         }
         all
@@ -175,11 +175,11 @@ mod tests {
     fn noise_without_end_is_not_kept() {
         let mut receiver = Receiver::default();
         for _ in 0..1000 {
-            receiver.hear(&[b'x'; 1000]);
+            receiver.receive(&[b'x'; 1000]);
             assert_eq!(receiver.next(), None);
         }
-        assert!(receiver.bytes.len() <= LONGEST + 2000);
-        receiver.hear(b"\n\nQT\n00P\n\n");
+        assert!(receiver.bytes.len() <= MAX_MESSAGE + 2000);
+        receiver.receive(b"\n\nQT\n00P\n\n");
         assert_eq!(receiver.next().map(|message| message.echo), Some("QT".to_owned()));
     }
 

@@ -7,7 +7,7 @@ use core::fmt;
 use crate::message::{Message, checked, number};
 
 /// Most beams of a scan, by the capacity of the exported type.
-const MOST_BEAMS: u32 = 1088;
+const MAX_BEAMS: u32 = 1088;
 
 /// The scanner's parameters, from the answer to `PP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,14 +137,14 @@ impl Beams {
             parameters,
             first,
             last,
-            cluster: (last - first + 1).div_ceil(MOST_BEAMS),
+            cluster: (last - first + 1).div_ceil(MAX_BEAMS),
             skip: skip.min(9),
             letters,
         }
     }
 
     /// The question for continuous scans, without the remaining count, which changes in the echoes.
-    pub(crate) fn question(self) -> String {
+    pub(crate) fn request(self) -> String {
         let Self {
             first,
             last,
@@ -255,21 +255,21 @@ pub(crate) mod tests {
     use jde_device::emulate::Emulator;
 
     use super::*;
-    use crate::emulator::{Scanner, letters};
+    use crate::emulator::{EmulatedScanner, letters};
 
-    pub(crate) fn parameters(emulator: &Scanner) -> Parameters {
+    pub(crate) fn parameters(emulator: &EmulatedScanner) -> Parameters {
         let mut receiver = crate::message::Receiver::default();
-        let mut emulator = Scanner {
+        let mut emulator = EmulatedScanner {
             scip1: false,
             ..emulator.clone()
         };
-        receiver.hear(&emulator.hear(b"PP\n", emulator.baud));
+        receiver.receive(&emulator.receive(b"PP\n", emulator.baud));
         Parameters::read(&receiver.next().expect("it answers")).expect("parameters")
     }
 
     fn scan(beams: Beams, stamp: u32, values: &[u32]) -> Message {
         Message {
-            echo: beams.question() + "00",
+            echo: beams.request() + "00",
             status: *b"99",
             lines: crate::emulator::scan_lines(stamp, values, beams.letters.count()),
         }
@@ -277,9 +277,14 @@ pub(crate) mod tests {
 
     #[test]
     fn a_small_scanner_is_described_as_its_data_sheet_says() {
-        let beams = Beams::new(parameters(&Scanner::urg()), f64::from(TAU), 0, Letters::Three);
+        let beams = Beams::new(
+            parameters(&EmulatedScanner::urg()),
+            f64::from(TAU),
+            0,
+            Letters::Three,
+        );
         assert_eq!(
-            (beams.question(), beams.count()),
+            (beams.request(), beams.count()),
             ("MD00440725010".to_owned(), 682)
         );
         // Steps of 0.35 degrees, 340 to the right of straight ahead.
@@ -294,8 +299,8 @@ pub(crate) mod tests {
 
     #[test]
     fn a_view_is_centred_ahead_and_never_beyond_what_the_scanner_has() {
-        let parameters = parameters(&Scanner::utm());
-        let question = |view: f64| Beams::new(parameters, view, 2, Letters::Three).question();
+        let parameters = parameters(&EmulatedScanner::utm());
+        let question = |view: f64| Beams::new(parameters, view, 2, Letters::Three).request();
         assert_eq!(question(f64::from(TAU)), "MD00001080012");
         assert_eq!(question(core::f64::consts::PI), "MD01800900012");
         assert_eq!(question(0.0), "MD05400540012");
@@ -308,7 +313,7 @@ pub(crate) mod tests {
             first: 0,
             last: 2160,
             ahead: 1080,
-            ..parameters(&Scanner::utm())
+            ..parameters(&EmulatedScanner::utm())
         };
         let beams = Beams::new(parameters, f64::from(TAU), 0, Letters::Three);
         assert_eq!((beams.cluster, beams.count()), (2, 1081));
@@ -321,7 +326,7 @@ pub(crate) mod tests {
         let parameters = Parameters {
             first: 384,
             last: 389,
-            ..parameters(&Scanner::urg())
+            ..parameters(&EmulatedScanner::urg())
         };
         let beams = Beams::new(parameters, f64::from(TAU), 0, Letters::Three);
         let Scan { stamp, ranges } = beams
@@ -346,7 +351,12 @@ pub(crate) mod tests {
 
     #[test]
     fn ten_thousand_scans_with_wrong_bytes_are_not_believed_where_they_are_wrong() {
-        let beams = Beams::new(parameters(&Scanner::urg()), f64::from(TAU), 0, Letters::Three);
+        let beams = Beams::new(
+            parameters(&EmulatedScanner::urg()),
+            f64::from(TAU),
+            0,
+            Letters::Three,
+        );
         let good = scan(beams, 5, &[1234; 682]);
         let mut seed = 3_u32;
         let mut random = || {

@@ -4,27 +4,27 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use jde_device::emulate::{Emulated, Trial};
+use jde_device::emulate::{DriverTest, EmulatedDevice};
 use jde_schema::bench::Bench;
 
 use super::*;
-use crate::emulator::Scanner;
+use crate::emulator::EmulatedScanner;
 
-fn driver(port: &str) -> Trial<Scip2> {
-    let mut driver = Trial::at(port);
+fn driver(port: &str) -> DriverTest<Scip2> {
+    let mut driver = DriverTest::with_port(port);
     driver.awake();
     driver
 }
 
 /// Returns the first scan.
-fn scan(driver: &mut Trial<Scip2>) -> &LaserScan {
-    driver.until(|bench| bench.exported_at("laser").is_some());
+fn scan(driver: &mut DriverTest<Scip2>) -> &LaserScan {
+    driver.run_until(|bench| bench.exported_at("laser").is_some());
     driver.bench.exported_in_place("laser").expect("just seen")
 }
 
 #[test]
 fn a_scanner_at_a_serial_line_is_seen_at_the_speed_of_its_address() {
-    let (scanner, path) = Emulated::at_line(Scanner::urg());
+    let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
     let mut driver = driver(&format!("serial:{}@115200", path.display()));
     let scan = scan(&mut driver);
     assert_eq!(scan.ranges.as_slice(), [1.5; 682]);
@@ -36,31 +36,31 @@ fn a_scanner_at_a_serial_line_is_seen_at_the_speed_of_its_address() {
     assert!(name.starts_with("URG-04LX"), "{name}");
     scanner.with(|scanner| assert_eq!(scanner.baud, 115_200));
     let first = driver.bench.exported_at("laser");
-    driver.until(|bench| bench.exported_at("laser") > first);
+    driver.run_until(|bench| bench.exported_at("laser") > first);
 }
 
 #[test]
 fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
-    let (scanner, address) = Emulated::at_server(
-        Scanner {
+    let (scanner, address) = EmulatedDevice::at_tcp(
+        EmulatedScanner {
             noisy: true,
-            ..Scanner::utm()
+            ..EmulatedScanner::utm()
         },
         19_200,
     );
     let mut driver = driver(&address);
     assert_eq!(scan(&mut driver).ranges.as_slice(), [12.345; 1081]);
     scanner.with(|scanner| scanner.silent = true);
-    assert!(driver.lost().contains("no scan came for 3 s"));
+    assert!(driver.wait_lost().contains("no scan came for 3 s"));
     assert_eq!(
         driver.bench.exported::<LaserScan>("laser"),
         None,
         "what is not heard is taken back"
     );
     scanner.with(|scanner| {
-        *scanner = Scanner {
+        *scanner = EmulatedScanner {
             distance: 2500,
-            ..Scanner::utm()
+            ..EmulatedScanner::utm()
         }
     });
     assert_eq!(scan(&mut driver).ranges[540], 2.5);
@@ -70,14 +70,14 @@ fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
 fn a_plug_that_is_pulled_and_put_back_is_survived() {
     let name = std::env::temp_dir().join(format!("jde-hokuyo-{}", std::process::id()));
     let mut driver = driver(&format!("serial:{}@19200", name.display()));
-    assert!(driver.lost().contains("there is no such device"));
+    assert!(driver.wait_lost().contains("there is no such device"));
     for _ in 0..2 {
-        let (scanner, path) = Emulated::at_line(Scanner::urg());
+        let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
         symlink(path, &name).expect("a name");
         scan(&mut driver);
         fs::remove_file(&name).expect("it is there");
         drop(scanner);
-        driver.lost();
+        driver.wait_lost();
         assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
     }
 }
@@ -94,7 +94,7 @@ fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
 
 #[test]
 fn asleep_its_laser_is_off() {
-    let (scanner, path) = Emulated::at_line(Scanner::urg());
+    let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
     let mut driver = driver(&format!("serial:{}@19200", path.display()));
     scan(&mut driver);
     driver.bench.sleep().expect("it sleeps");

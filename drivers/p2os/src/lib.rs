@@ -9,11 +9,11 @@ mod robot;
 mod sense;
 mod settings;
 
-use jde_p2os::{HeadWish, Wish};
+use jde_p2os::{HeadSetpoint, Setpoint};
 use jde_schema::prelude::*;
 
-use robot::Robot;
-use sense::Senses;
+use robot::RobotConnection;
+use sense::SensorState;
 
 /// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
@@ -91,8 +91,8 @@ pub struct Pioneer {
     /// Whether the robot is connected, its name, or the reason for the loss.
     #[export]
     connection: Export<Connection>,
-    robot: Option<Robot>,
-    senses: Senses,
+    robot: Option<RobotConnection>,
+    senses: SensorState,
 }
 
 impl Schema for Pioneer {
@@ -109,10 +109,10 @@ impl Schema for Pioneer {
             return Err("it is not awake".into());
         };
         let (twist, head) = (self.velocity.get(cx), self.head.get(cx));
-        let wish = Wish {
+        let wish = Setpoint {
             linear: twist.linear.x,
             angular: twist.angular.z,
-            head: HeadWish {
+            head: HeadSetpoint {
                 pan: head.pan,
                 tilt: head.tilt,
                 pan_speed: head.pan_velocity,
@@ -126,14 +126,14 @@ impl Schema for Pioneer {
             self.take_back(cx);
             Ok(())
         };
-        robot.tell(cx, &mut self.connection);
+        robot.export_connection(cx, &mut self.connection);
         self.robot = Some(robot);
         stepped.and(sensed)
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(robot) = &mut self.robot {
-            robot.rest();
+            robot.close();
         }
         self.take_back(cx);
         self.connection.retract(cx);

@@ -4,37 +4,37 @@
 use core::time::Duration;
 use std::time::Instant;
 
-use jde_device::{Report, Standing};
-use jde_p2os::{Beams, Event, Options, Session, State, Wish};
+use jde_device::{ConnectionReport, ConnectionState};
+use jde_p2os::{Beams, Event, Options, Session, Setpoint, State};
 use jde_port::Port;
 use jde_schema::prelude::{Connection, Context, Export, Result};
 
 /// Time limit for sending the last packets: five of them, which take 50 ms at 9600 baud.
-const FAREWELL: Duration = Duration::from_millis(200);
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// A robot that the driver is looking for or has found.
-pub(crate) struct Robot {
+pub(crate) struct RobotConnection {
     port: Port,
     session: Session,
     beams: Beams,
     /// Real time, because the link does not follow the application's clock.
     clock: Instant,
     /// Whether the session was informed that the port is connected.
-    linked: bool,
-    heard: Vec<u8>,
-    report: Report,
+    was_connected: bool,
+    received: Vec<u8>,
+    report: ConnectionReport,
 }
 
-impl Robot {
+impl RobotConnection {
     pub(crate) fn new(port: Port, options: Options, beams: Beams) -> Self {
         Self {
             port,
             session: Session::new(options),
             beams,
             clock: Instant::now(),
-            linked: false,
-            heard: Vec::new(),
-            report: Report::default(),
+            was_connected: false,
+            received: Vec::new(),
+            report: ConnectionReport::default(),
         }
     }
 
@@ -43,31 +43,31 @@ impl Robot {
     /// # Errors
     /// If the robot cannot be driven, which a person must correct. A robot that does not answer is not an
     /// error.
-    pub(crate) fn step(&mut self, wish: &Wish) -> Result {
+    pub(crate) fn step(&mut self, wish: &Setpoint) -> Result {
         let now = self.clock.elapsed();
         if self.port.poll(now).is_connected() {
-            if !self.linked {
-                self.linked = true;
+            if !self.was_connected {
+                self.was_connected = true;
                 self.session.connected(now);
             }
-            self.heard.clear();
-            self.port.read(&mut self.heard);
-            self.session.receive(&self.heard, now);
+            self.received.clear();
+            self.port.read(&mut self.received);
+            self.session.receive(&self.received, now);
             self.session.drive(wish, now);
             self.port.write(&self.session.output());
         }
         match self.session.state() {
             State::Refused(words) => {
                 let words = words.clone();
-                self.port.lose(&words);
-                self.linked = false;
+                self.port.disconnect_with(&words);
+                self.was_connected = false;
                 return Err(words.into());
             }
-            State::Lost(words) if self.linked => self.port.lose(words),
+            State::Lost(words) if self.was_connected => self.port.disconnect_with(words),
             State::Idle | State::Syncing | State::Opening(_) | State::Connected(_) | State::Lost(_) => {}
         }
-        if self.linked && !self.port.link().is_connected() {
-            self.linked = false;
+        if self.was_connected && !self.port.state().is_connected() {
+            self.was_connected = false;
             self.session.lost("its connection is gone");
         }
         Ok(())
@@ -92,34 +92,34 @@ impl Robot {
     }
 
     /// Publishes the state of the connection if it changed.
-    pub(crate) fn tell(&mut self, cx: &Context, export: &mut Export<Connection>) {
+    pub(crate) fn export_connection(&mut self, cx: &Context, export: &mut Export<Connection>) {
         let name = match self.session.state() {
             State::Connected(names) => Some(format!("{}, {} {}", names.name, names.class, names.subclass)),
             State::Idle | State::Syncing | State::Opening(_) | State::Refused(_) | State::Lost(_) => None,
         };
-        let standing = Standing::of(&self.port, name.as_deref(), "robot");
-        self.report.tell(cx, export, standing, self.port.attempts());
+        let standing = ConnectionState::of(&self.port, name.as_deref(), "robot");
+        self.report.update(cx, export, standing, self.port.attempts());
     }
 
     /// Stops the robot, switches it off and closes the port. The next step looks for it again.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn close(&mut self) {
         let farewell = self.session.close();
-        if self.linked && self.port.write(&farewell) {
-            self.port.flush(FAREWELL);
+        if self.was_connected && self.port.write(&farewell) {
+            self.port.flush(CLOSE_TIMEOUT);
             // Bytes received meanwhile are read; otherwise closing could reset the connection before the
             // robot has read the last packets.
-            self.port.read(&mut self.heard);
+            self.port.read(&mut self.received);
         }
-        self.heard.clear();
-        self.linked = false;
+        self.received.clear();
+        self.was_connected = false;
         self.port.close();
-        self.report = Report::default();
+        self.report = ConnectionReport::default();
     }
 }
 
 /// Dropping the driver stops its robot.
-impl Drop for Robot {
+impl Drop for RobotConnection {
     fn drop(&mut self) {
-        self.rest();
+        self.close();
     }
 }

@@ -7,14 +7,14 @@ use jde_p2os::{Beams, Config, Event, Model, Reading, Sip};
 use jde_schema::prelude::*;
 
 use crate::Pioneer;
-use crate::robot::Robot;
+use crate::robot::RobotConnection;
 
 /// The reported temperature if none is measured, °C.
 const NO_TEMPERATURE: i8 = -127;
 
 /// The state kept between packets.
 #[derive(Default)]
-pub(crate) struct Senses {
+pub(crate) struct SensorState {
     /// The last range of each sonar, m; a packet reports only some of them.
     ranges: Vec<f32>,
     /// The last position of the head, and its time.
@@ -22,21 +22,21 @@ pub(crate) struct Senses {
     /// The time of the last sweep.
     sweep: Option<Duration>,
     /// Whether there are exports to retract.
-    told: bool,
+    warned: bool,
 }
 
-impl Senses {
+impl SensorState {
     /// Discards the state. Returns whether there were exports to retract.
     pub(crate) fn forget(&mut self) -> bool {
-        core::mem::take(self).told
+        core::mem::take(self).warned
     }
 }
 
 impl Pioneer {
     /// Publishes the robot's events.
-    pub(crate) fn sense(&mut self, cx: &Context, robot: &mut Robot) -> Result {
+    pub(crate) fn sense(&mut self, cx: &Context, robot: &mut RobotConnection) -> Result {
         while let Some(event) = robot.next_event() {
-            self.senses.told = true;
+            self.senses.warned = true;
             let Some(model) = robot.session().model() else {
                 break;
             };
@@ -58,7 +58,7 @@ impl Pioneer {
                     };
                     self.encoders.write(cx, encoders);
                 }
-                Event::Head { pan, tilt } => self.looks(cx, pan, tilt),
+                Event::Head { pan, tilt } => self.publish_pan_tilt(cx, pan, tilt),
                 Event::Warning(words) => warn!(cx, "{words}"),
                 Event::Config(config) if config.watchdog == 0 => {
                     warn!(
@@ -77,7 +77,7 @@ impl Pioneer {
         Ok(())
     }
 
-    fn state(&mut self, cx: &Context, robot: &Robot, model: &Model, sip: &Sip) -> Result {
+    fn state(&mut self, cx: &Context, robot: &RobotConnection, model: &Model, sip: &Sip) -> Result {
         let now = cx.now();
         let pose = robot.session().pose();
         let pose = Pose2D::new(pose.x, pose.y, pose.heading);
@@ -158,7 +158,7 @@ impl Pioneer {
         Ok(())
     }
 
-    fn looks(&mut self, cx: &Context, pan: f64, tilt: f64) {
+    fn publish_pan_tilt(&mut self, cx: &Context, pan: f64, tilt: f64) {
         let now = cx.now();
         let last = self.senses.head.replace((now, pan, tilt));
         let (mut pan_velocity, mut tilt_velocity) = (0.0, 0.0);

@@ -2,16 +2,16 @@
 //! is opened.
 
 use jde_device::inspect_port;
-use jde_p2os::{Beams, Head, Laser, Model, Options, Pose};
+use jde_p2os::{Beams, HeadKind, LaserMode, Model, Options, Pose};
 use jde_port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
 
 use crate::Pioneer;
-use crate::robot::Robot;
+use crate::robot::RobotConnection;
 
 impl Pioneer {
     /// The robot that the modulations describe. Opens no port.
-    pub(crate) fn settings(&self, cx: &Context) -> Result<Robot> {
+    pub(crate) fn settings(&self, cx: &Context) -> Result<RobotConnection> {
         let address = self.address(cx)?;
         let beams = self.beams(cx);
         let start = self.start.get(cx);
@@ -25,7 +25,11 @@ impl Pioneer {
                 heading: start.theta,
             },
         };
-        Ok(Robot::new(Port::new(address, Backoff::default()), options, beams))
+        Ok(RobotConnection::new(
+            Port::new(address, Backoff::default()),
+            options,
+            beams,
+        ))
     }
 
     fn address(&self, cx: &Context) -> Result<Address> {
@@ -44,20 +48,20 @@ impl Pioneer {
         Beams::spread(self.laser_beams.get(cx), self.laser_view.get(cx))
     }
 
-    fn laser(&self, cx: &Context) -> Result<Laser> {
+    fn laser(&self, cx: &Context) -> Result<LaserMode> {
         match self.laser_mode.get(cx).as_str() {
-            "auto" => Ok(Laser::Auto(self.beams(cx))),
-            "on" => Ok(Laser::On(self.beams(cx))),
-            "off" => Ok(Laser::Off),
+            "auto" => Ok(LaserMode::Auto(self.beams(cx))),
+            "on" => Ok(LaserMode::On(self.beams(cx))),
+            "off" => Ok(LaserMode::Off),
             other => Err(format!("laser_mode = \"{other}\": it can be auto, on or off").into()),
         }
     }
 
-    fn head(&self, cx: &Context) -> Result<Head> {
+    fn head(&self, cx: &Context) -> Result<HeadKind> {
         match self.head_kind.get(cx).as_str() {
-            "none" => Ok(Head::None),
-            "vc-c4" => Ok(Head::VcC4),
-            "vc-c4-one-way" => Ok(Head::VcC4OneWay),
+            "none" => Ok(HeadKind::None),
+            "vc-c4" => Ok(HeadKind::VcC4),
+            "vc-c4-one-way" => Ok(HeadKind::VcC4OneWay),
             other => Err(format!("head_kind = \"{other}\": it can be none, vc-c4 or vc-c4-one-way").into()),
         }
     }

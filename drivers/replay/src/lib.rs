@@ -4,15 +4,15 @@
 //! A replay shows how schemas would have decided, never what would have happened then. `jde replay --decide`
 //! compares their decisions with the recorded ones.
 
-mod head;
-mod lane;
-mod tape;
+mod output;
+mod playhead;
+mod reader;
 
 use jde_schema::prelude::*;
 
-use head::{Head, Wish};
-use lane::{Lane, Lanes};
-use tape::Tape;
+use output::{Output, Outputs};
+use playhead::{PlaybackRequest, Playhead};
+use reader::RecordingReader;
 
 /// The progress of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
@@ -152,9 +152,9 @@ const HOLD: PanTilt = PanTilt {
 
 /// A recording that is being played.
 struct Player {
-    tape: Tape,
-    lanes: Lanes,
-    head: Head,
+    reader: RecordingReader,
+    outputs: Outputs,
+    playhead: Playhead,
     spoilt: u64,
 }
 
@@ -162,19 +162,19 @@ impl Schema for Recording {
     fn awake(&mut self, cx: &Context) -> Result {
         if let Some(player) = &mut self.player {
             // Time asleep does not advance the recording.
-            player.head.wake(cx.now());
+            player.playhead.wake(cx.now());
             return Ok(());
         }
-        let tape = self.tape(cx)?;
-        let lanes = self.lanes(cx, &tape)?;
+        let tape = self.open_reader(cx)?;
+        let lanes = self.outputs(cx, &tape)?;
         if let Some(damage) = tape.damage() {
             warn!(cx, "{damage}; what comes before is played");
         }
         info!(cx, "{} s of {}", tape.length().as_secs_f64(), lanes.names());
         self.player = Some(Player {
-            head: Head::new(cx.now(), tape.length()),
-            tape,
-            lanes,
+            playhead: Playhead::new(cx.now(), tape.length()),
+            reader: tape,
+            outputs: lanes,
             spoilt: 0,
         });
         Ok(())
@@ -187,7 +187,7 @@ impl Schema for Recording {
             return Err("it has no recording".into());
         };
         let (position, step) = (self.position.sample(cx), self.step.sample(cx));
-        let plan = player.head.plan(&Wish {
+        let plan = player.playhead.advance(&PlaybackRequest {
             now: cx.now(),
             paused: self.paused.get(cx).get(),
             speed: self.speed.get(cx),
@@ -196,7 +196,7 @@ impl Schema for Recording {
             repeat: self.repeat.get(cx).get(),
         });
         let played = self.play(cx, &mut player, plan);
-        self.tell(cx, &player);
+        self.export_state(cx, &player);
         self.player = Some(player);
         played
     }
@@ -204,23 +204,23 @@ impl Schema for Recording {
 
 impl Inspect for Recording {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let Some(tape) = problems.expect(&self.file, self.tape(cx)) else {
+        let Some(tape) = problems.expect(&self.file, self.open_reader(cx)) else {
             return;
         };
         let mut found = true;
-        let lanes = self.lanes_or(cx, &tape, |topic, error| {
+        let lanes = self.outputs_or(cx, &tape, |topic, error| {
             found = false;
             problems.wrong(topic, error);
             Ok(())
         });
         if found {
-            problems.expect(&self.file, lanes.and_then(|lanes| some(lanes, &tape)));
+            problems.expect(&self.file, lanes.and_then(|lanes| require_outputs(lanes, &tape)));
         }
     }
 }
 
 impl Recording {
-    fn tape(&self, cx: &Context) -> Result<Tape> {
+    fn open_reader(&self, cx: &Context) -> Result<RecordingReader> {
         let file = self.file.get(cx);
         if file.is_empty() {
             return Err(
@@ -228,24 +228,24 @@ impl Recording {
                     .into(),
             );
         }
-        Ok(Tape::open(file.as_str())?)
+        Ok(RecordingReader::open(file.as_str())?)
     }
 
-    fn lanes(&self, cx: &Context, tape: &Tape) -> Result<Lanes> {
-        some(self.lanes_or(cx, tape, |_, error| Err(error))?, tape)
+    fn outputs(&self, cx: &Context, tape: &RecordingReader) -> Result<Outputs> {
+        require_outputs(self.outputs_or(cx, tape, |_, error| Err(error))?, tape)
     }
 
     /// Finds the topics to play. Calls `wrong` for each modulation that names an unsuitable topic.
-    fn lanes_or(
+    fn outputs_or(
         &self,
         cx: &Context,
-        tape: &Tape,
+        tape: &RecordingReader,
         mut wrong: impl FnMut(&Modulation<Text<120>>, Error) -> Result,
-    ) -> Result<Lanes> {
-        let mut lanes = Lanes::default();
+    ) -> Result<Outputs> {
+        let mut lanes = Outputs::default();
         macro_rules! add {
-            ($($sensor:ident: $lane:ident as $topic:ident),*) => {$(
-                if let Err(error) = lanes.add::<$sensor>(tape, Lane::$lane, &self.$topic.get(cx)) {
+            ($($sensor:ident: $output:ident as $topic:ident),*) => {$(
+                if let Err(error) = lanes.add::<$sensor>(tape, Output::$output, &self.$topic.get(cx)) {
                     wrong(&self.$topic, error)?;
                 }
             )*};
@@ -265,30 +265,33 @@ impl Recording {
     }
 
     /// Publishes the messages that are due.
-    fn play(&mut self, cx: &Context, player: &mut Player, plan: head::Plan) -> Result {
+    fn play(&mut self, cx: &Context, player: &mut Player, plan: playhead::PlaybackStep) -> Result {
         if let Some(place) = plan.seek {
             // Publishes the last values before the position, so that no schema continues with values from
             // elsewhere.
-            for message in player.tape.seek(place, |topic| player.lanes.has(topic))? {
+            for message in player.reader.seek(place, |topic| player.outputs.has(topic))? {
                 self.publish(cx, player, &message);
             }
         }
-        let until = player.head.position();
+        let until = player.playhead.position();
         let mut left = plan.messages;
-        while let Some(message) = player.tape.next(until, left, |topic| player.lanes.has(topic))? {
-            player.head.played(message.at, left.is_some());
+        while let Some(message) = player
+            .reader
+            .next(until, left, |topic| player.outputs.has(topic))?
+        {
+            player.playhead.played(message.at, left.is_some());
             left = left.map(|left| left - 1);
             self.publish(cx, player, &message);
         }
         Ok(())
     }
 
-    fn publish(&mut self, cx: &Context, player: &mut Player, message: &tape::Due) {
+    fn publish(&mut self, cx: &Context, player: &mut Player, message: &reader::TimedMessage) {
         let time = player
-            .head
+            .playhead
             .time_of(message.at, cx.now())
             .saturating_sub(message.age);
-        let Some((lane, bytes)) = player.lanes.read(message) else {
+        let Some((lane, bytes)) = player.outputs.read(message) else {
             player.spoilt += 1;
             if player.spoilt == 1 {
                 warn!(
@@ -309,21 +312,24 @@ impl Recording {
             }};
         }
         match lane {
-            Lane::Laser => put!(laser),
-            Lane::Sonars => put!(sonars),
-            Lane::Odometry => put!(odometry),
-            Lane::Bumpers => put!(bumpers),
-            Lane::PanTilt => put!(pan_tilt),
-            Lane::Battery => put!(battery),
-            Lane::Encoders => put!(encoders),
-            Lane::Connection => put!(connection),
-            Lane::Image => put!(image),
+            Output::Laser => put!(laser),
+            Output::Sonars => put!(sonars),
+            Output::Odometry => put!(odometry),
+            Output::Bumpers => put!(bumpers),
+            Output::PanTilt => put!(pan_tilt),
+            Output::Battery => put!(battery),
+            Output::Encoders => put!(encoders),
+            Output::Connection => put!(connection),
+            Output::Image => put!(image),
         }
     }
 
-    fn tell(&mut self, cx: &Context, player: &Player) {
+    fn export_state(&mut self, cx: &Context, player: &Player) {
         let Player {
-            head, tape, spoilt, ..
+            playhead: head,
+            reader: tape,
+            spoilt,
+            ..
         } = player;
         let ended = head.has_ended() && !self.repeat.get(cx).get();
         self.playback.write(
@@ -350,7 +356,7 @@ impl Recording {
 }
 
 /// Returns the topics, or an error if there are none.
-fn some(lanes: Lanes, tape: &Tape) -> Result<Lanes> {
+fn require_outputs(lanes: Outputs, tape: &RecordingReader) -> Result<Outputs> {
     if lanes.is_empty() {
         return Err(format!(
             "{} has no topic that a robot senses; it has {}",

@@ -98,12 +98,12 @@ fn recorder(file: &Path) -> Recorder {
             started: SystemTime::UNIX_EPOCH + Duration::from_secs(1_800_000_000),
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     Recorder::create(file, options).expect("a file")
 }

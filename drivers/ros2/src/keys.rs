@@ -13,7 +13,7 @@ const SLASH: &str = "%";
 
 /// A node, as ROS 2 identifies it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Name {
+pub(crate) struct NodeName {
     /// Nodes of different domains do not communicate.
     pub(crate) domain: u32,
     /// Empty, or such as `/robot`.
@@ -44,12 +44,12 @@ pub(crate) enum Quality {
 
 /// Direction of a topic, as seen from its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    Out,
-    In,
+pub(crate) enum Direction {
+    Publish,
+    Subscribe,
 }
 
-impl Name {
+impl NodeName {
     /// The full name, such as `/robot/pioneer`.
     pub(crate) fn full(&self) -> String {
         format!("{}/{}", self.namespace, self.node)
@@ -70,16 +70,16 @@ impl Name {
 
 impl Topic {
     /// The key of its messages.
-    pub(crate) fn key(&self, name: &Name) -> String {
+    pub(crate) fn key(&self, name: &NodeName) -> String {
         let topic = self.name.trim_matches('/');
         format!("{}/{topic}/{}/{}", name.domain, self.dds(), self.hash)
     }
 
     /// The token by which others discover the topic; `number` is unique within the node.
-    pub(crate) fn token(&self, name: &Name, session: &str, way: Way, number: usize) -> String {
+    pub(crate) fn token(&self, name: &NodeName, session: &str, way: Direction, number: usize) -> String {
         let kind = match way {
-            Way::Out => "MP",
-            Way::In => "MS",
+            Direction::Publish => "MP",
+            Direction::Subscribe => "MS",
         };
         let (domain, namespace, node) = (name.domain, mangled(&name.namespace), &name.node);
         let (topic, hash, quality) = (mangled(&self.name), &self.hash, self.quality.profile());
@@ -91,14 +91,14 @@ impl Topic {
 
     /// Returns the reason why this topic exchanges no messages with the one that a token of another node
     /// announces; `None` if they communicate, or if the token is unrelated.
-    pub(crate) fn mismatch(&self, way: Way, token: &str) -> Option<String> {
+    pub(crate) fn mismatch(&self, way: Direction, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
         let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _] = parts[..] else {
             return None;
         };
         let opposite = match way {
-            Way::Out => "MS",
-            Way::In => "MP",
+            Direction::Publish => "MS",
+            Direction::Subscribe => "MP",
         };
         if kind != opposite || topic != mangled(&self.name) {
             return None;

@@ -7,6 +7,7 @@
 mod attachment;
 mod base;
 mod clock;
+mod connection;
 mod drive;
 mod follow;
 mod keys;
@@ -19,7 +20,6 @@ mod settings;
 mod shared;
 mod tf;
 mod topics;
-mod wire;
 
 pub use base::Base;
 pub use follow::Follow;

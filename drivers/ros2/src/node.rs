@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use zenoh::Config;
 use zenoh::bytes::ZBytes;
 
-use crate::keys::{Name, Topic};
+use crate::keys::{NodeName, Topic};
 use crate::session;
 use crate::shared::Shared;
 
@@ -18,12 +18,12 @@ const FAREWELL: Duration = Duration::from_millis(300);
 
 /// The parameters of a node.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan {
+pub(crate) struct NodeConfig {
     /// Zenoh's configuration.
     pub(crate) config: Config,
     /// Its address in messages, such as "tcp/localhost:7447".
-    pub(crate) place: String,
-    pub(crate) name: Name,
+    pub(crate) endpoint: String,
+    pub(crate) name: NodeName,
     pub(crate) publications: Vec<Topic>,
     pub(crate) subscriptions: Vec<Topic>,
 }
@@ -34,7 +34,7 @@ pub(crate) struct Node(Arc<Shared>);
 
 /// The state of the node's connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Link {
+pub(crate) enum NodeState {
     Connecting,
     /// The session is open, but no router and no peer is connected.
     Alone,
@@ -45,9 +45,9 @@ pub(crate) enum Link {
 
 /// A message that arrived.
 #[derive(Clone, Debug)]
-pub(crate) struct Arrived {
+pub(crate) struct ReceivedMessage {
     pub(crate) message: ZBytes,
-    pub(crate) at: Instant,
+    pub(crate) received_at: Instant,
 }
 
 impl Node {
@@ -55,7 +55,7 @@ impl Node {
     ///
     /// # Errors
     /// If the system cannot start a thread.
-    pub(crate) fn start(plan: Plan) -> io::Result<Self> {
+    pub(crate) fn start(plan: NodeConfig) -> io::Result<Self> {
         let shared = Arc::new(Shared::new(plan.publications.len(), plan.subscriptions.len()));
         let theirs = Arc::clone(&shared);
         thread::Builder::new()
@@ -71,17 +71,17 @@ impl Node {
 
     /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn publish(&self, publication: usize, messages: Vec<Vec<u8>>) {
-        self.0.order(publication, messages);
+        self.0.submit(publication, messages);
     }
 
     /// Takes the newest message of this subscription.
-    pub(crate) fn take(&self, subscription: usize) -> Option<Arrived> {
+    pub(crate) fn take(&self, subscription: usize) -> Option<ReceivedMessage> {
         self.0.take(subscription)
     }
 
     /// Returns the state of the connection, and the failed attempts since it was last connected.
-    pub(crate) fn link(&self) -> (Link, u32) {
-        self.0.link()
+    pub(crate) fn state(&self) -> (NodeState, u32) {
+        self.0.state()
     }
 
     /// Takes the remarks on other nodes.
@@ -90,7 +90,7 @@ impl Node {
     }
 
     /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
-    pub(crate) fn rest(self) {
+    pub(crate) fn close(self) {
         self.0.finish(FAREWELL);
     }
 }

@@ -12,8 +12,8 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::attachment::{attachment, gid};
-use crate::keys::{Topic, Way};
-use crate::node::{Link, Plan};
+use crate::keys::{Direction, Topic};
+use crate::node::{NodeConfig, NodeState};
 use crate::shared::Shared;
 
 /// Niceness of this thread and of Zenoh's threads, which inherit it, so that the robot's own threads take
@@ -23,17 +23,17 @@ const NICE: i32 = 10;
 const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 /// Period of the checks for connected nodes.
-const LOOK: Duration = Duration::from_millis(200);
+const CHECK_PERIOD: Duration = Duration::from_millis(200);
 
 /// All declarations. Dropping them undeclares them.
 struct Declared {
-    publishers: Vec<Outlet>,
+    publishers: Vec<DeclaredPublisher>,
     _subscribers: Vec<Subscriber<()>>,
     _tokens: Vec<LivelinessToken>,
 }
 
 /// A publication, and the state of its attachments.
-struct Outlet {
+struct DeclaredPublisher {
     publisher: Publisher<'static>,
     sequence: i64,
     /// Identifier of the publication for ROS 2.
@@ -41,9 +41,9 @@ struct Outlet {
 }
 
 /// Reports the end of the thread, also after a panic.
-struct Ending<'a>(&'a Shared);
+struct EndGuard<'a>(&'a Shared);
 
-impl Drop for Ending<'_> {
+impl Drop for EndGuard<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             self.0
@@ -54,8 +54,8 @@ impl Drop for Ending<'_> {
 }
 
 /// Keeps the node connected until it must end.
-pub(crate) fn run(shared: &Arc<Shared>, plan: &Plan) {
-    let _ending = Ending(shared);
+pub(crate) fn run(shared: &Arc<Shared>, plan: &NodeConfig) {
+    let _ending = EndGuard(shared);
     // Without the permission the niceness stays the same, which is not an error.
     let _ = rustix::process::nice(NICE);
     let mut pause = FIRST_PAUSE;
@@ -66,7 +66,7 @@ pub(crate) fn run(shared: &Arc<Shared>, plan: &Plan) {
                 let _ = session.close().wait();
                 return;
             }
-            Err(error) => shared.failed(format!("{}: {}", plan.place, words(&error))),
+            Err(error) => shared.failed(format!("{}: {}", plan.endpoint, describe_error(&error))),
         }
         if shared.pause(pause) {
             return;
@@ -75,14 +75,14 @@ pub(crate) fn run(shared: &Arc<Shared>, plan: &Plan) {
     }
 }
 
-fn open(shared: &Arc<Shared>, plan: &Plan) -> zenoh::Result<(Session, Declared)> {
+fn open(shared: &Arc<Shared>, plan: &NodeConfig) -> zenoh::Result<(Session, Declared)> {
     let session = zenoh::open(plan.config.clone()).wait()?;
     let declared = declare(shared, plan, &session)?;
     Ok((session, declared))
 }
 
 /// Declares the node, then its topics, then a subscription to the tokens of other nodes.
-fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Result<Declared> {
+fn declare(shared: &Arc<Shared>, plan: &NodeConfig, session: &Session) -> zenoh::Result<Declared> {
     let (name, id) = (&plan.name, session.zid());
     let own = id.to_string();
     let mut tokens = vec![session.liveliness().declare_token(name.token(&own)).wait()?];
@@ -95,12 +95,12 @@ fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Resul
         let theirs = Arc::clone(shared);
         publisher
             .matching_listener()
-            .callback(move |status| theirs.want(number, status.matching()))
+            .callback(move |status| theirs.set_wanted(number, status.matching()))
             .background()
             .wait()?;
-        shared.want(number, publisher.matching_status().wait()?.matching());
-        let token = topic.token(name, &own, Way::Out, 1 + number);
-        publishers.push(Outlet {
+        shared.set_wanted(number, publisher.matching_status().wait()?.matching());
+        let token = topic.token(name, &own, Direction::Publish, 1 + number);
+        publishers.push(DeclaredPublisher {
             publisher,
             sequence: 0,
             gid: gid(id.to_le_bytes(), 1 + number),
@@ -118,7 +118,12 @@ fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Resul
                 }
             })
             .wait()?;
-        let token = topic.token(name, &own, Way::In, 1 + plan.publications.len() + number);
+        let token = topic.token(
+            name,
+            &own,
+            Direction::Subscribe,
+            1 + plan.publications.len() + number,
+        );
         subscribers.push(subscriber);
         tokens.push(session.liveliness().declare_token(token).wait()?);
     }
@@ -128,7 +133,10 @@ fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Resul
         .declare_subscriber(name.everyone())
         .history(true)
         .callback(move |sample| {
-            let ways = [(Way::Out, &known.publications), (Way::In, &known.subscriptions)];
+            let ways = [
+                (Direction::Publish, &known.publications),
+                (Direction::Subscribe, &known.subscriptions),
+            ];
             for (way, topics) in ways {
                 let mismatch = |topic: &Topic| topic.mismatch(way, sample.key_expr());
                 if sample.kind() == SampleKind::Put {
@@ -149,23 +157,23 @@ fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Resul
 }
 
 /// Sends messages and checks the connection until the node must end.
-fn serve(shared: &Shared, plan: &Plan, session: &Session, mut declared: Declared) {
+fn serve(shared: &Shared, plan: &NodeConfig, session: &Session, mut declared: Declared) {
     let mut looked: Option<Instant> = None;
     let mut met = false;
     loop {
-        if looked.is_none_or(|looked| looked.elapsed() >= LOOK) {
+        if looked.is_none_or(|looked| looked.elapsed() >= CHECK_PERIOD) {
             looked = Some(Instant::now());
             let others =
                 session.info().routers_zid().wait().count() + session.info().peers_zid().wait().count();
             let link = match (others, met) {
-                (0, false) => Link::Alone,
-                (0, true) => Link::Lost(format!("{}: nobody is there any more", plan.place)),
-                _ => Link::Connected,
+                (0, false) => NodeState::Alone,
+                (0, true) => NodeState::Lost(format!("{}: nobody is there any more", plan.endpoint)),
+                _ => NodeState::Connected,
             };
             met |= others > 0;
-            shared.stands(link);
+            shared.set_state(link);
         }
-        let work = shared.work(LOOK);
+        let work = shared.work(CHECK_PERIOD);
         for (number, batch) in work.batches {
             let outlet = &mut declared.publishers[number];
             for message in batch {
@@ -178,7 +186,7 @@ fn serve(shared: &Shared, plan: &Plan, session: &Session, mut declared: Declared
     }
 }
 
-impl Outlet {
+impl DeclaredPublisher {
     fn put(&mut self, message: Vec<u8>) {
         self.sequence += 1;
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -190,7 +198,7 @@ impl Outlet {
 }
 
 /// Returns the error's text without locations in Zenoh's source.
-fn words(error: &zenoh::Error) -> String {
+fn describe_error(error: &zenoh::Error) -> String {
     let text = error.to_string();
     let mut rest = text.as_str();
     let mut words = String::new();
@@ -215,7 +223,7 @@ mod tests {
 
     #[test]
     fn what_went_wrong_is_said_without_places_in_the_source() {
-        let error = |text: &str| words(&zenoh::Error::from(text.to_owned()));
+        let error = |text: &str| describe_error(&zenoh::Error::from(text.to_owned()));
         let busy = "Can not listen: [127.0.0.1:1: Address already in use (os error 98) at /a b/tcp.rs:61.] at /c/unicast.rs:338.";
         assert_eq!(
             error(busy),

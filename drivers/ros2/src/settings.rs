@@ -4,13 +4,13 @@ use jde_schema::prelude::{Modulation, Problems, Text};
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
-use crate::keys::Name;
+use crate::keys::NodeName;
 use crate::names;
 
 /// Protocols that this plugin is built with.
-const WAYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
+const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
-const MOST_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 16 << 20;
 
 /// The modulations that every driver of this plugin has.
 pub(crate) struct Settings<'a> {
@@ -21,7 +21,7 @@ pub(crate) struct Settings<'a> {
     /// Addresses to listen on, separated by commas.
     pub(crate) listen: &'a str,
     /// Whether the application sets `connect` or `listen`.
-    pub(crate) has_way: bool,
+    pub(crate) has_endpoint: bool,
     /// Less than 0 for the environment's.
     pub(crate) domain: i32,
     pub(crate) namespace: &'a str,
@@ -42,9 +42,9 @@ pub(crate) struct Modulations<'m> {
 
 impl Settings<'_> {
     /// Returns the node's name.
-    pub(crate) fn name(&self) -> Result<Name, String> {
+    pub(crate) fn name(&self) -> Result<NodeName, String> {
         let environment = std::env::var("ROS_DOMAIN_ID").ok();
-        Ok(Name {
+        Ok(NodeName {
             domain: names::domain(self.domain, environment.as_deref())?,
             namespace: names::namespace(self.namespace)?,
             node: names::node(self.node, self.schema)?,
@@ -57,7 +57,7 @@ impl Settings<'_> {
         problems.expect(of.domain, names::domain(self.domain, environment.as_deref()));
         let namespace = problems.expect(of.namespace, names::namespace(self.namespace));
         problems.expect(of.node, names::node(self.node, self.schema));
-        if let Err(wrong) = self.way() {
+        if let Err(wrong) = self.connection_config() {
             match self.config {
                 "" => problems.wrong(of.connect, wrong),
                 _ => problems.wrong(of.config, wrong),
@@ -70,9 +70,9 @@ impl Settings<'_> {
     }
 
     /// Returns Zenoh's configuration, and its address for messages.
-    pub(crate) fn way(&self) -> Result<(Config, String), String> {
+    pub(crate) fn connection_config(&self) -> Result<(Config, String), String> {
         if !self.config.is_empty() {
-            if self.has_way {
+            if self.has_endpoint {
                 return Err(
                     "give either config, or connect and listen: the file says where to go".to_owned(),
                 );
@@ -122,7 +122,7 @@ impl Settings<'_> {
             // As in ROS 2: no multicast scouting; connected nodes report others by gossip.
             ("scouting/multicast/enabled", "false".to_owned()),
             ("scouting/gossip/enabled", "true".to_owned()),
-            ("transport/link/rx/max_message_size", MOST_BYTES.to_string()),
+            ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
         ];
         for (key, value) in entries {
             config
@@ -152,7 +152,7 @@ fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
                     .as_str()
                     .rsplit_once(':')
                     .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-            if WAYS.contains(&way.as_str()) && has_port {
+            if ENDPOINT_KEYS.contains(&way.as_str()) && has_port {
                 Ok(endpoint)
             } else {
                 Err(wrong())
@@ -170,7 +170,7 @@ mod tests {
             config: "",
             connect,
             listen,
-            has_way: false,
+            has_endpoint: false,
             domain: 3,
             namespace: "fleet",
             node: "",
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn who_listens_is_a_peer_and_who_does_not_a_client() {
         let mode = |connect, listen| {
-            let (config, place) = settings(connect, listen).way().unwrap();
+            let (config, place) = settings(connect, listen).connection_config().unwrap();
             (config.get_json("mode").unwrap(), place)
         };
         assert_eq!(
@@ -192,7 +192,9 @@ mod tests {
             mode("", "tcp/localhost:0"),
             ("\"peer\"".to_owned(), "tcp/localhost:0".to_owned())
         );
-        let (config, _) = settings("tcp/a:1, tls/b:2", "tcp/[::1]:3").way().unwrap();
+        let (config, _) = settings("tcp/a:1, tls/b:2", "tcp/[::1]:3")
+            .connection_config()
+            .unwrap();
         assert_eq!(
             config.get_json("connect/endpoints").unwrap(),
             "[\"tcp/a:1\",\"tls/b:2\"]"
@@ -210,7 +212,7 @@ mod tests {
             "tcp",
             "/",
         ] {
-            let error = settings(place, "").way().unwrap_err();
+            let error = settings(place, "").connection_config().unwrap_err();
             assert!(
                 error.contains(place) && error.contains("tcp/HOST:PORT"),
                 "{error}"
@@ -218,7 +220,7 @@ mod tests {
         }
         assert!(
             settings("", "")
-                .way()
+                .connection_config()
                 .unwrap_err()
                 .contains("it can reach nobody")
         );
@@ -228,15 +230,20 @@ mod tests {
     fn a_file_says_where_to_go_alone() {
         let both = Settings {
             config: "zenoh.json5",
-            has_way: true,
+            has_endpoint: true,
             ..settings("tcp/a:1", "")
         };
-        assert!(both.way().unwrap_err().contains("either"));
+        assert!(both.connection_config().unwrap_err().contains("either"));
         let missing = Settings {
             config: "no-such-file.json5",
             ..settings("", "")
         };
-        assert!(missing.way().unwrap_err().contains("no-such-file.json5"));
+        assert!(
+            missing
+                .connection_config()
+                .unwrap_err()
+                .contains("no-such-file.json5")
+        );
     }
 
     #[test]

@@ -7,23 +7,23 @@ use std::time::{Duration, Instant};
 
 use zenoh::bytes::ZBytes;
 
-use crate::node::{Arrived, Link};
+use crate::node::{NodeState, ReceivedMessage};
 
 /// Most remarks per node. They are remembered so that none is repeated.
-const MOST_REMARKS: usize = 64;
+const MAX_REMARKS: usize = 64;
 
 /// Submitted messages, arrived messages and news.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    orders: Mutex<Orders>,
+    queue: Mutex<SendQueue>,
     changed: Condvar,
     wanted: Vec<AtomicBool>,
-    arrived: Vec<Mutex<Option<Arrived>>>,
-    news: Mutex<News>,
+    arrived: Vec<Mutex<Option<ReceivedMessage>>>,
+    status: Mutex<NodeStatus>,
 }
 
 #[derive(Debug)]
-struct Orders {
+struct SendQueue {
     /// The messages to send next, per publication. New ones replace those that were not sent in time.
     waiting: Vec<Vec<Vec<u8>>>,
     ending: bool,
@@ -31,11 +31,11 @@ struct Orders {
 }
 
 #[derive(Debug)]
-struct News {
-    link: Link,
+struct NodeStatus {
+    state: NodeState,
     attempts: u32,
     remarks: Vec<String>,
-    made: Vec<String>,
+    past_remarks: Vec<String>,
 }
 
 /// The next work of the thread.
@@ -50,7 +50,7 @@ pub(crate) struct Work {
 impl Shared {
     pub(crate) fn new(publications: usize, subscriptions: usize) -> Self {
         Self {
-            orders: Mutex::new(Orders {
+            queue: Mutex::new(SendQueue {
                 waiting: vec![Vec::new(); publications],
                 ending: false,
                 ended: false,
@@ -58,11 +58,11 @@ impl Shared {
             changed: Condvar::new(),
             wanted: (0..publications).map(|_| AtomicBool::new(false)).collect(),
             arrived: (0..subscriptions).map(|_| Mutex::new(None)).collect(),
-            news: Mutex::new(News {
-                link: Link::Connecting,
+            status: Mutex::new(NodeStatus {
+                state: NodeState::Connecting,
                 attempts: 0,
                 remarks: Vec::new(),
-                made: Vec::new(),
+                past_remarks: Vec::new(),
             }),
         }
     }
@@ -72,27 +72,27 @@ impl Shared {
     }
 
     /// Submits messages to send, and replaces those that were not sent yet.
-    pub(crate) fn order(&self, publication: usize, messages: Vec<Vec<u8>>) {
-        lock(&self.orders).waiting[publication] = messages;
+    pub(crate) fn submit(&self, publication: usize, messages: Vec<Vec<u8>>) {
+        lock(&self.queue).waiting[publication] = messages;
         self.changed.notify_one();
     }
 
-    pub(crate) fn take(&self, subscription: usize) -> Option<Arrived> {
+    pub(crate) fn take(&self, subscription: usize) -> Option<ReceivedMessage> {
         lock(&self.arrived[subscription]).take()
     }
 
-    pub(crate) fn link(&self) -> (Link, u32) {
-        let news = lock(&self.news);
-        (news.link.clone(), news.attempts)
+    pub(crate) fn state(&self) -> (NodeState, u32) {
+        let news = lock(&self.status);
+        (news.state.clone(), news.attempts)
     }
 
     pub(crate) fn remarks(&self) -> Vec<String> {
-        std::mem::take(&mut lock(&self.news).remarks)
+        std::mem::take(&mut lock(&self.status).remarks)
     }
 
     /// Asks the thread to end, and waits for that for at most `patience`.
     pub(crate) fn finish(&self, patience: Duration) {
-        let mut orders = lock(&self.orders);
+        let mut orders = lock(&self.queue);
         orders.ending = true;
         self.changed.notify_one();
         let until = Instant::now() + patience;
@@ -107,7 +107,7 @@ impl Shared {
 
     /// Returns the work to do. Waits for some for at most `patience`.
     pub(crate) fn work(&self, patience: Duration) -> Work {
-        let mut orders = lock(&self.orders);
+        let mut orders = lock(&self.queue);
         if !orders.ending && orders.waiting.iter().all(Vec::is_empty) {
             orders = wait(&self.changed, orders, patience);
         }
@@ -133,45 +133,45 @@ impl Shared {
         }
     }
 
-    pub(crate) fn want(&self, publication: usize, wanted: bool) {
+    pub(crate) fn set_wanted(&self, publication: usize, wanted: bool) {
         self.wanted[publication].store(wanted, Ordering::Relaxed);
     }
 
     pub(crate) fn arrive(&self, subscription: usize, message: ZBytes) {
-        let arrived = Arrived {
+        let arrived = ReceivedMessage {
             message,
-            at: Instant::now(),
+            received_at: Instant::now(),
         };
         *lock(&self.arrived[subscription]) = Some(arrived);
     }
 
-    pub(crate) fn stands(&self, link: Link) {
-        let mut news = lock(&self.news);
-        if link == Link::Connected {
+    pub(crate) fn set_state(&self, link: NodeState) {
+        let mut news = lock(&self.status);
+        if link == NodeState::Connected {
             news.attempts = 0;
         }
-        news.link = link;
+        news.state = link;
     }
 
     /// Records a failed attempt.
     pub(crate) fn failed(&self, why: String) {
-        let mut news = lock(&self.news);
+        let mut news = lock(&self.status);
         news.attempts = news.attempts.saturating_add(1);
-        news.link = Link::Lost(why);
+        news.state = NodeState::Lost(why);
     }
 
     /// Adds a remark on other nodes, unless it is a repetition or there are too many.
     pub(crate) fn remark(&self, remark: String) {
-        let mut news = lock(&self.news);
-        if news.made.len() < MOST_REMARKS && !news.made.contains(&remark) {
-            news.made.push(remark.clone());
+        let mut news = lock(&self.status);
+        if news.past_remarks.len() < MAX_REMARKS && !news.past_remarks.contains(&remark) {
+            news.past_remarks.push(remark.clone());
             news.remarks.push(remark);
         }
     }
 
     /// Records that the thread ended.
     pub(crate) fn end(&self) {
-        lock(&self.orders).ended = true;
+        lock(&self.queue).ended = true;
         self.changed.notify_all();
     }
 }
@@ -180,7 +180,11 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn wait<'a>(changed: &Condvar, orders: MutexGuard<'a, Orders>, patience: Duration) -> MutexGuard<'a, Orders> {
+fn wait<'a>(
+    changed: &Condvar,
+    orders: MutexGuard<'a, SendQueue>,
+    patience: Duration,
+) -> MutexGuard<'a, SendQueue> {
     let waited = changed.wait_timeout(orders, patience);
     waited.unwrap_or_else(PoisonError::into_inner).0
 }

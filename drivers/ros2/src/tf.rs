@@ -7,7 +7,7 @@ use crate::clock::Clock;
 use crate::messages::measured;
 
 /// Most transforms: the base, a scanner, and a ring of 32 sonars.
-const MOST: usize = 34;
+const MAX_TRANSFORMS: usize = 34;
 
 /// Translation and rotation from one frame to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
@@ -33,7 +33,7 @@ pub(crate) struct TransformStamped {
 #[repr(C)]
 #[value(name = "tf2_msgs/msg/TFMessage")]
 pub(crate) struct Transforms {
-    pub(crate) transforms: Seq<TransformStamped, MOST>,
+    pub(crate) transforms: Seq<TransformStamped, MAX_TRANSFORMS>,
 }
 
 impl Transforms {

@@ -8,7 +8,7 @@ use crate::telegram::framed;
 
 /// The scanner.
 #[derive(Debug)]
-pub(crate) struct Scanner {
+pub(crate) struct EmulatedScanner {
     pub(crate) baud: u32,
     pub(crate) streaming: bool,
     pub(crate) installing: bool,
@@ -27,10 +27,10 @@ pub(crate) struct Scanner {
     pub(crate) noisy: bool,
     /// How often its configuration was written.
     pub(crate) writes: u32,
-    pub(crate) heard: Vec<u8>,
+    pub(crate) received: Vec<u8>,
 }
 
-impl Scanner {
+impl EmulatedScanner {
     /// The factory's settings: 9600 baud, 1 degree, centimetres.
     pub(crate) fn new() -> Self {
         let mut block = vec![0; 32];
@@ -49,11 +49,11 @@ impl Scanner {
             silent: false,
             noisy: false,
             writes: 0,
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
-    fn telegram(&mut self, telegram: &[u8]) -> Vec<u8> {
+    fn reply_to(&mut self, telegram: &[u8]) -> Vec<u8> {
         let payload = &telegram[4..telegram.len() - 2];
         assert_eq!(
             telegram,
@@ -129,32 +129,34 @@ impl Scanner {
     }
 }
 
-impl Emulator for Scanner {
-    fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+impl Emulator for EmulatedScanner {
+    fn receive(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
         if self.silent {
             return Vec::new();
         }
         if baud != self.baud {
             // Bytes at the wrong speed are noise in both directions.
-            self.heard.clear();
+            self.received.clear();
             return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
         }
-        self.heard.extend_from_slice(bytes);
+        self.received.extend_from_slice(bytes);
         let mut answers = Vec::new();
-        while let Some(start) = self.heard.iter().position(|byte| *byte == 0x02) {
-            self.heard.drain(..start);
-            let [_, _, low, high, ..] = *self.heard else { break };
+        while let Some(start) = self.received.iter().position(|byte| *byte == 0x02) {
+            self.received.drain(..start);
+            let [_, _, low, high, ..] = *self.received else {
+                break;
+            };
             let whole = 6 + usize::from(low) + 256 * usize::from(high);
-            if self.heard.len() < whole {
+            if self.received.len() < whole {
                 break;
             }
-            let telegram: Vec<u8> = self.heard.drain(..whole).collect();
-            answers.extend(self.telegram(&telegram));
+            let telegram: Vec<u8> = self.received.drain(..whole).collect();
+            answers.extend(self.reply_to(&telegram));
         }
         answers
     }
 
-    fn turn(&mut self) -> Vec<u8> {
+    fn poll_output(&mut self) -> Vec<u8> {
         if !self.streaming || self.silent {
             return Vec::new();
         }

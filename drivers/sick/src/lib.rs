@@ -14,7 +14,7 @@ use jde_device::{Device, inspect_port};
 use jde_schema::prelude::*;
 
 use scan::{Beams, Reach};
-use session::{Line, Scan, Session, Wanted};
+use session::{Scan, ScannerConfig, SerialSpeed, Session};
 
 /// Time of one turn of the mirror, s: 75 turns per second.
 const TURN: f32 = 1.0 / 75.0;
@@ -72,13 +72,13 @@ impl Schema for Lms2xx {
         if !scanner.device.is_ready() && scanner.last_scan.take().is_some() {
             self.laser.retract(cx);
         }
-        scanner.device.tell(cx, &mut self.connection);
+        scanner.device.export_connection(cx, &mut self.connection);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(scanner) = self.scanner.take() {
-            scanner.device.rest(cx, &mut self.connection);
+            scanner.device.close(cx, &mut self.connection);
             self.laser.retract(cx);
         }
     }
@@ -89,13 +89,13 @@ impl Lms2xx {
         let address = self.address(cx)?;
         let baud = self.working(cx)?;
         let line = match address {
-            Address::Serial { baud: first, .. } => Line::Serial { first, working: baud },
-            Address::Tcp { .. } => Line::Fixed,
+            Address::Serial { baud: first, .. } => SerialSpeed::Serial { first, working: baud },
+            Address::Tcp { .. } => SerialSpeed::Fixed,
         };
-        let wanted = Wanted {
+        let wanted = ScannerConfig {
             beams: self.scan(cx)?,
             reach: self.reach(cx)?,
-            line,
+            speed: line,
         };
         let port = Port::new(address, Backoff::default());
         Ok(Scanner {
@@ -124,7 +124,7 @@ impl Lms2xx {
 
     fn scan(&self, cx: &Context) -> Result<Beams> {
         let beams = self.beams.get(cx);
-        Beams::so_many(beams)
+        Beams::with_count(beams)
             .ok_or_else(|| format!("beams = {beams}: it can be 101, 181, 201, 361 or 401").into())
     }
 
@@ -145,7 +145,7 @@ impl Inspect for Lms2xx {
 
 impl Scanner {
     fn publish(&mut self, cx: &Context, export: &mut Export<LaserScan>, scan: &Scan) -> Result {
-        let beams = self.device.wanted().beams;
+        let beams = self.device.config().beams;
         // The time of the first beam: before the rest of the turn, and before the transfer of the scan.
         let turn = Duration::from_secs_f32(TURN * f32::from(beams.view) / 360.0);
         let time = cx.now().saturating_sub(scan.transfer + turn);
@@ -159,7 +159,7 @@ impl Scanner {
         laser.time_increment = if beams.step == 100 { TURN / 360.0 } else { 0.0 };
         laser.scan_time = self.last_scan.map_or(0.0, |last| (time - last).as_secs_f32());
         laser.range_min = 0.0;
-        laser.range_max = self.device.wanted().reach.range_max();
+        laser.range_max = self.device.config().reach.range_max();
         laser.intensities.clear();
         laser.ranges.clear();
         laser.ranges.extend_from_slice(&scan.ranges)?;

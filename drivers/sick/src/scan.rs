@@ -51,7 +51,7 @@ impl Beams {
     }
 
     /// Returns the beams with this count, if the scanner supports it.
-    pub(crate) fn so_many(count: u32) -> Option<Self> {
+    pub(crate) fn with_count(count: u32) -> Option<Self> {
         Self::ALL
             .into_iter()
             .find(|beams| beams.count() == count as usize)
@@ -171,7 +171,7 @@ mod tests {
             (201, 100.0, 0.5),
             (401, 100.0, 0.25),
         ] {
-            let beams = Beams::so_many(count).expect("it can");
+            let beams = Beams::with_count(count).expect("it can");
             assert!((beams.angle_min() + f32::to_radians(view / 2.0)).abs() < 1e-6);
             assert!((beams.increment() - f32::to_radians(step)).abs() < 1e-6);
             let last = beams.angle_min() + beams.increment() * (count - 1) as f32;
@@ -180,7 +180,7 @@ mod tests {
                 "as far to the left as to the right"
             );
         }
-        assert_eq!(Beams::so_many(180), None);
+        assert_eq!(Beams::with_count(180), None);
     }
 
     #[test]
@@ -193,7 +193,7 @@ mod tests {
                 values[place] = value;
             }
             values[9] = top - 9;
-            let beams = Beams::so_many(101).expect("it can");
+            let beams = Beams::with_count(101).expect("it can");
             let ranges = reach
                 .decode(beams, &measurement(MILLIMETRES | 101, &values))
                 .expect("a scan");
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_bits_of_the_fields_are_no_distance_and_the_unit_is_the_measurements_own() {
-        let beams = Beams::so_many(101).expect("it can");
+        let beams = Beams::with_count(101).expect("it can");
         let reach = Reach::metres(80).expect("it can");
         let ranges = reach
             .decode(beams, &measurement(101, &[0xe000 | 1234; 101]))
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn a_measurement_that_was_not_asked_for_is_not_used() {
         let (beams, reach) = (
-            Beams::so_many(101).expect("it can"),
+            Beams::with_count(101).expect("it can"),
             Reach::metres(8).expect("it can"),
         );
         let wrong = |head, count| reach.decode(beams, &measurement(head, &vec![0; count]));

@@ -14,12 +14,12 @@ const FROM_SCANNER: u8 = 0x80;
 const HEAD: usize = 4;
 const CHECKSUM: usize = 2;
 /// Longest telegram by the manual, including head and checksum, bytes.
-const LONGEST: usize = 812;
+const MAX_TELEGRAM: usize = 812;
 const POLYNOMIAL: u16 = 0x8005;
 
 /// A message from the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(crate) enum Received {
     /// The scanner could not read the last telegram.
     Nack,
     /// An answer or an unsolicited telegram.
@@ -46,7 +46,7 @@ pub(crate) struct Receiver {
 }
 
 /// Builds a telegram of the host.
-pub(crate) fn question(payload: &[u8]) -> Vec<u8> {
+pub(crate) fn request(payload: &[u8]) -> Vec<u8> {
     framed(TO_ANY, payload)
 }
 
@@ -77,7 +77,7 @@ fn checksum(bytes: &[u8]) -> u16 {
 
 impl Receiver {
     /// Appends received bytes.
-    pub(crate) fn hear(&mut self, bytes: &[u8]) {
+    pub(crate) fn receive(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.start);
         self.start = 0;
         self.bytes.extend_from_slice(bytes);
@@ -90,21 +90,21 @@ impl Receiver {
     }
 
     /// Returns the next message; `None` until more bytes arrive.
-    pub(crate) fn next(&mut self) -> Option<Heard> {
+    pub(crate) fn next(&mut self) -> Option<Received> {
         loop {
             let rest = &self.bytes[self.start..];
             match *rest.first()? {
                 STX => match telegram(rest) {
-                    Found::Whole(telegram) => {
+                    ParseResult::Complete(telegram) => {
                         self.start += telegram.size;
-                        return Some(Heard::Telegram(telegram));
+                        return Some(Received::Telegram(telegram));
                     }
-                    Found::Part => return None,
-                    Found::Garbage => self.start += 1,
+                    ParseResult::Partial => return None,
+                    ParseResult::Garbage => self.start += 1,
                 },
                 NACK => {
                     self.start += 1;
-                    return Some(Heard::Nack);
+                    return Some(Received::Nack);
                 }
                 _ => self.start += 1,
             }
@@ -112,38 +112,38 @@ impl Receiver {
     }
 }
 
-enum Found {
-    Whole(Telegram),
+enum ParseResult {
+    Complete(Telegram),
     /// Valid so far, but incomplete.
-    Part,
+    Partial,
     Garbage,
 }
 
-fn telegram(bytes: &[u8]) -> Found {
+fn telegram(bytes: &[u8]) -> ParseResult {
     match bytes.get(1) {
-        None => return Found::Part,
-        Some(address) if address & FROM_SCANNER == 0 => return Found::Garbage,
+        None => return ParseResult::Partial,
+        Some(address) if address & FROM_SCANNER == 0 => return ParseResult::Garbage,
         Some(_) => {}
     }
     let &[_, _, low, high, ..] = bytes else {
-        return Found::Part;
+        return ParseResult::Partial;
     };
     let length = usize::from(u16::from_le_bytes([low, high]));
     let size = HEAD + length + CHECKSUM;
-    if length < 2 || size > LONGEST {
-        return Found::Garbage;
+    if length < 2 || size > MAX_TELEGRAM {
+        return ParseResult::Garbage;
     }
     let Some(whole) = bytes.get(..size) else {
-        return Found::Part;
+        return ParseResult::Partial;
     };
     let (checked, sum) = whole.split_at(size - CHECKSUM);
     let &[_, _, _, _, command, ref data @ .., status] = checked else {
-        return Found::Garbage;
+        return ParseResult::Garbage;
     };
     if checksum(checked).to_le_bytes() != sum {
-        return Found::Garbage;
+        return ParseResult::Garbage;
     }
-    Found::Whole(Telegram {
+    ParseResult::Complete(Telegram {
         command,
         data: data.to_vec(),
         status,
@@ -159,29 +159,29 @@ mod tests {
 
     #[test]
     fn questions_are_those_of_the_manual_to_the_byte() {
-        assert_eq!(question(&[0x31]), [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12]);
+        assert_eq!(request(&[0x31]), [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12]);
         assert_eq!(
-            question(&[0x20, 0x24]),
+            request(&[0x20, 0x24]),
             [0x02, 0x00, 0x02, 0x00, 0x20, 0x24, 0x34, 0x08]
         );
         assert_eq!(
-            question(&[0x20, 0x42]),
+            request(&[0x20, 0x42]),
             [0x02, 0x00, 0x02, 0x00, 0x20, 0x42, 0x52, 0x08]
         );
         assert_eq!(
-            question(&[0x20, 0x48]),
+            request(&[0x20, 0x48]),
             [0x02, 0x00, 0x02, 0x00, 0x20, 0x48, 0x58, 0x08]
         );
         assert_eq!(
-            question(&[0x30, 0x01]),
+            request(&[0x30, 0x01]),
             [0x02, 0x00, 0x02, 0x00, 0x30, 0x01, 0x31, 0x18]
         );
-        let variant = question(&[0x3b, 180, 0, 100, 0]);
+        let variant = request(&[0x3b, 180, 0, 100, 0]);
         assert_eq!(
             variant,
             [0x02, 0x00, 0x05, 0x00, 0x3b, 0xb4, 0x00, 0x64, 0x00, 0x97, 0x49]
         );
-        let password = question(b"\x20\x00SICK_LMS");
+        let password = request(b"\x20\x00SICK_LMS");
         assert_eq!(password[password.len() - 2..], [0xbe, 0xc5]);
     }
 
@@ -189,11 +189,11 @@ mod tests {
         framed(0x80, &[&[0xb0], data, &[0x10]].concat())
     }
 
-    fn heard(pieces: impl IntoIterator<Item = Vec<u8>>) -> Vec<Heard> {
+    fn heard(pieces: impl IntoIterator<Item = Vec<u8>>) -> Vec<Received> {
         let mut receiver = Receiver::default();
         let mut all = Vec::new();
         for piece in pieces {
-            receiver.hear(&piece);
+            receiver.receive(&piece);
             while let Some(heard) = receiver.next() {
                 all.push(heard);
             }
@@ -201,12 +201,12 @@ mod tests {
         all
     }
 
-    fn data(heard: &[Heard]) -> Vec<&[u8]> {
+    fn data(heard: &[Received]) -> Vec<&[u8]> {
         heard
             .iter()
             .map(|heard| match heard {
-                Heard::Nack => &[][..],
-                Heard::Telegram(telegram) => &*telegram.data,
+                Received::Nack => &[][..],
+                Received::Telegram(telegram) => &*telegram.data,
             })
             .collect()
     }
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn what_is_too_long_is_no_telegram() {
-        let longest = LONGEST - HEAD - CHECKSUM - 2;
+        let longest = MAX_TELEGRAM - HEAD - CHECKSUM - 2;
         assert_eq!(heard([answer(&vec![0xff; longest])]).len(), 1);
         assert_eq!(heard([answer(&vec![0xff; longest + 1])]), []);
     }
@@ -244,7 +244,7 @@ mod tests {
             let mut wrong = whole.clone();
             let place = random() % wrong.len();
             wrong[place] ^= (1 + random() % 255) as u8;
-            let all = heard([wrong.clone(), answer(b"next"), vec![0; LONGEST]]);
+            let all = heard([wrong.clone(), answer(b"next"), vec![0; MAX_TELEGRAM]]);
             let believed: Vec<_> = data(&all).into_iter().filter(|data| !data.is_empty()).collect();
             assert_eq!(believed, [b"next"], "{wrong:?}");
         }

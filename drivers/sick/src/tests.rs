@@ -4,28 +4,28 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use jde_device::emulate::{Emulated, Trial};
+use jde_device::emulate::{DriverTest, EmulatedDevice};
 use jde_schema::bench::Bench;
 
 use super::*;
-use crate::emulator::Scanner;
+use crate::emulator::EmulatedScanner;
 
-fn driver(port: &str) -> Trial<Lms2xx> {
-    let mut driver = Trial::at(port);
+fn driver(port: &str) -> DriverTest<Lms2xx> {
+    let mut driver = DriverTest::with_port(port);
     driver.bench.set("baud", 9600_u32);
     driver.awake();
     driver
 }
 
 /// Returns the first scan.
-fn scan(driver: &mut Trial<Lms2xx>) -> &LaserScan {
-    driver.until(|bench| bench.exported_at("laser").is_some());
+fn scan(driver: &mut DriverTest<Lms2xx>) -> &LaserScan {
+    driver.run_until(|bench| bench.exported_at("laser").is_some());
     driver.bench.exported_in_place("laser").expect("just seen")
 }
 
 #[test]
 fn a_scanner_at_a_serial_line_is_seen() {
-    let (_scanner, path) = Emulated::at_line(Scanner::new());
+    let (_scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
     let mut driver = driver(&format!("serial:{}@9600", path.display()));
     let scan = scan(&mut driver);
     assert_eq!(scan.ranges.as_slice(), [1.5; 181]);
@@ -37,22 +37,22 @@ fn a_scanner_at_a_serial_line_is_seen() {
         (Connection::CONNECTED, "LMS200;30106;V02.10, 9600 baud".to_owned())
     );
     let first = driver.bench.exported_at("laser");
-    driver.until(|bench| bench.exported_at("laser") > first);
+    driver.run_until(|bench| bench.exported_at("laser") > first);
 }
 
 #[test]
 fn a_scanner_behind_a_serial_server_is_met_again_after_silence_noise_and_a_restart() {
-    let (scanner, address) = Emulated::at_server(
-        Scanner {
+    let (scanner, address) = EmulatedDevice::at_tcp(
+        EmulatedScanner {
             noisy: true,
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         },
         9600,
     );
     let mut driver = driver(&address);
     scan(&mut driver);
     scanner.with(|scanner| scanner.silent = true);
-    assert!(driver.lost().contains("no scan came for 3 s"));
+    assert!(driver.wait_lost().contains("no scan came for 3 s"));
     assert_eq!(
         driver.bench.exported::<LaserScan>("laser"),
         None,
@@ -70,14 +70,14 @@ fn a_scanner_behind_a_serial_server_is_met_again_after_silence_noise_and_a_resta
 fn a_plug_that_is_pulled_and_put_back_is_survived() {
     let name = std::env::temp_dir().join(format!("jde-sick-{}", std::process::id()));
     let mut driver = driver(&format!("serial:{}@9600", name.display()));
-    assert!(driver.lost().contains("there is no such device"));
+    assert!(driver.wait_lost().contains("there is no such device"));
     for _ in 0..2 {
-        let (scanner, path) = Emulated::at_line(Scanner::new());
+        let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
         symlink(path, &name).expect("a name");
         scan(&mut driver);
         fs::remove_file(&name).expect("it is there");
         drop(scanner);
-        driver.lost();
+        driver.wait_lost();
         assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
     }
 }
@@ -94,7 +94,7 @@ fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
 
 #[test]
 fn asleep_it_tells_the_scanner_to_rest() {
-    let (scanner, path) = Emulated::at_line(Scanner::new());
+    let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
     let mut driver = driver(&format!("serial:{}@9600", path.display()));
     scan(&mut driver);
     driver.bench.sleep().expect("it sleeps");

@@ -9,7 +9,7 @@ use jde_sim::{CameraConfig, CameraMount, RobotId, World};
 use crate::worlds;
 
 /// Capacity of an image, bytes.
-const MOST: usize = 640 * 480 * 3;
+const MAX_PIXELS: usize = 640 * 480 * 3;
 
 /// How long it waits for its robot before it warns.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -58,67 +58,67 @@ pub struct Camera {
     image: Export<Image>,
     /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
-    sight: Sight,
+    sight: CaptureState,
 }
 
 /// The state of the view.
 #[derive(Clone, Copy, Debug, Default)]
-enum Sight {
+enum CaptureState {
     /// It woke, and has not iterated yet.
     #[default]
     Woken,
     /// No robot carries it, since this time.
     Waiting(Duration),
     /// No robot carries it, and it has warned.
-    Told,
+    Reported,
     /// The exported picture shows the world at this time, ns.
-    Shown(u64),
+    Published(u64),
 }
 
 impl Schema for Camera {
     fn awake(&mut self, cx: &Context) -> Result {
         self.named(cx)?;
-        self.sound(cx)?;
+        self.check_config(cx)?;
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // After a sleep, the world is shown again even if its time is the same.
-        self.sight = Sight::Woken;
+        self.sight = CaptureState::Woken;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let name = self.robot.get(cx);
         let open = self.key.as_ref().and_then(worlds::find);
-        let mut world = open.as_ref().map(worlds::Shared::lock);
+        let mut world = open.as_ref().map(worlds::SharedWorld::lock);
         if let Some(world) = &mut world {
             // The result does not depend on which driver advances the world, because a command counts from
             // the time at which its driver gives it.
             world.advance_to(cx.now().as_nanos() as u64);
         }
         let seen = match &world {
-            Some(world) => carrier(world, name.as_str())?.map(|robot| (world, robot)),
+            Some(world) => find_robot(world, name.as_str())?.map(|robot| (world, robot)),
             None => None,
         };
         let Some((world, robot)) = seen else {
             self.wait(cx);
             return Ok(());
         };
-        if matches!(self.sight, Sight::Shown(time) if time == world.now()) {
+        if matches!(self.sight, CaptureState::Published(time) if time == world.now()) {
             return Ok(());
         }
         self.take(cx, world, robot)?;
-        self.sight = Sight::Shown(world.now());
+        self.sight = CaptureState::Published(world.now());
         Ok(())
     }
 }
 
 impl Inspect for Camera {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.width, self.sound(cx));
+        problems.expect(&self.width, self.check_config(cx));
         let world = self
             .named(cx)
             .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
         if let Some(world) = problems.expect(&self.world, world) {
-            problems.expect(&self.robot, carrier(&world, self.robot.get(cx).as_str()));
+            problems.expect(&self.robot, find_robot(&world, self.robot.get(cx).as_str()));
         }
     }
 }
@@ -137,12 +137,12 @@ impl Camera {
     }
 
     /// Checks that the configuration is valid and its pictures fit.
-    fn sound(&self, cx: &Context) -> Result {
+    fn check_config(&self, cx: &Context) -> Result {
         let config = self.config(cx);
         config.check()?;
-        if config.bytes() > MOST {
+        if config.bytes() > MAX_PIXELS {
             return Err(format!(
-                "a picture of {} x {} pixels has {} bytes: expected at most {MOST}, as 640 x 480 have; lower width or height",
+                "a picture of {} x {} pixels has {} bytes: expected at most {MAX_PIXELS}, as 640 x 480 have; lower width or height",
                 config.width,
                 config.height,
                 config.bytes()
@@ -155,12 +155,12 @@ impl Camera {
     /// Retracts the picture, and warns once if the robot remains absent.
     fn wait(&mut self, cx: &Context) {
         self.sight = match self.sight {
-            Sight::Woken => Sight::Waiting(cx.now()),
-            Sight::Shown(_) => {
+            CaptureState::Woken => CaptureState::Waiting(cx.now()),
+            CaptureState::Published(_) => {
                 self.image.retract(cx);
-                Sight::Waiting(cx.now())
+                CaptureState::Waiting(cx.now())
             }
-            Sight::Waiting(since) if cx.now().saturating_sub(since) >= PATIENCE => {
+            CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= PATIENCE => {
                 warn!(
                     cx,
                     "waits for robot `{}` in {}: a `sim/pioneer` with this `world` and `robot` puts it there, while \
@@ -168,9 +168,9 @@ impl Camera {
                     self.robot.get(cx),
                     self.world.get(cx)
                 );
-                Sight::Told
+                CaptureState::Reported
             }
-            waits @ (Sight::Waiting(_) | Sight::Told) => waits,
+            waits @ (CaptureState::Waiting(_) | CaptureState::Reported) => waits,
         };
     }
 
@@ -206,7 +206,7 @@ impl Camera {
 }
 
 /// Returns the robot that carries it; `None` while it is not in the world.
-fn carrier(world: &World, name: &str) -> Result<Option<RobotId>> {
+fn find_robot(world: &World, name: &str) -> Result<Option<RobotId>> {
     if !world.robot_names().any(|known| known == name) {
         let known: Vec<&str> = world.robot_names().collect();
         return Err(format!(

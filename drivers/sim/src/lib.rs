@@ -13,7 +13,7 @@ use jde_schema::types::{Movers, Scenery};
 use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2, World};
 
 pub use camera::Camera;
-use worlds::Hold;
+use worlds::RobotClaim;
 
 /// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
@@ -109,12 +109,12 @@ pub struct Pioneer {
     /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
     #[export]
     movers: Export<Movers>,
-    body: Option<Body>,
+    body: Option<ActiveRobot>,
 }
 
 /// A robot in a world.
-struct Body {
-    hold: Hold,
+struct ActiveRobot {
+    claim: RobotClaim,
     lasers: LaserConfig,
     ring: SonarConfig,
     /// Time at which it entered its world.
@@ -126,7 +126,7 @@ struct Body {
 impl Schema for Pioneer {
     fn awake(&mut self, cx: &Context) -> Result {
         if self.body.is_none() {
-            self.body = Some(self.enter(cx)?);
+            self.body = Some(self.add_robot(cx)?);
         }
         Ok(())
     }
@@ -138,23 +138,23 @@ impl Schema for Pioneer {
         };
         let twist = *self.velocity.get(cx).value();
         let look = *self.head.get(cx).value();
-        let mut world = body.hold.world();
+        let mut world = body.claim.world();
         // Up to now the last command applies; the new one applies from now on.
         world.advance_to(cx.now().as_nanos() as u64);
-        world.command(body.hold.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
+        world.command(body.claim.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
         let look = HeadCommand {
             pan: look.pan,
             tilt: look.tilt,
             pan_speed: look.pan_velocity,
             tilt_speed: look.tilt_velocity,
         };
-        world.command_head(body.hold.robot(), look)?;
+        world.command_head(body.claim.robot(), look)?;
         self.sense(cx, &world, &body)?;
         if body.due.is_none() {
-            self.show(cx, &world);
+            self.publish_scenery(cx, &world);
         }
         if scenery::is_time(&mut body.due, cx.now()) {
-            self.show_movers(cx, &world, body.hold.robot());
+            self.publish_movers(cx, &world, body.claim.robot());
         }
         drop(world);
         self.body = Some(body);
@@ -163,14 +163,14 @@ impl Schema for Pioneer {
 
     fn sleep(&mut self, _: &Context) {
         if let Some(body) = &self.body {
-            body.hold.rest();
+            body.claim.rest();
         }
     }
 }
 
 impl Pioneer {
     /// Places the robot at the start pose of the world file.
-    fn enter(&self, cx: &Context) -> Result<Body> {
+    fn add_robot(&self, cx: &Context) -> Result<ActiveRobot> {
         let path = self.path(cx)?;
         let (name, config) = (self.robot_name(cx), self.config(cx));
         let lasers = self.lasers(cx);
@@ -178,14 +178,14 @@ impl Pioneer {
             sigma: self.sonar_noise.get(cx),
             ..SonarConfig::default()
         };
-        let hold = Hold::take(
+        let hold = RobotClaim::acquire(
             (cx.application(), path.as_str(), cx.seed()),
             name.as_str(),
             config,
         )?;
         let since = cx.now();
-        Ok(Body {
-            hold,
+        Ok(ActiveRobot {
+            claim: hold,
             lasers,
             ring,
             since,

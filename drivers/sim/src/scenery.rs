@@ -10,7 +10,7 @@ use jde_sim::{Color, Figure, Outline, RobotId, Shape, World};
 use crate::Pioneer;
 
 /// Period of the moving objects: smooth for viewers, and small in a recording.
-const EVERY: Duration = Duration::from_millis(100);
+const PUBLISH_PERIOD: Duration = Duration::from_millis(100);
 
 /// Half the robot's usual period. In real time iterations start slightly early or late; within this tolerance
 /// an iteration counts as the one that is due.
@@ -24,14 +24,14 @@ const ROBOT_HEIGHT: f32 = 0.4;
 
 impl Pioneer {
     /// Publishes the static objects.
-    pub(crate) fn show(&mut self, cx: &Context, world: &World) {
+    pub(crate) fn publish_scenery(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);
         scenery.header = Header::new(cx.now(), FRAME);
         scenery.padding = Padding::ZERO;
         scenery.left_out = 0;
         scenery.things.clear();
         for shape in world.shapes().filter(|shape| !shape.moving) {
-            if scenery.things.push(thing(&shape)).is_err() {
+            if scenery.things.push(to_thing(&shape)).is_err() {
                 scenery.left_out += 1;
             }
         }
@@ -39,7 +39,7 @@ impl Pioneer {
     }
 
     /// Publishes the moving objects except the robot itself.
-    pub(crate) fn show_movers(&mut self, cx: &Context, world: &World, itself: RobotId) {
+    pub(crate) fn publish_movers(&mut self, cx: &Context, world: &World, itself: RobotId) {
         let mut movers = self.movers.loan(cx);
         movers.header = Header::new(cx.now(), FRAME);
         movers.padding = Padding::ZERO;
@@ -61,7 +61,7 @@ impl Pioneer {
                 blue: SHELL.b,
             }
         });
-        for thing in moving.map(|shape| thing(&shape)).chain(robots) {
+        for thing in moving.map(|shape| to_thing(&shape)).chain(robots) {
             if movers.things.push(thing).is_err() {
                 movers.left_out += 1;
             }
@@ -77,11 +77,11 @@ pub(crate) fn is_time(due: &mut Option<Duration>, now: Duration) -> bool {
         return false;
     }
     let begun = if now <= wanted + SLACK { wanted } else { now };
-    *due = Some(begun + EVERY);
+    *due = Some(begun + PUBLISH_PERIOD);
     true
 }
 
-fn thing(shape: &Shape<'_>) -> Thing {
+fn to_thing(shape: &Shape<'_>) -> Thing {
     let (place, [length, width]) = shape.outline.placed();
     let (form, heading) = match (shape.outline, shape.figure) {
         (Outline::Segment { .. } | Outline::Box { .. }, _) => (Thing::BOX, place.heading),

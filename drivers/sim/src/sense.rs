@@ -3,7 +3,7 @@
 use jde_schema::prelude::*;
 use jde_sim::{BATTERY_CAPACITY, Pose2, World};
 
-use crate::{Body, Pioneer};
+use crate::{ActiveRobot, Pioneer};
 
 /// Values of `BatteryState` for a discharging battery in good health.
 const DISCHARGING: u8 = 2;
@@ -11,10 +11,10 @@ const GOOD: u8 = 1;
 
 impl Pioneer {
     /// Publishes every sensor at the world's time.
-    pub(crate) fn sense(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+    pub(crate) fn sense(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
         self.scan(cx, world, body)?;
         self.ping(cx, world, body)?;
-        let (now, robot) = (cx.now(), body.hold.robot());
+        let (now, robot) = (cx.now(), body.claim.robot());
         let odometry = world.odometry(robot);
         let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
         self.odometry
@@ -49,8 +49,8 @@ impl Pioneer {
     }
 
     /// Publishes the state of the head, the battery, the encoders and the connection.
-    fn state(&mut self, cx: &Context, world: &World, body: &Body) {
-        let (now, robot) = (cx.now(), body.hold.robot());
+    fn state(&mut self, cx: &Context, world: &World, body: &ActiveRobot) {
+        let (now, robot) = (cx.now(), body.claim.robot());
         let head = world.head(robot);
         self.pan_tilt.write(
             cx,
@@ -100,7 +100,7 @@ impl Pioneer {
         );
     }
 
-    fn scan(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+    fn scan(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
         let lasers = &body.lasers;
         let mut scan = self.laser.loan(cx);
         scan.header = Header::new(cx.now(), "laser");
@@ -112,12 +112,12 @@ impl Pioneer {
         scan.range_min = lasers.range_min as f32;
         scan.range_max = lasers.range_max as f32;
         scan.intensities.clear();
-        world.laser(body.hold.robot(), lasers, scan.ranges.resize(lasers.beams))?;
+        world.laser(body.claim.robot(), lasers, scan.ranges.resize(lasers.beams))?;
         scan.publish();
         Ok(())
     }
 
-    fn ping(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+    fn ping(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
         let ring = &body.ring;
         let mut sonars = self.sonars.loan(cx);
         sonars.header = Header::new(cx.now(), "base_link");
@@ -134,7 +134,7 @@ impl Pioneer {
         {
             *pose = self::pose(*mount);
         }
-        world.sonars(body.hold.robot(), ring, sonars.ranges.resize(ring.mounts.len()))?;
+        world.sonars(body.claim.robot(), ring, sonars.ranges.resize(ring.mounts.len()))?;
         sonars.publish();
         Ok(())
     }

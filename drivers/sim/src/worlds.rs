@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
 
 /// Open worlds. A world closes with its last holder. Applications do not share worlds.
-static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
+static OPEN: Mutex<Vec<(Key, Weak<SharedWorld>)>> = Mutex::new(Vec::new());
 
 /// The application, and the file that it opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,21 +18,21 @@ pub(crate) struct Key {
 }
 
 /// A world, and the robots in it that have a driver at present.
-pub(crate) struct Shared {
+pub(crate) struct SharedWorld {
     world: Mutex<World>,
     driven: Mutex<Vec<RobotId>>,
 }
 
 /// The exclusive hold of one driver on a robot. When it is dropped, the robot stops where it is until another
 /// driver takes it.
-pub(crate) struct Hold {
-    shared: Arc<Shared>,
+pub(crate) struct RobotClaim {
+    shared: Arc<SharedWorld>,
     robot: RobotId,
 }
 
 /// The reason why a driver cannot take a robot.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum HoldError {
+pub(crate) enum ClaimError {
     #[error(transparent)]
     World(#[from] WorldError),
     #[error(
@@ -41,22 +41,22 @@ pub(crate) enum HoldError {
     Driven(String),
 }
 
-impl Hold {
+impl RobotClaim {
     /// Takes a robot of the application's world of that file: the open world, or a new one at time 0.
     ///
     /// A robot that an earlier driver left in the world, such as one that faulted, is where that driver left
     /// it.
-    pub(crate) fn take(
+    pub(crate) fn acquire(
         (application, path, seed): (u64, &str, u64),
         name: &str,
         config: RobotConfig,
-    ) -> Result<Self, HoldError> {
+    ) -> Result<Self, ClaimError> {
         let shared = open(Key::new(application, path), path, seed)?;
         // Held until the end, so that of two drivers that take one robot, the second is refused.
         let mut driven = lock(&shared.driven);
         let robot = enter(&mut lock(&shared.world), name, config)?;
         if driven.contains(&robot) {
-            return Err(HoldError::Driven(name.to_owned()));
+            return Err(ClaimError::Driven(name.to_owned()));
         }
         driven.push(robot);
         drop(driven);
@@ -82,7 +82,7 @@ impl Hold {
     }
 }
 
-impl Drop for Hold {
+impl Drop for RobotClaim {
     fn drop(&mut self) {
         self.rest();
         lock(&self.shared.driven).retain(|robot| *robot != self.robot);
@@ -90,7 +90,7 @@ impl Drop for Hold {
 }
 
 /// Returns the world of that key, if a robot's driver has opened it.
-pub(crate) fn find(key: &Key) -> Option<Arc<Shared>> {
+pub(crate) fn find(key: &Key) -> Option<Arc<SharedWorld>> {
     let open = lock(&OPEN);
     let known = open.iter().find(|(known, _)| known == key);
     known.and_then(|(_, shared)| shared.upgrade())
@@ -104,21 +104,21 @@ impl Key {
     }
 }
 
-impl Shared {
+impl SharedWorld {
     /// Locks the world. Robots wait meanwhile.
     pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
         lock(&self.world)
     }
 }
 
-fn open(key: Key, path: &str, seed: u64) -> Result<Arc<Shared>, WorldError> {
+fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError> {
     let mut open = lock(&OPEN);
     open.retain(|(_, shared)| shared.strong_count() > 0);
     let known = open.iter().find(|(known, _)| *known == key);
     if let Some(shared) = known.and_then(|(_, shared)| shared.upgrade()) {
         return Ok(shared);
     }
-    let shared = Arc::new(Shared {
+    let shared = Arc::new(SharedWorld {
         world: Mutex::new(World::load(path, seed)?),
         driven: Mutex::default(),
     });

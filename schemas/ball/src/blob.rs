@@ -10,7 +10,7 @@ use core::ops::Range;
 #[derive(Debug, Default)]
 pub(crate) struct Blobs {
     runs: Vec<Run>,
-    masses: Vec<Mass>,
+    components: Vec<Component>,
 }
 
 /// Adjacent pixels of one row.
@@ -25,7 +25,7 @@ pub(crate) struct Run {
 
 /// The size of a mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Mass {
+pub(crate) struct Component {
     /// Number of pixels.
     pub(crate) count: usize,
     /// The first column and the one after the last; the first row and the one after the last.
@@ -33,7 +33,7 @@ pub(crate) struct Mass {
     rows: [usize; 2],
 }
 
-impl Mass {
+impl Component {
     /// The share that it fills of the disc of its larger side: 1 for a ball, 0.5 for half of one, less for
     /// long, hollow or ragged masses.
     pub(crate) fn roundness(&self) -> f64 {
@@ -64,8 +64,8 @@ impl Blobs {
         &mut self,
         [width, height]: [usize; 2],
         wanted: impl Fn(usize, usize) -> bool,
-        good: impl Fn(&Mass) -> bool,
-    ) -> Option<(Mass, impl Iterator<Item = &Run>)> {
+        good: impl Fn(&Component) -> bool,
+    ) -> Option<(Component, impl Iterator<Item = &Run>)> {
         self.runs.clear();
         // Index of the first run of the row above.
         let mut begin = 0;
@@ -85,15 +85,15 @@ impl Blobs {
                 self.add(row, [from, column], &mut above);
             }
         }
-        self.masses.clear();
-        self.masses.resize(self.runs.len(), Mass::default());
+        self.components.clear();
+        self.components.resize(self.runs.len(), Component::default());
         for index in 0..self.runs.len() {
             // The parent is an earlier run, so its own parent is already the root.
             let root = self.runs[self.runs[index].parent].parent;
             self.runs[index].parent = root;
-            self.masses[root].add(&self.runs[index]);
+            self.components[root].add(&self.runs[index]);
         }
-        let masses = self.masses.iter().enumerate();
+        let masses = self.components.iter().enumerate();
         let (best, mass) = masses
             .filter(|(_, mass)| mass.count > 0 && good(mass))
             .max_by_key(|(_, mass)| mass.count)?;

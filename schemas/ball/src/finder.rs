@@ -5,8 +5,8 @@ use jde_schema::prelude::*;
 
 use crate::ball::Ball;
 use crate::blob::Blobs;
+use crate::camera_model::CameraModel;
 use crate::color::Limits;
-use crate::lens::Lens;
 
 /// Finds a ball of one colour in the pictures of a camera: the largest connected mass of that colour that is
 /// round.
@@ -73,7 +73,7 @@ impl Schema for Finder {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (Some(image), Some([pan, tilt])) = (self.image.get(cx), self.look(cx)) else {
+        let (Some(image), Some([pan, tilt])) = (self.image.get(cx), self.camera_direction(cx)) else {
             if self.last.take().is_some() {
                 self.ball.retract(cx);
             }
@@ -96,8 +96,8 @@ impl Schema for Finder {
             |row, column| limits.contain(pixels.at(row, column)),
             |mass| mass.count >= fewest && mass.roundness() >= roundness,
         );
-        let lens = Lens::new(size, self.field_of_view.get(cx));
-        let found = found.map(|(mass, runs)| (mass.count as u32, lens.sight(runs)));
+        let lens = CameraModel::new(size, self.field_of_view.get(cx));
+        let found = found.map(|(mass, runs)| (mass.count as u32, lens.observe(runs)));
         if found.is_some() {
             self.since = image.time();
         }
@@ -115,7 +115,7 @@ impl Schema for Finder {
         };
         let ball = found.map_or(ball, |(_, sight)| {
             let [bearing, elevation] = sight.angles(pan, tilt);
-            let [column, row] = lens.pixel(sight.toward);
+            let [column, row] = lens.pixel(sight.direction);
             Ball {
                 bearing,
                 elevation,
@@ -133,7 +133,7 @@ impl Schema for Finder {
 
 impl Finder {
     /// Returns pan and tilt of the camera, rad; `None` while a bound head has no value.
-    fn look(&self, cx: &Context) -> Option<[f64; 2]> {
+    fn camera_direction(&self, cx: &Context) -> Option<[f64; 2]> {
         if !self.pan_tilt.is_bound(cx) {
             return Some([0.0; 2]);
         }

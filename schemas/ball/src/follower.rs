@@ -111,7 +111,7 @@ impl Schema for Follower {
         let here = ball.filter(Ball::is_here);
         let next = self.next(cx, ball);
         if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
-            self.tell(cx, next, here);
+            self.export_mission(cx, next, here);
         }
         self.progress = next;
         if let (Some(ball), Some(pose)) = (here, self.pose.get(cx)) {
@@ -186,7 +186,7 @@ impl Follower {
     }
 
     /// Logs the change of progress.
-    fn tell(&self, cx: &Context, next: Progress, here: Option<Ball>) {
+    fn export_mission(&self, cx: &Context, next: Progress, here: Option<Ball>) {
         let (ahead, aside) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
         let side = if aside < 0.0 { "right" } else { "left" };
         match next {

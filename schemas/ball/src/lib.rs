@@ -5,10 +5,10 @@
 mod approach;
 mod ball;
 mod blob;
+mod camera_model;
 mod color;
 mod finder;
 mod follower;
-mod lens;
 mod roam;
 mod search;
 mod track;

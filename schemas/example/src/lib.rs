@@ -82,12 +82,12 @@ pub struct Example {
     skipped: u32,
     progress: Progress,
     /// A target set on the panel, which takes precedence over the route.
-    wish: Option<Wish>,
+    wish: Option<TargetRequest>,
 }
 
 /// A target set on the panel, and the operator that set it.
-struct Wish {
-    at: Pose2D,
+struct TargetRequest {
+    position: Pose2D,
     by: String,
 }
 
@@ -108,7 +108,7 @@ impl Schema for Example {
             let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or_default();
             let distance = pose.distance_to(&target);
             if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
-                self.pass_by(cx, target, stuck);
+                self.skip_target(cx, target, stuck);
             }
         }
         let target = self.target(cx);
@@ -142,7 +142,10 @@ impl Schema for Example {
 impl Example {
     /// The current target: the one set on the panel, or else the next of the route.
     fn target(&self, cx: &Context) -> Option<Pose2D> {
-        self.wish.as_ref().map(|wish| wish.at).or_else(|| self.next(cx))
+        self.wish
+            .as_ref()
+            .map(|wish| wish.position)
+            .or_else(|| self.next(cx))
     }
 
     /// The next target of the route; `None` after the last one, or after the mission failed.
@@ -177,7 +180,7 @@ impl Example {
 
     fn arrive(&mut self, cx: &Context, target: Pose2D) {
         let Pose2D { x, y, .. } = target;
-        if let Some(Wish { by, .. }) = self.wish.take() {
+        if let Some(TargetRequest { by, .. }) = self.wish.take() {
             info!(cx, "reached the target of {by} at {x:.2}, {y:.2}");
         } else {
             self.reached += 1;
@@ -188,14 +191,14 @@ impl Example {
 
 impl Example {
     /// Gives up a target that counts as out of reach, and continues without it.
-    fn pass_by(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
+    fn skip_target(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
         let Pose2D { x, y, .. } = target;
         let progress::Stuck { waited, nearest } = stuck;
         let how = format!(
             "it came no nearer than {nearest:.2} m for {:.0} s",
             waited.as_secs_f64()
         );
-        if let Some(Wish { by, .. }) = self.wish.take() {
+        if let Some(TargetRequest { by, .. }) = self.wish.take() {
             warn!(cx, "gives up the target of {by} at {x:.2}, {y:.2}: {how}");
             return;
         }

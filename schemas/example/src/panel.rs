@@ -4,12 +4,12 @@
 
 use jde_schema::prelude::*;
 
-use super::{Example, Wish};
+use super::{Example, TargetRequest};
 
 impl Panel for Example {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         pen.heading("Safe navigation");
-        pen.text(self.says(cx));
+        pen.text(self.status_text(cx));
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
         pen.canvas("field").wants_clicks().show(|field| {
             let route = self.route.sample(cx);
@@ -46,8 +46,8 @@ impl Panel for Example {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         if let Some([x, y, _]) = gesture.clicked("field") {
             info!(cx, "{} sends the robot to {x:.2}, {y:.2} first", gesture.by());
-            self.wish = Some(Wish {
-                at: Pose2D::new(x, y, 0.0),
+            self.wish = Some(TargetRequest {
+                position: Pose2D::new(x, y, 0.0),
                 by: gesture.by().to_owned(),
             });
         } else if gesture.pressed("clear") && self.wish.take().is_some() {
@@ -59,7 +59,7 @@ impl Panel for Example {
 
 impl Example {
     /// Describes the progress of the mission.
-    fn says(&self, cx: &Context) -> String {
+    fn status_text(&self, cx: &Context) -> String {
         let away = |target: Pose2D| match self.pose.get(cx) {
             Some(pose) => format!("{:.2} m away", pose.pose2d().distance_to(&target)),
             None => "and where the robot is nobody knows".to_owned(),
@@ -69,7 +69,7 @@ impl Example {
             total => format!(" of {total}"),
         };
         match (&self.wish, self.next(cx)) {
-            (Some(wish), _) => format!("To the target of {}, {}", wish.by, away(wish.at)),
+            (Some(wish), _) => format!("To the target of {}, {}", wish.by, away(wish.position)),
             (None, Some(next)) => format!("To target {}{of}, {}", self.reached + 1, away(next)),
             (None, None) if self.reached > 0 => "All targets are reached".to_owned(),
             (None, None) => "No target".to_owned(),

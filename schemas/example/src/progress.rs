@@ -18,7 +18,7 @@ pub(crate) struct Progress {
     target: Option<Pose2D>,
     nearest: f64,
     waited: Duration,
-    looked: Duration,
+    updated_at: Duration,
 }
 
 /// A target that counts as out of reach.
@@ -39,8 +39,8 @@ impl Progress {
         distance: f64,
         patience: Duration,
     ) -> Option<Stuck> {
-        let since = now.saturating_sub(self.looked);
-        self.looked = now;
+        let since = now.saturating_sub(self.updated_at);
+        self.updated_at = now;
         if self.target != Some(*target) || distance < self.nearest - NEARER {
             (self.target, self.nearest, self.waited) = (Some(*target), distance, Duration::ZERO);
             return None;

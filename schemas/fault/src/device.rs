@@ -2,8 +2,8 @@
 
 use jde_schema::prelude::*;
 
-use crate::orders::{Place, Trouble, Word, due};
-use crate::trouble::make;
+use crate::request::{Place, Trouble, Word, requested};
+use crate::trouble::cause;
 
 /// An axis that reaches the commanded speed at once, and misbehaves on request.
 #[derive(Describe)]
@@ -58,11 +58,11 @@ impl Schema for Device {
 impl Device {
     fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = due(&trouble, &place, here);
+        let due = requested(&trouble, &place, here);
         if let Some(trouble) = due {
             self.bad += 1;
             self.misdeeds.write(cx, self.bad);
-            make(trouble)?;
+            cause(trouble)?;
         }
         Ok(due)
     }

@@ -2,8 +2,8 @@
 
 use jde_schema::prelude::*;
 
-use crate::orders::{Place, Trouble, Word, due};
-use crate::trouble::make;
+use crate::request::{Place, Trouble, Word, requested};
+use crate::trouble::cause;
 
 /// Scans that one iteration publishes under "flood".
 const FLOOD: u32 = 200;
@@ -72,11 +72,11 @@ impl Schema for Eye {
 impl Eye {
     fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = due(&trouble, &place, here);
+        let due = requested(&trouble, &place, here);
         if let Some(trouble) = due {
             self.bad += 1;
             self.misdeeds.write(cx, self.bad);
-            make(trouble)?;
+            cause(trouble)?;
         }
         Ok(due)
     }

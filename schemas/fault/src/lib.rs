@@ -4,7 +4,7 @@
 mod device;
 mod eye;
 mod motor;
-mod orders;
+mod request;
 mod trouble;
 
 pub use device::Device;

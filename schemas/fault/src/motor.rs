@@ -3,8 +3,8 @@
 
 use jde_schema::prelude::*;
 
-use crate::orders::{Place, Trouble, Word, due};
-use crate::trouble::make;
+use crate::request::{Place, Trouble, Word, requested};
+use crate::trouble::cause;
 
 /// Times that one iteration repeats its command, export and message under "flood".
 const FLOOD: u32 = 300;
@@ -155,7 +155,7 @@ impl Arbitrate for Motor {
 impl Memory for Motor {
     fn save(&self, cx: &Context, saving: &mut Saving) {
         if let Some(trouble) = self.due(cx, Place::Save)
-            && let Err(error) = make(trouble)
+            && let Err(error) = cause(trouble)
         {
             panic!("{error}");
         }
@@ -164,7 +164,7 @@ impl Memory for Motor {
 
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
         if let Some(trouble) = self.due(cx, Place::Restore) {
-            make(trouble)?;
+            cause(trouble)?;
         }
         self.looks = saved.take()?;
         Ok(())
@@ -175,7 +175,7 @@ impl Drop for Motor {
     fn drop(&mut self) {
         if let Some(trouble) = self.end.take()
             && !std::thread::panicking()
-            && let Err(error) = make(trouble)
+            && let Err(error) = cause(trouble)
         {
             panic!("{error}");
         }
@@ -189,14 +189,14 @@ impl Motor {
         if let Some(trouble) = due {
             self.bad += 1;
             self.misdeeds.write(cx, self.bad);
-            make(trouble)?;
+            cause(trouble)?;
         }
         Ok(due)
     }
 
     fn due(&self, cx: &Context, here: Place) -> Option<Trouble> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        due(&trouble, &place, here)
+        requested(&trouble, &place, here)
     }
 
     fn is_its_turn(&self, cx: &Context) -> bool {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use jde_schema::prelude::*;
 
-use crate::orders::Trouble;
+use crate::request::Trouble;
 
 /// Longer than any schema of a campaign may take before it counts as hung.
 const DAWDLE: Duration = Duration::from_millis(900);
@@ -20,7 +20,7 @@ const SLOW: Duration = Duration::from_millis(35);
 ///
 /// # Errors
 /// If `trouble` is [`Trouble::Error`].
-pub(crate) fn make(trouble: Trouble) -> Result {
+pub(crate) fn cause(trouble: Trouble) -> Result {
     match trouble {
         Trouble::Panic => panic!("as it was told"),
         Trouble::Error => Err("as it was told".into()),

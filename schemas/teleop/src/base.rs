@@ -3,7 +3,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::wish::{Drive, counts};
+use crate::setpoint::{Drive, is_in_force};
 
 /// Gap between two commands after which acceleration starts from zero speed again.
 const PAUSE: Duration = Duration::from_millis(300);
@@ -60,7 +60,7 @@ impl Schema for Base {
 impl Base {
     fn wanted(&self, cx: &Context) -> Option<Twist> {
         let want = self.want.sample(cx);
-        counts(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(want.twist)
+        is_in_force(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(want.twist)
     }
 
     fn limited(&self, cx: &Context, wanted: &Twist) -> Twist {
@@ -71,11 +71,11 @@ impl Base {
             None => (Twist::ZERO, Duration::from_millis(50).as_secs_f64()),
         };
         let linear = Limit {
-            most: self.fast.get(cx),
+            max: self.fast.get(cx),
             step: self.acceleration.get(cx) * passed,
         };
         let angular = Limit {
-            most: self.turn.get(cx),
+            max: self.turn.get(cx),
             step: self.turn_acceleration.get(cx) * passed,
         };
         let mut twist = Twist::planar(
@@ -90,7 +90,7 @@ impl Base {
 /// The limits of one speed.
 struct Limit {
     /// Highest absolute value.
-    most: f64,
+    max: f64,
     /// Highest increase in this step.
     step: f64,
 }
@@ -99,7 +99,7 @@ impl Limit {
     /// Returns the speed to command for a wish after the speed `last`. It decreases at once, increases step
     /// by step, and passes through 0 when the sign changes.
     fn of(&self, wanted: f64, last: f64) -> f64 {
-        let wanted = wanted.clamp(-self.most, self.most);
+        let wanted = wanted.clamp(-self.max, self.max);
         let before = if wanted * last > 0.0 { last.abs() } else { 0.0 };
         wanted.abs().min(before + self.step).copysign(wanted)
     }

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::wish::{Look, counts};
+use crate::setpoint::{Look, is_in_force};
 
 /// Lead of the commanded over the measured position, as turning time, s. It exceeds the time between two
 /// measurements, so that the head turns without halts. It is short, because the head turns on by this much
@@ -62,6 +62,6 @@ impl Schema for Head {
 impl Head {
     fn wanted(&self, cx: &Context) -> Option<Look> {
         let want = self.want.sample(cx);
-        counts(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(*want.value())
+        is_in_force(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(*want.value())
     }
 }

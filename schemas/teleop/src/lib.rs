@@ -5,12 +5,12 @@
 mod base;
 mod head;
 mod pilot;
-mod wish;
+mod setpoint;
 
 pub use base::Base;
 pub use head::Head;
 pub use pilot::Pilot;
-pub use wish::{Drive, Look};
+pub use setpoint::{Drive, Look};
 
 jde_schema::export!(
     "teleop",

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::wish::{Drive, Look, counts};
+use crate::setpoint::{Drive, Look, is_in_force};
 
 /// Lets a person drive the base and turn the head at the same time.
 ///
@@ -34,8 +34,8 @@ impl Schema for Pilot {
         let patience = self.patience.get(cx);
         let drive = self.drive.get(cx);
         let look = self.look.get(cx);
-        let drives = drive.is_some_and(|wish| counts(cx, wish.wanted, wish.time(), patience));
-        let looks = look.is_some_and(|wish| counts(cx, wish.wanted, wish.time(), patience));
+        let drives = drive.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
+        let looks = look.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
         Ok((drives || looks).into())
     }
 

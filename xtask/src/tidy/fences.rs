@@ -127,7 +127,7 @@ mod tests {
         let found = check_page(&File::new("README.md", text));
         found
             .into_iter()
-            .map(|violation| (violation.line, violation.what))
+            .map(|violation| (violation.line, violation.message))
             .collect()
     }
 

@@ -63,7 +63,7 @@ mod tests {
         let file = File::new("crates/a/tests/b.rs", text);
         check_file(&file)
             .iter()
-            .map(|violation| violation.what.clone())
+            .map(|violation| violation.message.clone())
             .collect()
     }
 

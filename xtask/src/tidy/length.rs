@@ -5,9 +5,9 @@ use super::header;
 use super::tree::{File, Tree, Violation};
 
 /// The greatest length of a file, in lines of any kind.
-const LONGEST: usize = 500;
+const MAX_LINES: usize = 500;
 /// The greatest length of an ordinary file, in lines of code without tests.
-const ORDINARY: usize = 200;
+const USUAL_LINES: usize = 200;
 /// One file in this many may have more code than an ordinary one.
 const ONE_IN: usize = 5;
 /// The words before the reason in the header of a longer file.
@@ -21,11 +21,11 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 
 fn check_longest(file: &File) -> Option<Violation> {
     let lines = file.lines.len();
-    (lines > LONGEST && !header::text(file).to_lowercase().contains(REASON)).then(|| {
+    (lines > MAX_LINES && !header::text(file).to_lowercase().contains(REASON)).then(|| {
         Violation::new(
             file.path.as_str(),
-            LONGEST + 1,
-            format!("the file has {lines} lines, over {LONGEST}"),
+            MAX_LINES + 1,
+            format!("the file has {lines} lines, over {MAX_LINES}"),
             format!("split it, or give the reason in its header: `//! {REASON} ...`"),
         )
     })
@@ -39,13 +39,13 @@ fn check_share(tree: &Tree) -> Vec<Violation> {
         .map(|file| (code_lines(file), file.path.as_str()))
         .collect();
     let all = files.len();
-    files.retain(|(lines, _)| *lines > ORDINARY);
+    files.retain(|(lines, _)| *lines > USUAL_LINES);
     if files.len() * ONE_IN <= all {
         return Vec::new();
     }
     let what = |lines| {
         format!(
-            "{lines} lines of code: {} of {all} files have over {ORDINARY}, more than one in {ONE_IN}",
+            "{lines} lines of code: {} of {all} files have over {USUAL_LINES}, more than one in {ONE_IN}",
             files.len()
         )
     };
@@ -74,25 +74,25 @@ mod tests {
 
     #[test]
     fn a_long_file_gives_its_reason() {
-        let without = File::new("a.rs", long("//! A table.", LONGEST));
+        let without = File::new("a.rs", long("//! A table.", MAX_LINES));
         assert_eq!(
-            check_longest(&without).unwrap().what,
+            check_longest(&without).unwrap().message,
             "the file has 501 lines, over 500"
         );
         let with = File::new(
             "a.rs",
-            long("//! A table.\n//! Long because it is one table.", LONGEST),
+            long("//! A table.\n//! Long because it is one table.", MAX_LINES),
         );
         assert_eq!(check_longest(&with), None);
         assert_eq!(
-            check_longest(&File::new("a.rs", long("//! A table.", LONGEST - 1))),
+            check_longest(&File::new("a.rs", long("//! A table.", MAX_LINES - 1))),
             None
         );
     }
 
     #[test]
     fn one_file_in_five_may_have_more_code() {
-        let (big, small) = (long("//! Big.", ORDINARY + 1), long("//! Small.", ORDINARY));
+        let (big, small) = (long("//! Big.", USUAL_LINES + 1), long("//! Small.", USUAL_LINES));
         let mut files = vec![("a.rs", big.as_str())];
         files.extend([("b.rs", small.as_str()); 3]);
         let found = check_share(&Tree::of(&files));
@@ -105,7 +105,7 @@ mod tests {
     fn comments_blank_lines_and_tests_are_no_code() {
         let text = "//! A.\n\n// b\nfn c() {}\n#[cfg(test)]\nmod tests {\n    fn d() {}\n}\n";
         assert_eq!(code_lines(&File::new("a.rs", text)), 1);
-        let test = long("//! A test.", ORDINARY + 1);
+        let test = long("//! A test.", USUAL_LINES + 1);
         assert_eq!(check_share(&Tree::of(&[("tests/a.rs", &test)])), []);
     }
 }

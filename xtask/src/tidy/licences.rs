@@ -26,7 +26,7 @@ const ALLOWED: &[&str] = &[
 const ALLOWED_FOR_FONTS: &[&str] = &["OFL-1.1", "Ubuntu-font-1.0"];
 
 /// Shipped libraries with other licences, each assessed individually.
-const WEIGHED: &[(&str, &str)] = &[
+const REVIEWED: &[(&str, &str)] = &[
     // Helpers of a few lines that Zenoh uses. The licence covers the library's own files, which are shipped
     // unchanged.
     ("option-ext", "MPL-2.0"),
@@ -36,7 +36,7 @@ const WEIGHED: &[(&str, &str)] = &[
 ];
 
 /// Licences that libraries for building and testing may have too.
-const ALLOWED_AT_WORK: &[&str] = &["MPL-2.0"];
+const ALLOWED_FOR_DEVELOPMENT: &[&str] = &["MPL-2.0"];
 
 pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
     let packages = metadata.by_id();
@@ -54,8 +54,8 @@ pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
         let fits = |licence: &str| {
             ALLOWED.contains(&licence)
                 || (is_font && ALLOWED_FOR_FONTS.contains(&licence))
-                || (!is_shipped && ALLOWED_AT_WORK.contains(&licence))
-                || WEIGHED.contains(&(package.name.as_str(), licence))
+                || (!is_shipped && ALLOWED_FOR_DEVELOPMENT.contains(&licence))
+                || REVIEWED.contains(&(package.name.as_str(), licence))
         };
         let licence = package.license.as_deref().unwrap_or("none");
         if !satisfies(licence, &fits) {
@@ -207,7 +207,7 @@ mod tests {
         };
         let found = check(&metadata("null"));
         assert_eq!(
-            found.iter().map(|it| it.what.as_str()).collect::<Vec<_>>(),
+            found.iter().map(|it| it.message.as_str()).collect::<Vec<_>>(),
             ["the licence of theirs 2.0.0: MPL-2.0"]
         );
         assert_eq!(check(&metadata("\"dev\"")), []);

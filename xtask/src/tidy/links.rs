@@ -124,7 +124,10 @@ mod tests {
             "# The rules\n## R1 One winner.\n## Twice\n## Twice\n",
         );
         let tree = Tree::of(&[("docs/page.md", text), other, ("README.md", "# Top\n")]);
-        check(&tree).into_iter().map(|violation| violation.what).collect()
+        check(&tree)
+            .into_iter()
+            .map(|violation| violation.message)
+            .collect()
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! The checks that rustfmt and clippy cannot make. Each check is a function in a file of its own. It reads
 //! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
-mod arrows;
 mod fences;
 mod header;
 mod honest_tests;
+mod layering;
 mod length;
 mod licences;
 mod links;
@@ -32,7 +32,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
     let tree = Tree::read(root)?;
     let metadata = Metadata::with_dependencies(root)?;
     let mut found = [
-        arrows::check(&tree, &metadata),
+        layering::check(&tree, &metadata),
         fences::check(&tree),
         header::check(&tree),
         honest_tests::check(&tree),

@@ -93,7 +93,7 @@ mod tests {
         let found = check(&Tree::of(&[PAGE, test]));
         found
             .into_iter()
-            .map(|violation| (violation.line, violation.what))
+            .map(|violation| (violation.line, violation.message))
             .collect()
     }
 
@@ -118,6 +118,6 @@ mod tests {
 
     #[test]
     fn the_rules_have_a_page() {
-        assert_eq!(check(&Tree::of(&[]))[0].what, "no page lists the rules");
+        assert_eq!(check(&Tree::of(&[]))[0].message, "no page lists the rules");
     }
 }

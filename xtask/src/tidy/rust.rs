@@ -22,7 +22,7 @@ pub(crate) fn scan(text: &str) -> Vec<Line> {
 }
 
 #[derive(Clone, Copy)]
-enum Within {
+enum LexState {
     Code,
     LineComment,
     BlockComment { depth: usize },
@@ -34,38 +34,38 @@ fn split(text: &str) -> Vec<Line> {
     let chars: Vec<char> = text.chars().collect();
     let mut lines = Vec::new();
     let mut line = Line::default();
-    let mut within = Within::Code;
+    let mut within = LexState::Code;
     let mut at = 0;
     while at < chars.len() {
         let c = chars[at];
         if c == '\n' {
             lines.push(std::mem::take(&mut line));
-            if matches!(within, Within::LineComment) {
-                within = Within::Code;
+            if matches!(within, LexState::LineComment) {
+                within = LexState::Code;
             }
             at += 1;
             continue;
         }
         let next = chars.get(at + 1).copied();
         let taken = match within {
-            Within::Code => {
+            LexState::Code => {
                 let (after, taken) = enter(&chars, at);
                 match after {
-                    Within::LineComment | Within::BlockComment { .. } => {
+                    LexState::LineComment | LexState::BlockComment { .. } => {
                         line.comment.extend(&chars[at..at + taken]);
                     }
-                    Within::Code | Within::Text | Within::RawText { .. } => {
+                    LexState::Code | LexState::Text | LexState::RawText { .. } => {
                         line.code.extend(&chars[at..at + taken]);
                     }
                 }
                 within = after;
                 taken
             }
-            Within::LineComment => {
+            LexState::LineComment => {
                 line.comment.push(c);
                 1
             }
-            Within::BlockComment { depth } => {
+            LexState::BlockComment { depth } => {
                 let (deeper, taken) = match (c, next) {
                     ('/', Some('*')) => (depth + 1, 2),
                     ('*', Some('/')) => (depth - 1, 2),
@@ -73,16 +73,16 @@ fn split(text: &str) -> Vec<Line> {
                 };
                 line.comment.extend(&chars[at..at + taken]);
                 within = if deeper == 0 {
-                    Within::Code
+                    LexState::Code
                 } else {
-                    Within::BlockComment { depth: deeper }
+                    LexState::BlockComment { depth: deeper }
                 };
                 taken
             }
-            Within::Text => {
+            LexState::Text => {
                 if c == '"' {
                     line.code.push('"');
-                    within = Within::Code;
+                    within = LexState::Code;
                     1
                 } else if c == '\\' && next.is_some_and(|escaped| escaped != '\n') {
                     line.literal.extend(&chars[at..at + 2]);
@@ -92,10 +92,10 @@ fn split(text: &str) -> Vec<Line> {
                     1
                 }
             }
-            Within::RawText { hashes } => {
+            LexState::RawText { hashes } => {
                 if c == '"' && count_hashes(&chars, at + 1) >= hashes {
                     line.code.push('"');
-                    within = Within::Code;
+                    within = LexState::Code;
                     1 + hashes
                 } else {
                     line.literal.push(c);
@@ -112,27 +112,27 @@ fn split(text: &str) -> Vec<Line> {
 }
 
 /// Returns what begins at a place in code, and the number of characters of its opening.
-fn enter(chars: &[char], at: usize) -> (Within, usize) {
+fn enter(chars: &[char], at: usize) -> (LexState, usize) {
     let next = chars.get(at + 1).copied();
     match (chars[at], next) {
-        ('/', Some('/')) => (Within::LineComment, 2),
-        ('/', Some('*')) => (Within::BlockComment { depth: 1 }, 2),
-        ('"', _) => (Within::Text, 1),
+        ('/', Some('/')) => (LexState::LineComment, 2),
+        ('/', Some('*')) => (LexState::BlockComment { depth: 1 }, 2),
+        ('"', _) => (LexState::Text, 1),
         ('r', Some('"' | '#')) if starts_word(chars, at) => {
             let hashes = count_hashes(chars, at + 1);
             if chars.get(at + 1 + hashes) == Some(&'"') {
-                (Within::RawText { hashes }, 2 + hashes)
+                (LexState::RawText { hashes }, 2 + hashes)
             } else {
-                (Within::Code, 1)
+                (LexState::Code, 1)
             }
         }
         // A character literal, such as `'"'` or `'\''`. A lifetime has no quote after it.
         ('\'', Some('\\')) => {
             let quote = chars[at + 3..].iter().position(|&c| c == '\'' || c == '\n');
-            (Within::Code, quote.map_or(1, |far| far + 4))
+            (LexState::Code, quote.map_or(1, |far| far + 4))
         }
-        ('\'', Some(_)) if chars.get(at + 2) == Some(&'\'') => (Within::Code, 3),
-        _ => (Within::Code, 1),
+        ('\'', Some(_)) if chars.get(at + 2) == Some(&'\'') => (LexState::Code, 3),
+        _ => (LexState::Code, 1),
     }
 }
 

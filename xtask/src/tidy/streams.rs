@@ -5,7 +5,7 @@ use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
 
 /// Names of streams and macros that can block on the stream's reader, or on a key.
-const WAYS: &[&str] = &[
+const CALLS: &[&str] = &[
     "println!",
     "eprintln!",
     "print!",
@@ -18,7 +18,7 @@ const WAYS: &[&str] = &[
 ];
 
 /// The places that may print, with the reason.
-const PLACES: &[(&str, &str)] = &[
+const EXCEPTIONS: &[(&str, &str)] = &[
     (
         "crates/jde/src/terminal/",
         "everything that the executable prints, and every key it reads, goes through here",
@@ -45,12 +45,12 @@ fn check_file(file: &File) -> Vec<Violation> {
     let path = file.path.as_str();
     let runs = ["crates/", "schemas/", "drivers/"];
     let is_of_robots = runs.iter().any(|folder| path.starts_with(folder)) && path.contains("/src/");
-    if !is_of_robots || PLACES.iter().any(|(place, _)| path.starts_with(place)) {
+    if !is_of_robots || EXCEPTIONS.iter().any(|(place, _)| path.starts_with(place)) {
         return Vec::new();
     }
     let mut found = Vec::new();
     for (number, line) in file.numbered().filter(|(_, line)| !line.test) {
-        for way in WAYS.iter().filter(|way| has_word(&line.code, way)) {
+        for way in CALLS.iter().filter(|way| has_word(&line.code, way)) {
             found.push(Violation::new(
                 path,
                 number,

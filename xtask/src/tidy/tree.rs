@@ -16,7 +16,7 @@ pub(crate) struct Violation {
     /// The line, from 1.
     pub(crate) line: usize,
     /// What is wrong.
-    pub(crate) what: String,
+    pub(crate) message: String,
     /// What to do about it.
     pub(crate) help: String,
 }
@@ -48,7 +48,7 @@ impl Violation {
         Self {
             path: path.into(),
             line,
-            what: what.into(),
+            message: what.into(),
             help: help.into(),
         }
     }
@@ -59,7 +59,7 @@ impl fmt::Display for Violation {
         write!(
             f,
             "{}:{}: {}\n    help: {}",
-            self.path, self.line, self.what, self.help
+            self.path, self.line, self.message, self.help
         )
     }
 }

@@ -4,7 +4,7 @@ use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
 
 /// The places where `unsafe` is allowed, with the reason.
-const PLACES: &[(&str, &str)] = &[
+const ALLOWED_FILES: &[(&str, &str)] = &[
     (
         "crates/abi/src/",
         "the tables of the ABI are read through pointers",
@@ -71,7 +71,10 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 
 /// Reports one violation per file, since all uses in a file are usually moved together.
 fn check_file(file: &File) -> Option<Violation> {
-    if PLACES.iter().any(|(place, _)| file.path.starts_with(place)) {
+    if ALLOWED_FILES
+        .iter()
+        .any(|(place, _)| file.path.starts_with(place))
+    {
         return None;
     }
     let is_unsafe =
@@ -108,7 +111,10 @@ mod tests {
             let text = format!("fn c() {{}}\n{code}{code}");
             let found = check_file(&File::new("schemas/stop/src/lib.rs", text)).unwrap();
             assert_eq!(found.line, 2, "{code}");
-            assert_eq!(found.what, "`unsafe` outside its places, on 2 lines of this file");
+            assert_eq!(
+                found.message,
+                "`unsafe` outside its places, on 2 lines of this file"
+            );
         }
     }
 

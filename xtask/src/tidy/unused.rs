@@ -54,7 +54,7 @@ mod tests {
         let found = check_package(&tree, &serde_json::from_str(package).unwrap());
         found
             .iter()
-            .map(|violation| format!("{}: {}", violation.line, violation.what))
+            .map(|violation| format!("{}: {}", violation.line, violation.message))
             .collect()
     }
 

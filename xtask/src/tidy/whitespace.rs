@@ -41,7 +41,7 @@ mod tests {
         let file = File::new("a.md", text);
         check_file(&file)
             .into_iter()
-            .map(|violation| (violation.line, violation.what))
+            .map(|violation| (violation.line, violation.message))
             .collect()
     }
 

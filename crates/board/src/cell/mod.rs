@@ -17,22 +17,22 @@
 )]
 
 mod aligned;
-mod glance;
 mod pinned;
 mod region;
 mod ring;
+mod version_check;
 
 pub use aligned::Aligned;
-pub use glance::Glance;
 #[cfg(loom)]
 pub use pinned::Withdrawn;
 pub use pinned::{Claim, Pin, Pinned};
 pub use region::Region;
 pub use ring::Ring;
+pub use version_check::VersionCheck;
 
 /// What a cell stores beside a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mark {
+pub struct SlotStamp {
     /// Counts the values from 1; 0 is the initial value.
     pub sequence: u64,
     /// Time of the value, in nanoseconds.

@@ -40,14 +40,14 @@
 
 #![allow(unsafe_code, reason = "the bytes of a slot are shared by the rules above")]
 
-use crate::cell::{Glance, Mark, Region};
+use crate::cell::{Region, SlotStamp, VersionCheck};
 #[cfg(not(loom))]
 use crate::shared::Shared;
 use crate::sync::{AtomicU64, Ordering, relax};
 
 const LINE_WORDS: usize = 8;
 const HEAD: usize = 0;
-const SEATS: usize = LINE_WORDS;
+const GRANTS: usize = LINE_WORDS;
 
 // Words of a slot's line.
 const USE: usize = 0;
@@ -90,7 +90,7 @@ pub struct Pinned {
 
 impl Pinned {
     /// The maximum number of slots that the head can name.
-    pub const MOST_SLOTS: usize = 1 << SLOT_BITS;
+    pub const MAX_SLOTS: usize = 1 << SLOT_BITS;
 
     /// Returns a cell for values of `bytes` bytes, with `seats` grants, and room for `claims` and `pins` at
     /// once. Value number 0 is all zero.
@@ -156,7 +156,7 @@ impl Pinned {
         let mut head = self.head().load(Ordering::Acquire);
         loop {
             // Must come after the read of the head: see "The gate".
-            if seat.is_some_and(|seat| !self.granted(seat)) {
+            if seat.is_some_and(|seat| !self.is_granted(seat)) {
                 self.abandon(claim);
                 return Err(Withdrawn);
             }
@@ -175,7 +175,7 @@ impl Pinned {
                 Ordering::Acquire,
             ) {
                 Ok(_) => {
-                    self.let_go(newest);
+                    self.release(newest);
                     return Ok(sequence);
                 }
                 Err(moved) => head = moved,
@@ -185,7 +185,7 @@ impl Pinned {
 
     /// Gives back a slot that will not be published.
     pub fn abandon(&self, claim: Claim) {
-        self.let_go(claim.0);
+        self.release(claim.0);
     }
 
     /// Pins the newest value. It retries only after a writer has published.
@@ -206,13 +206,13 @@ impl Pinned {
 
     /// Returns a glance that recognises a pinned value as the newest. While it is pinned no writer takes its
     /// slot, so a head that names the slot names this very value.
-    pub fn glance(&self, pin: &Pin) -> Glance {
-        Glance::new(self.head(), SLOT_MASK, pin.0 as u64)
+    pub fn version_check(&self, pin: &Pin) -> VersionCheck {
+        VersionCheck::new(self.head(), SLOT_MASK, pin.0 as u64)
     }
 
     /// Returns a glance that never recognises a value as the newest.
-    pub fn blind(&self) -> Glance {
-        Glance::blind(self.head())
+    pub fn never_matching(&self) -> VersionCheck {
+        VersionCheck::never_matching(self.head())
     }
 
     /// Releases a value.
@@ -223,15 +223,15 @@ impl Pinned {
 
     /// Returns the number and the stamp of a pinned value.
     #[inline]
-    pub fn mark(&self, pin: &Pin) -> Mark {
-        self.mark_of(pin.0)
+    pub fn stamp(&self, pin: &Pin) -> SlotStamp {
+        self.stamp_of(pin.0)
     }
 
     /// Returns the number and the stamp of the newest value, without pinning it.
-    pub fn newest(&self) -> Mark {
+    pub fn newest(&self) -> SlotStamp {
         let mut head = self.head().load(Ordering::Acquire);
         loop {
-            let mark = self.mark_of(slot_of(head));
+            let mark = self.stamp_of(slot_of(head));
             // If a word of the stamp is already overwritten, a writer took the slot after the head had moved.
             // Reading that word makes the moved head visible to this second read.
             let again = self.head().load(Ordering::Acquire);
@@ -244,19 +244,19 @@ impl Pinned {
 
     /// Gives a seat the grant to publish. For one thread at a time with `withdraw`.
     pub fn grant(&self, seat: usize) {
-        self.region.word(SEATS + seat).store(1, Ordering::Release);
+        self.region.word(GRANTS + seat).store(1, Ordering::Release);
     }
 
     /// Withdraws the grant. When this has returned, no publication of that seat takes effect, even if it
     /// began before.
     pub fn withdraw(&self, seat: usize) {
-        self.region.word(SEATS + seat).store(0, Ordering::Relaxed);
+        self.region.word(GRANTS + seat).store(0, Ordering::Relaxed);
         self.head().fetch_add(NEXT_EPOCH, Ordering::AcqRel);
     }
 
     /// Returns whether a seat holds a grant.
-    pub fn granted(&self, seat: usize) -> bool {
-        self.region.word(SEATS + seat).load(Ordering::Acquire) == 1
+    pub fn is_granted(&self, seat: usize) -> bool {
+        self.region.word(GRANTS + seat).load(Ordering::Acquire) == 1
     }
 
     #[inline]
@@ -271,14 +271,14 @@ impl Pinned {
         line.expect("a line has so many words")
     }
 
-    fn let_go(&self, slot: usize) {
+    fn release(&self, slot: usize) {
         self.line(slot)[USE].fetch_sub(OWNED, Ordering::Release);
     }
 
     #[inline]
-    fn mark_of(&self, slot: usize) -> Mark {
+    fn stamp_of(&self, slot: usize) -> SlotStamp {
         let line = self.line(slot);
-        Mark {
+        SlotStamp {
             sequence: line[SEQUENCE].load(Ordering::Acquire),
             time: line[TIME].load(Ordering::Acquire),
             writer: line[WRITER].load(Ordering::Acquire) as u32,
@@ -308,8 +308,8 @@ impl Pinned {
     }
 
     /// Returns where the bytes begin in the memory of the values, if they are there.
-    pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
-        self.region.place_of(bytes)
+    pub fn offset_of(&self, bytes: &[u8]) -> Option<usize> {
+        self.region.offset_of(bytes)
     }
 
     /// Writes value number 0, before the cell is shared.
@@ -357,8 +357,8 @@ impl Pinned {
 /// Returns the word at which slots begin, and the number of slots.
 fn extent(seats: usize, claims: usize, pins: usize) -> (usize, usize) {
     let slots = claims + pins + 1;
-    assert!(slots <= Pinned::MOST_SLOTS, "{slots} slots");
-    (SEATS + seats.next_multiple_of(LINE_WORDS), slots)
+    assert!(slots <= Pinned::MAX_SLOTS, "{slots} slots");
+    (GRANTS + seats.next_multiple_of(LINE_WORDS), slots)
 }
 
 #[inline]

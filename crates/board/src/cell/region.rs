@@ -79,7 +79,7 @@ mod machine {
         }
 
         /// Returns where the bytes begin among the blocks, if they are there.
-        pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
+        pub fn offset_of(&self, bytes: &[u8]) -> Option<usize> {
             let blocks = self.memory.base() as usize + self.first_block;
             let place = (bytes.as_ptr() as usize).checked_sub(blocks)?;
             (place + bytes.len() <= self.stride * self.blocks).then_some(place)

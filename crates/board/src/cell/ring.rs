@@ -6,7 +6,7 @@
 //! slot, and retries only if the writer may have reached this slot again meanwhile. It refuses to serve two
 //! writers at once.
 
-use crate::cell::{Glance, Mark, Region};
+use crate::cell::{Region, SlotStamp, VersionCheck};
 use crate::sync::{AtomicU64, Ordering, fence, relax};
 
 /// Index of the word with the newest value's number.
@@ -58,13 +58,13 @@ impl Ring {
     }
 
     /// Returns a glance that recognises the value of that number as the newest.
-    pub fn glance(&self, sequence: u64) -> Glance {
-        Glance::new(self.region.word(NEWEST), u64::MAX, sequence)
+    pub fn version_check(&self, sequence: u64) -> VersionCheck {
+        VersionCheck::new(self.region.word(NEWEST), u64::MAX, sequence)
     }
 
     /// Returns a glance that never recognises a value as the newest.
-    pub fn blind(&self) -> Glance {
-        Glance::blind(self.region.word(NEWEST))
+    pub fn never_matching(&self) -> VersionCheck {
+        VersionCheck::never_matching(self.region.word(NEWEST))
     }
 
     /// Writes the next value and returns its number. For one thread at a time; wait-free.
@@ -89,7 +89,7 @@ impl Ring {
     /// Copies the newest value. It retries only if the writer has published `slots - 1` values during one
     /// copy.
     #[inline]
-    pub fn read(&self, into: &mut [u64]) -> Mark {
+    pub fn read(&self, into: &mut [u64]) -> SlotStamp {
         debug_assert_eq!(into.len(), self.value_words);
         loop {
             let sequence = self.newest();
@@ -105,7 +105,7 @@ impl Ring {
             fence(Ordering::Acquire);
             let passed = self.region.word(NEWEST).load(Ordering::Relaxed) - sequence;
             if passed < self.slots - 1 {
-                return Mark {
+                return SlotStamp {
                     sequence,
                     time,
                     writer,
@@ -117,7 +117,7 @@ impl Ring {
     }
 
     /// Returns the number and the stamp of the newest value, without the value.
-    pub fn mark(&self) -> Mark {
+    pub fn stamp(&self) -> SlotStamp {
         loop {
             let sequence = self.newest();
             let slot = self.slot(sequence);
@@ -125,7 +125,7 @@ impl Ring {
             let writer = slot[1].load(Ordering::Relaxed) as u32;
             fence(Ordering::Acquire);
             if self.region.word(NEWEST).load(Ordering::Relaxed) - sequence < self.slots - 1 {
-                return Mark {
+                return SlotStamp {
                     sequence,
                     time,
                     writer,

@@ -2,9 +2,9 @@
 //! gives the meaning of the bytes. It refuses to convert units and to know file formats.
 
 mod decode;
+mod display;
 mod encode;
 mod path;
-mod show;
 
 pub use decode::decode;
 pub use encode::encode;

@@ -8,8 +8,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::Asked;
-use super::selection::{Decision, Verdict, Why};
+use super::nodes::PendingArbitration;
+use super::selection::{Decision, Evaluation, TimedCause};
 use super::timer::Timer;
 use crate::effect::{Effect, Level};
 use crate::record::{Candidate, Case, Decider};
@@ -18,9 +18,9 @@ use crate::state::Health;
 
 /// The outcome of asking a father.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub enum Answer {
+pub enum ArbitrationReply {
     /// The father decided.
-    Chose {
+    Chosen {
         /// Its choice; `None` for no child.
         child: Option<SchemaId>,
         /// The reason, in words.
@@ -40,38 +40,40 @@ impl Hierarchy {
     /// If the father fails, or chooses a schema that it was not offered, its health shows it and the priority
     /// order decides instead. If the situation changed since the question, the group selects again
     /// afterwards.
-    pub fn answered(
+    pub fn arbitrated(
         &mut self,
         now: Nanos,
         group: GroupId,
         ticket: u64,
-        answer: Answer,
+        answer: ArbitrationReply,
         out: &mut Vec<Effect>,
     ) {
-        if self.asked(group) != Some(ticket) {
+        if self.pending_arbitration(group) != Some(ticket) {
             return;
         }
-        let Some(asked) = self.drop_ask(group) else { return };
+        let Some(asked) = self.cancel_arbitration(group) else {
+            return;
+        };
         match answer {
-            Answer::Failed { reason } => {
-                self.blame(group, &reason, out);
+            ArbitrationReply::Failed { reason } => {
+                self.set_arbitration_failed(group, &reason, out);
                 self.overrule(now, group, asked.why, &reason, out);
             }
-            Answer::Chose {
+            ArbitrationReply::Chosen {
                 child: Some(child), ..
-            } if !asked.offered.contains(&child) => {
-                let who = if self.plan.knows(child) {
+            } if !asked.candidates.contains(&child) => {
+                let who = if self.plan.contains(child) {
                     self.name(child)
                 } else {
                     format!("#{}", child.0)
                 };
                 let reason = format!("it chose `{who}`, whom it was not offered");
-                self.blame(group, &reason, out);
+                self.set_arbitration_failed(group, &reason, out);
                 self.overrule(now, group, asked.why, &reason, out);
             }
-            Answer::Chose { child, reason } => {
-                self.arbitration_went_well(group, out);
-                self.follow(now, group, asked, child, reason, out);
+            ArbitrationReply::Chosen { child, reason } => {
+                self.clear_arbitration_failed(group, out);
+                self.apply_reply(now, group, asked, child, reason, out);
             }
         }
         self.settle(out);
@@ -84,20 +86,20 @@ impl Hierarchy {
         if let Some(asked) = self
             .groups
             .get_mut(group.index())
-            .and_then(|group| group.asked.as_mut())
+            .and_then(|group| group.pending.as_mut())
         {
             asked.excused = true;
         }
     }
 
     /// Opens a question.
-    pub(super) fn ask(
+    pub(super) fn request_arbitration(
         &mut self,
         now: Nanos,
         group: GroupId,
         case: Case,
         candidates: Arc<[Candidate]>,
-        why: Why,
+        why: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         self.tickets += 1;
@@ -110,15 +112,15 @@ impl Hierarchy {
             now.saturating_add(self.plan.group(group).budget),
         );
         let winner = self.group(group).winner;
-        self.group_mut(group).asked = Some(Asked {
+        self.group_mut(group).pending = Some(PendingArbitration {
             ticket,
             case,
-            offered,
+            candidates: offered,
             why,
-            again: None,
+            retrigger: None,
             excused: false,
         });
-        out.push(Effect::Ask {
+        out.push(Effect::Arbitrate {
             group,
             ticket,
             level: Level {
@@ -131,8 +133,8 @@ impl Hierarchy {
     }
 
     /// Closes an open question without an answer.
-    pub(super) fn drop_ask(&mut self, group: GroupId) -> Option<Asked> {
-        let asked = self.group_mut(group).asked.take();
+    pub(super) fn cancel_arbitration(&mut self, group: GroupId) -> Option<PendingArbitration> {
+        let asked = self.group_mut(group).pending.take();
         if asked.is_some() {
             self.disarm(Timer::Arbitration(group));
         }
@@ -140,11 +142,11 @@ impl Hierarchy {
     }
 
     pub(super) fn arbitration_late(&mut self, now: Nanos, group: GroupId, out: &mut Vec<Effect>) {
-        if let Some(asked) = self.drop_ask(group) {
+        if let Some(asked) = self.cancel_arbitration(group) {
             let budget = self.plan.group(group).budget;
             let reason = format!("no answer within {} us", budget / 1_000);
             if !asked.excused {
-                self.blame(group, &reason, out);
+                self.set_arbitration_failed(group, &reason, out);
             }
             self.overrule(now, group, asked.why, &reason, out);
         }
@@ -152,11 +154,11 @@ impl Hierarchy {
 
     /// Carries out a valid answer and selects again if the situation changed meanwhile. If the chosen child
     /// can no longer win, it only selects again.
-    fn follow(
+    fn apply_reply(
         &mut self,
         now: Nanos,
         group: GroupId,
-        asked: Asked,
+        asked: PendingArbitration,
         child: Option<SchemaId>,
         reason: String,
         out: &mut Vec<Effect>,
@@ -165,7 +167,7 @@ impl Hierarchy {
             self.choosable(child) && (self.node(child).ready || asked.case == Case::Absence)
         });
         if !valid {
-            self.select(now, group, asked.again.unwrap_or(asked.why), out);
+            self.select(now, group, asked.retrigger.unwrap_or(asked.why), out);
             return;
         }
         let said = match child {
@@ -173,7 +175,7 @@ impl Hierarchy {
             None => Some(self.absent(group, asked.case)).filter(|absent| absent.choice.is_some()),
         };
         let decision = match said {
-            Some(fallback) => fallback.because(&reason),
+            Some(fallback) => fallback.with_reason(&reason),
             None => Decision {
                 case: asked.case,
                 choice: child,
@@ -182,37 +184,37 @@ impl Hierarchy {
                 known: true,
             },
         };
-        let lineup = self.lineup(group);
+        let lineup = self.candidates_of(group);
         self.decide(now, group, lineup, decision, asked.why, out);
-        if let Some(again) = asked.again {
+        if let Some(again) = asked.retrigger {
             self.select(now, group, again, out);
         }
     }
 
     /// Decides in the father's place over the present snapshot, so no later selection is needed.
-    fn overrule(&mut self, now: Nanos, group: GroupId, why: Why, reason: &str, out: &mut Vec<Effect>) {
-        let lineup = self.lineup(group);
-        let decision = match self.judge(now, group, &lineup, Policy::Priority) {
-            Verdict::Decided(decision) => decision,
-            Verdict::Ask(case) => self.absent(group, case),
+    fn overrule(&mut self, now: Nanos, group: GroupId, why: TimedCause, reason: &str, out: &mut Vec<Effect>) {
+        let lineup = self.candidates_of(group);
+        let decision = match self.evaluate(now, group, &lineup, Policy::Priority) {
+            Evaluation::Decided(decision) => decision,
+            Evaluation::AskFather(case) => self.absent(group, case),
         };
         let decision = match decision.case {
             Case::Collision | Case::Absence => Decision {
                 decider: Decider::ArbitrationFailed,
-                ..decision.because(reason)
+                ..decision.with_reason(reason)
             },
             Case::Alone | Case::Forced => decision,
         };
         self.decide(now, group, lineup, decision, why, out);
     }
 
-    fn blame(&mut self, group: GroupId, reason: &str, out: &mut Vec<Effect>) {
+    fn set_arbitration_failed(&mut self, group: GroupId, reason: &str, out: &mut Vec<Effect>) {
         if let Some(father) = self.plan.group(group).father {
             self.set_health(father, Health::ArbitrationFailed(reason.to_owned()), out);
         }
     }
 
-    fn arbitration_went_well(&mut self, group: GroupId, out: &mut Vec<Effect>) {
+    fn clear_arbitration_failed(&mut self, group: GroupId, out: &mut Vec<Effect>) {
         if let Some(father) = self.plan.group(group).father
             && matches!(self.health(father), Health::ArbitrationFailed(_))
         {
@@ -222,7 +224,7 @@ impl Hierarchy {
 }
 
 impl Decision {
-    fn because(self, first: &str) -> Self {
+    fn with_reason(self, first: &str) -> Self {
         Self {
             reason: Cow::Owned(format!("{first}; {}", self.reason)),
             ..self

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::Reign;
+use super::nodes::TakeoverPhase;
 use crate::effect::Effect;
 use crate::spec::SchemaId;
 
@@ -19,7 +19,7 @@ impl Hierarchy {
         }
         let node = self.node_mut(id);
         node.authority = true;
-        node.reign = Reign::New;
+        node.takeover_phase = TakeoverPhase::New;
         out.push(Effect::Granted(id));
         for &group in plan.groups_under(id) {
             if let Some(winner) = self.group(group).winner {
@@ -41,7 +41,7 @@ impl Hierarchy {
         }
         let node = self.node_mut(id);
         node.authority = false;
-        node.reign = Reign::Settled;
+        node.takeover_phase = TakeoverPhase::Settled;
         out.push(Effect::Withdrawn(id));
     }
 }

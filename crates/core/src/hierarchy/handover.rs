@@ -6,9 +6,9 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::{Origin, Run};
-use super::selection::Why;
-use super::sleep::Pace;
+use super::nodes::{Origin, RunState};
+use super::selection::TimedCause;
+use super::sleep::SleepMode;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::Cause;
@@ -31,24 +31,24 @@ pub struct Handover {
 
 impl Hierarchy {
     /// Carries out a choice that may differ from the present one.
-    pub(super) fn carry_out(
+    pub(super) fn apply_choice(
         &mut self,
         now: Nanos,
         id: GroupId,
         to: Option<SchemaId>,
         origin: Origin,
-        why: Why,
+        why: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         let patience = self.plan.group(id).patience;
         let Origin { record, cause_time } = origin;
         let group = self.group_mut(id);
         match (group.winner, group.handover) {
-            (None, _) => self.seat(id, now, to, origin, out),
+            (None, _) => self.set_winner(id, now, to, origin, out),
             (Some(winner), None) if to == Some(winner) => {}
             (Some(winner), Some(_)) if to == Some(winner) => {
                 self.drop_handover(id);
-                self.thaw(now, winner, why, out);
+                self.resume_subtree(now, winner, why, out);
             }
             (Some(_), Some(handover)) if handover.to == to => {}
             (Some(_), Some(handover)) => {
@@ -79,8 +79,8 @@ impl Hierarchy {
         let (Some(loser), Some(handover)) = (self.group(id).winner, self.group(id).handover) else {
             return;
         };
-        let dry = self.drain(loser, Pace::BetweenIterations, out);
-        if dry && self.node(loser).run == Run::Between {
+        let dry = self.drain(loser, SleepMode::BetweenIterations, out);
+        if dry && self.node(loser).run == RunState::Between {
             self.complete(now, id, out);
         } else if handover.deadline <= now {
             self.expire(now, id, out);
@@ -94,23 +94,28 @@ impl Hierarchy {
             return;
         };
         self.withdraw(loser, out);
-        self.drain(loser, Pace::AtOnce, out);
+        self.drain(loser, SleepMode::AtOnce, out);
         let node = self.node_mut(loser);
         let was_ready = node.ready;
-        if node.run == Run::Iterating {
+        if node.run == RunState::Iterating {
             // It cannot check while it is stuck, so its readiness is unknown.
-            node.run = Run::Abandoned;
+            node.run = RunState::Abandoned;
             node.ready = false;
         }
         let news = was_ready && !node.ready;
         self.complete(now, id, out);
         if news {
-            self.select(now, id, Why::new(Cause::Timer(Timer::Patience(id)), now), out);
+            self.select(
+                now,
+                id,
+                TimedCause::new(Cause::Timer(Timer::Patience(id)), now),
+                out,
+            );
         }
     }
 
     /// Returns the group whose winner is being replaced, if that winner is this schema or a schema above it.
-    pub(super) fn leaving(&self, id: SchemaId) -> Option<GroupId> {
+    pub(super) fn handover_above(&self, id: SchemaId) -> Option<GroupId> {
         let mut at = Some(id);
         while let Some(here) = at {
             let group = self.plan.group_of(here)?;
@@ -123,11 +128,11 @@ impl Hierarchy {
     }
 
     /// Whether the father of a group, or a schema above it, is being replaced.
-    pub(super) fn frozen(&self, group: GroupId) -> bool {
+    pub(super) fn is_frozen(&self, group: GroupId) -> bool {
         self.plan
             .group(group)
             .father
-            .is_some_and(|father| self.leaving(father).is_some())
+            .is_some_and(|father| self.handover_above(father).is_some())
     }
 
     pub(super) fn drop_handover(&mut self, group: GroupId) -> Option<Handover> {
@@ -142,16 +147,16 @@ impl Hierarchy {
         let (Some(loser), Some(handover)) = (self.group(id).winner, self.drop_handover(id)) else {
             return;
         };
-        self.step_down(loser, out);
+        self.demote(loser, out);
         let origin = Origin {
             record: handover.record,
             cause_time: handover.cause_time,
         };
-        self.seat(id, now, handover.to, origin, out);
+        self.set_winner(id, now, handover.to, origin, out);
     }
 
     /// The loser is chosen again, so the rest of its subtree competes again.
-    fn thaw(&mut self, now: Nanos, id: SchemaId, why: Why, out: &mut Vec<Effect>) {
+    fn resume_subtree(&mut self, now: Nanos, id: SchemaId, why: TimedCause, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if self.is_live(group) {
@@ -159,10 +164,10 @@ impl Hierarchy {
             } else {
                 // Its members fell asleep with the loser's handover, and their last commands are still in
                 // force.
-                self.vacate(group, now, out);
+                self.apply_absence(group, now, out);
             }
             for &member in plan.members(group) {
-                self.thaw(now, member, why, out);
+                self.resume_subtree(now, member, why, out);
             }
         }
     }

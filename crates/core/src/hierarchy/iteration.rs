@@ -2,9 +2,9 @@
 //!
 //! This is the hot path: nothing is allocated when nothing changes.
 
-use super::parts::{Phase, Reign, Run};
-use super::selection::Why;
-use super::{Hierarchy, parts::Urgency};
+use super::nodes::{Phase, RunState, TakeoverPhase};
+use super::selection::TimedCause;
+use super::{Hierarchy, nodes::Urgency};
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::spec::{Kind, Nanos, SchemaId};
@@ -28,7 +28,7 @@ impl Hierarchy {
         let Some(node) = self.nodes.get(id.index()) else {
             return;
         };
-        if node.state == State::Slept || node.run == Run::Abandoned {
+        if node.state == State::Slept || node.run == RunState::Abandoned {
             return;
         }
         let Some(group) = self.plan.group_of(id) else {
@@ -59,7 +59,7 @@ impl Hierarchy {
                 out,
             );
         }
-        let why = Why::new(Cause::Readiness(id), check.cause.min(now));
+        let why = TimedCause::new(Cause::Readiness(id), check.cause.min(now));
         self.select(now, group, why, out);
         self.settle(out);
     }
@@ -73,20 +73,20 @@ impl Hierarchy {
         let Some(node) = self.nodes.get(id.index()) else {
             return false;
         };
-        let may = node.state == State::Winner && node.run == Run::Between && node.wanted();
-        if !may || self.leaving(id).is_some() {
+        let may = node.state == State::Winner && node.run == RunState::Between && node.should_be_awake();
+        if !may || self.handover_above(id).is_some() {
             return false;
         }
-        self.ran(id, Run::Iterating);
+        self.set_run(id, RunState::Iterating);
         let node = &mut self.nodes[id.index()];
-        if node.reign == Reign::New {
-            node.reign = Reign::First;
+        if node.takeover_phase == TakeoverPhase::New {
+            node.takeover_phase = TakeoverPhase::First;
         }
         if let Some(group) = self.plan.group_of(id)
-            && let Some(origin) = self.group_mut(group).taking.take()
+            && let Some(origin) = self.group_mut(group).takeover.take()
         {
             let latency = now.saturating_sub(origin.cause_time);
-            out.push(Effect::Took {
+            out.push(Effect::TookOver {
                 group,
                 record: origin.record,
                 id,
@@ -99,29 +99,32 @@ impl Hierarchy {
     /// Reports that the iteration of a schema ended, by a return or by a panic (after
     /// [`faulted`](Self::faulted)). A handover that waited for it continues. A winner competes again (R2).
     pub fn end(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        if !self.plan.knows(id) {
+        if !self.plan.contains(id) {
             return;
         }
-        let ended = self.ran(id, Run::Between);
-        if self.nodes[id.index()].reign == Reign::First {
-            self.nodes[id.index()].reign = Reign::Settled;
+        let ended = self.set_run(id, RunState::Between);
+        if self.nodes[id.index()].takeover_phase == TakeoverPhase::First {
+            self.nodes[id.index()].takeover_phase = TakeoverPhase::Settled;
             out.push(Effect::Lapsed(id));
         }
         let awake = self.is_awake(id);
-        if ended == Run::Between || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
+        if ended == RunState::Between
+            || self.phase != Phase::Running
+            || self.plan.kind(id) == Kind::Perceptive
+        {
             return;
         }
-        if let Some(group) = self.leaving(id) {
+        if let Some(group) = self.handover_above(id) {
             self.advance(now, group, out);
         } else if awake && let Some(group) = self.plan.group_of(id) {
-            self.select(now, group, Why::new(Cause::Iterated(id), now), out);
+            self.select(now, group, TimedCause::new(Cause::Iterated(id), now), out);
         }
         self.settle(out);
     }
 
     /// Sets where a schema is with respect to its iteration and returns where it was. No line-up contains
     /// this, so none is touched.
-    fn ran(&mut self, id: SchemaId, run: Run) -> Run {
+    fn set_run(&mut self, id: SchemaId, run: RunState) -> RunState {
         std::mem::replace(&mut self.nodes[id.index()].run, run)
     }
 }

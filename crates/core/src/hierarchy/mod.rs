@@ -12,18 +12,18 @@
 
 mod arbitration;
 mod authority;
+mod candidates;
 mod handover;
 mod iteration;
-mod lineup;
+mod nodes;
 mod operator;
-mod parts;
-mod plan;
 mod policy;
+mod promotion;
 mod query;
 mod restart;
-mod seat;
 mod selection;
 mod sleep;
+mod spec_index;
 mod timer;
 mod wake;
 
@@ -39,31 +39,31 @@ use crate::spec_error::SpecError;
 use crate::state::{Requester, State};
 use crate::validate::policy_fault;
 
-pub use arbitration::Answer;
+pub use arbitration::ArbitrationReply;
 pub use handover::Handover;
 pub use iteration::Check;
 pub use operator::Operator;
 pub use timer::Timer;
 
-use lineup::Lineups;
-use parts::{Group, Node, Phase};
-use plan::Plan;
-use selection::Why;
+use candidates::CandidateCache;
+use nodes::{Group, Node, Phase};
+use selection::TimedCause;
+use spec_index::SpecIndex;
 
 /// The pure state machine of an application; see the crate's documentation.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Hierarchy {
-    plan: Arc<Plan>,
+    plan: Arc<SpecIndex>,
     phase: Phase,
     nodes: Vec<Node>,
     groups: Vec<Group>,
-    lineups: Lineups,
+    candidates: CandidateCache,
     timers: BTreeMap<Timer, Nanos>,
     records: u64,
     tickets: u64,
     /// Perceptive schemas that lost a requester in this transaction and are no longer wanted; empty between
     /// transactions.
-    loose: Vec<SchemaId>,
+    unneeded: Vec<SchemaId>,
 }
 
 impl Hierarchy {
@@ -76,13 +76,13 @@ impl Hierarchy {
         Ok(Self {
             nodes: vec![Node::default(); spec.schemas.len()],
             groups: vec![Group::default(); spec.groups.len()],
-            lineups: Lineups::new(spec.schemas.len(), spec.groups.len()),
-            plan: Arc::new(Plan::new(spec)),
+            candidates: CandidateCache::new(spec.schemas.len(), spec.groups.len()),
+            plan: Arc::new(SpecIndex::new(spec)),
             phase: Phase::Fresh,
             timers: BTreeMap::new(),
             records: 0,
             tickets: 0,
-            loose: Vec::new(),
+            unneeded: Vec::new(),
         })
     }
 
@@ -97,7 +97,7 @@ impl Hierarchy {
             for &root in plan.members(group) {
                 self.request(root, Requester::Application, out);
             }
-            self.select(now, group, Why::new(Cause::Start, now), out);
+            self.select(now, group, TimedCause::new(Cause::Start, now), out);
         }
     }
 
@@ -117,7 +117,7 @@ impl Hierarchy {
         }
         out.extend(plan.group_ids().map(|group| Effect::Brake { group }));
         for &group in plan.root_groups() {
-            self.silence(group, sleep::Pace::AtOnce, out);
+            self.sleep_group(group, sleep::SleepMode::AtOnce, out);
         }
         for id in plan.ids_of(Kind::Perceptive) {
             for who in [Requester::Application, Requester::Operator] {
@@ -148,9 +148,9 @@ impl Hierarchy {
         }
         if spec.policy != policy {
             Arc::make_mut(&mut self.plan).spec.groups[group.index()].policy = policy;
-            self.drop_ask(group);
+            self.cancel_arbitration(group);
             if self.is_live(group) {
-                self.select(now, group, Why::new(Cause::PolicyChanged, now), out);
+                self.select(now, group, TimedCause::new(Cause::PolicyChanged, now), out);
             }
             self.settle(out);
         }
@@ -159,14 +159,14 @@ impl Hierarchy {
 
     /// Changes the declared period of a schema, in nanoseconds, for the contract. A period of 0 is ignored.
     pub fn set_period(&mut self, id: SchemaId, period: Nanos) {
-        if self.plan.knows(id) && period > 0 {
+        if self.plan.contains(id) && period > 0 {
             Arc::make_mut(&mut self.plan).spec.schemas[id.index()].period = period;
         }
     }
 
     /// Changes whether a schema has a panel, for the contract. Returns whether the value changed.
     pub fn set_panel(&mut self, id: SchemaId, panel: bool) -> bool {
-        let is_other = self.plan.knows(id) && self.plan.spec.schemas[id.index()].panel != panel;
+        let is_other = self.plan.contains(id) && self.plan.spec.schemas[id.index()].panel != panel;
         if is_other {
             Arc::make_mut(&mut self.plan).spec.schemas[id.index()].panel = panel;
         }
@@ -179,7 +179,7 @@ impl Hierarchy {
 
     /// Returns the facts of a schema for a change. Every change that a line-up contains must use this.
     fn node_mut(&mut self, id: SchemaId) -> &mut Node {
-        self.lineups.touch(&self.plan, id);
+        self.candidates.mark_dirty(&self.plan, id);
         &mut self.nodes[id.index()]
     }
 
@@ -210,7 +210,7 @@ impl Hierarchy {
         if self.phase != Phase::Running {
             return Err(Refused::NotRunning);
         }
-        if self.plan.knows(id) {
+        if self.plan.contains(id) {
             Ok(())
         } else {
             Err(Refused::Unknown { index: id.0 })

@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::Phase;
-use super::selection::{Decision, Why};
-use super::sleep::Pace;
+use super::nodes::Phase;
+use super::selection::{Decision, TimedCause};
+use super::sleep::SleepMode;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
@@ -60,20 +60,20 @@ impl Hierarchy {
         for &group in plan.root_groups() {
             let before = self.group(group).choice();
             self.drop_handover(group);
-            self.drop_ask(group);
+            self.cancel_arbitration(group);
             for &root in plan.members(group) {
                 self.node_mut(root).stopped_with_all = true;
                 // Nothing is selected before all roots sleep, so no root can take over in between.
                 self.withdraw(root, out);
-                self.drain(root, Pace::AtOnce, out);
+                self.drain(root, SleepMode::AtOnce, out);
                 if self.is_awake(root) {
-                    self.lay_down(root, out);
+                    self.put_to_sleep(root, out);
                 }
             }
             self.group_mut(group).lose(before);
             if let Some(first) = before.or_else(|| plan.members(group).first().copied()) {
-                let why = Why::new(Cause::Operator(first), now);
-                let lineup = self.lineup(group);
+                let why = TimedCause::new(Cause::Operator(first), now);
+                let lineup = self.candidates_of(group);
                 self.decide(now, group, lineup, Decision::all_stopped(), why, out);
             }
             self.brake(group, out);
@@ -98,7 +98,7 @@ impl Hierarchy {
             let stopped = std::mem::take(&mut self.node_mut(root).stopped_with_all);
             if stopped && !self.node(root).stopped {
                 released.push(root);
-                if self.rise(root, out) {
+                if self.wake_if_allowed(root, out) {
                     self.compete_again(now, root, out);
                 }
             }
@@ -123,9 +123,9 @@ impl Hierarchy {
         if self
             .plan
             .father(id)
-            .is_some_and(|father| self.leaving(father).is_some())
+            .is_some_and(|father| self.handover_above(father).is_some())
         {
-            return Err(Refused::Leaving {
+            return Err(Refused::BeingReplaced {
                 schema: self.name(id),
             });
         }
@@ -144,7 +144,7 @@ impl Hierarchy {
         self.running_and_known(id)?;
         self.node_mut(id).stopped = true;
         self.release(id, Requester::Operator);
-        self.let_sleep(now, id, Cause::Operator(id), out);
+        self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
         Ok(())
     }
 
@@ -158,7 +158,7 @@ impl Hierarchy {
         };
         self.group_mut(group).forced = Some(id);
         if self.is_live(group) {
-            self.select(now, group, Why::new(Cause::Operator(id), now), out);
+            self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
         }
         Ok(())
     }
@@ -177,13 +177,13 @@ impl Hierarchy {
         self.release(id, Requester::Operator);
         let group = self.plan.group_of(id);
         let forced = group.is_some_and(|g| self.group_mut(g).forced.take_if(|f| *f == id).is_some());
-        let woke = stopped && self.rise(id, out);
-        if self.node(id).wanted() {
+        let woke = stopped && self.wake_if_allowed(id, out);
+        if self.node(id).should_be_awake() {
             if woke || stopped || forced {
                 self.compete_again(now, id, out);
             }
         } else {
-            self.let_sleep(now, id, Cause::Operator(id), out);
+            self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ impl Hierarchy {
         if let Some(group) = self.plan.group_of(id)
             && self.is_awake(id)
         {
-            self.select(now, group, Why::new(Cause::Operator(id), now), out);
+            self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::spec::{Nanos, Policy, SchemaId};
 
 /// The input of a policy.
 #[derive(Copy, Clone)]
-pub(super) struct Field<'a> {
+pub(super) struct PolicyInput<'a> {
     /// The awake members in the father's order; at least one is READY.
     pub(super) candidates: &'a [Candidate],
     /// The index of the first READY candidate.
@@ -26,7 +26,7 @@ pub(super) struct Field<'a> {
 /// A choice and its reason; `None` only if no candidate is READY.
 pub(super) type Choice = Option<(SchemaId, &'static str)>;
 
-impl Field<'_> {
+impl PolicyInput<'_> {
     /// Chooses by `policy`. [`Policy::Father`] falls back to the father's order.
     pub(super) fn choose(&self, policy: Policy) -> Choice {
         match policy {
@@ -46,7 +46,7 @@ impl Field<'_> {
             Policy::Priority | Policy::HighestUrgency | Policy::Father => return None,
         };
         let end = self.since.saturating_add(stay);
-        let then = Field { now: end, ..*self }.choose(policy).map(|(id, _)| id);
+        let then = PolicyInput { now: end, ..*self }.choose(policy).map(|(id, _)| id);
         (end > self.now && self.chosen.is_some() && then != self.chosen).then_some(end)
     }
 

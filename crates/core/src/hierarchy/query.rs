@@ -2,11 +2,11 @@
 //!
 //! Read only. An unknown identifier reads as a sleeping, healthy schema or an empty group.
 
-use super::parts::{Node, Run};
+use super::nodes::{Node, RunState};
 use super::{Handover, Hierarchy};
 use crate::contract::{allowed, arbitration};
 use crate::spec::{GroupId, Nanos, SchemaId, Spec};
-use crate::state::{Health, Requester, Standing, State};
+use crate::state::{ActuationState, Health, Requester, State};
 
 impl Hierarchy {
     /// Returns the state of a schema.
@@ -42,7 +42,9 @@ impl Hierarchy {
     /// Returns whether an iteration of this schema runs, abandoned or not.
     #[must_use]
     pub fn is_running(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.run != Run::Between)
+        self.nodes
+            .get(id.index())
+            .is_some_and(|n| n.run != RunState::Between)
     }
 
     /// Returns whether an iteration of this schema still runs although the schema was replaced or put to
@@ -51,7 +53,7 @@ impl Hierarchy {
     pub fn is_abandoned(&self, id: SchemaId) -> bool {
         self.nodes
             .get(id.index())
-            .is_some_and(|n| n.run == Run::Abandoned)
+            .is_some_and(|n| n.run == RunState::Abandoned)
     }
 
     /// Returns whether, at this instant, a command of this schema may reach an actuator and a child of it may
@@ -94,7 +96,7 @@ impl Hierarchy {
     pub fn is_taking(&self, id: SchemaId) -> bool {
         self.group_of(id).is_some_and(|group| {
             let group = self.group(group);
-            group.winner == Some(id) && group.taking.is_some()
+            group.winner == Some(id) && group.takeover.is_some()
         })
     }
 
@@ -112,10 +114,10 @@ impl Hierarchy {
 
     /// Returns what the actuators do on behalf of a group.
     #[must_use]
-    pub fn standing(&self, group: GroupId) -> Standing {
+    pub fn actuation(&self, group: GroupId) -> ActuationState {
         self.groups
             .get(group.index())
-            .map_or(Standing::Fresh, |g| g.standing)
+            .map_or(ActuationState::Fresh, |g| g.actuation)
     }
 
     /// Returns the member that an operator forces.
@@ -126,14 +128,14 @@ impl Hierarchy {
 
     /// Returns the ticket of the open question to the father of a group.
     #[must_use]
-    pub fn asked(&self, group: GroupId) -> Option<u64> {
-        self.groups.get(group.index())?.asked.as_ref().map(|a| a.ticket)
+    pub fn pending_arbitration(&self, group: GroupId) -> Option<u64> {
+        self.groups.get(group.index())?.pending.as_ref().map(|a| a.ticket)
     }
 
     /// Returns the father of a motor schema.
     #[must_use]
     pub fn father(&self, id: SchemaId) -> Option<SchemaId> {
-        if self.plan.knows(id) {
+        if self.plan.contains(id) {
             self.plan.father(id)
         } else {
             None
@@ -143,7 +145,7 @@ impl Hierarchy {
     /// Returns the group in which a motor schema competes.
     #[must_use]
     pub fn group_of(&self, id: SchemaId) -> Option<GroupId> {
-        if self.plan.knows(id) {
+        if self.plan.contains(id) {
             self.plan.group_of(id)
         } else {
             None
@@ -154,7 +156,7 @@ impl Hierarchy {
     #[must_use]
     pub fn subtree(&self, id: SchemaId) -> Vec<SchemaId> {
         let mut below = Vec::new();
-        if self.plan.knows(id) {
+        if self.plan.contains(id) {
             self.collect_below(id, &mut below);
         }
         below

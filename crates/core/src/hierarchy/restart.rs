@@ -4,9 +4,9 @@
 //! It refuses to judge what a fault is; the executor reports it.
 
 use super::Hierarchy;
-use super::parts::{Origin, Phase};
-use super::selection::Why;
-use super::sleep::Pace;
+use super::nodes::{Origin, Phase};
+use super::selection::TimedCause;
+use super::sleep::SleepMode;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::Cause;
@@ -20,7 +20,7 @@ impl Hierarchy {
     /// A running iteration counts as abandoned until [`end`](Self::end) is called for it, even if the fault
     /// itself ended it: report the fault, then the end. A second report before the restart has no effect.
     pub fn faulted(&mut self, now: Nanos, id: SchemaId, reason: String, out: &mut Vec<Effect>) {
-        if !self.plan.knows(id) || matches!(self.node(id).health, Health::Faulted(_)) {
+        if !self.plan.contains(id) || matches!(self.node(id).health, Health::Faulted(_)) {
             return;
         }
         self.set_health(id, Health::Faulted(reason), out);
@@ -39,7 +39,7 @@ impl Hierarchy {
     /// Reports that the code or the process of a schema was replaced, or that its fault counts as repaired.
     /// The fault and all restarts are cleared, and the schema wakes if it has a requester.
     pub fn restored(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        if self.plan.knows(id) {
+        if self.plan.contains(id) {
             self.forget_faults(id);
             self.recover(now, id, out);
             self.settle(out);
@@ -74,7 +74,7 @@ impl Hierarchy {
     /// Returns how many restarts its policy still grants at this time; `None` if it is never restarted.
     #[must_use]
     pub fn restarts_left(&self, now: Nanos, id: SchemaId) -> Option<u32> {
-        if !self.plan.knows(id) {
+        if !self.plan.contains(id) {
             return None;
         }
         match self.plan.schema(id).restart {
@@ -91,7 +91,7 @@ impl Hierarchy {
     }
 
     pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
-        if self.plan.knows(id) && *self.health(id) != health {
+        if self.plan.contains(id) && *self.health(id) != health {
             self.node_mut(id).health = health.clone();
             out.push(Effect::Health { id, health });
         }
@@ -99,7 +99,7 @@ impl Hierarchy {
 
     fn recover(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         self.set_health(id, Health::Ok, out);
-        let woke = self.rise(id, out);
+        let woke = self.wake_if_allowed(id, out);
         if woke {
             self.compete(now, id, woke, Cause::Woken(id), out);
         }
@@ -128,7 +128,7 @@ impl Hierarchy {
     /// Puts an awake schema to sleep at once, with everything below it.
     fn fall(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         let Some(group) = self.plan.group_of(id) else {
-            return self.lay_down(id, out);
+            return self.put_to_sleep(id, out);
         };
         let before = self.group(group).choice();
         let waiting = self
@@ -136,25 +136,25 @@ impl Hierarchy {
             .handover
             .filter(|_| self.node(id).state == State::Winner);
         self.withdraw(id, out);
-        self.drain(id, Pace::AtOnce, out);
-        self.lay_down(id, out);
-        if let Some(above) = self.leaving(id) {
+        self.drain(id, SleepMode::AtOnce, out);
+        self.put_to_sleep(id, out);
+        if let Some(above) = self.handover_above(id) {
             self.group_mut(group).lose(before);
             self.advance(now, above, out);
             return;
         }
         if let Some(handover) = waiting
-            && self.group(group).asked.is_some()
+            && self.group(group).pending.is_some()
         {
             // The father has an open question, but the handover had already chosen the next winner.
             let origin = Origin {
                 record: handover.record,
                 cause_time: handover.cause_time,
             };
-            self.seat(group, now, handover.to, origin, out);
+            self.set_winner(group, now, handover.to, origin, out);
         }
         self.group_mut(group).lose(before);
-        self.select(now, group, Why::new(Cause::Faulted(id), now), out);
+        self.select(now, group, TimedCause::new(Cause::Faulted(id), now), out);
     }
 }
 

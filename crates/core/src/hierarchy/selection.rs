@@ -5,28 +5,28 @@
 use std::borrow::Cow;
 
 use super::Hierarchy;
-use super::lineup::Lineup;
-use super::parts::{Origin, Phase, Run};
-use super::policy::Field;
+use super::candidates::CandidateList;
+use super::nodes::{Origin, Phase, RunState};
+use super::policy::PolicyInput;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::{Candidate, Case, Cause, Decider, Record};
 use crate::spec::{Absence, GroupId, Nanos, Policy, SchemaId};
-use crate::state::Standing;
+use crate::state::ActuationState;
 
 /// What led to a selection, and when that began.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-pub(super) struct Why {
+pub(super) struct TimedCause {
     pub(super) cause: Cause,
     /// When the situation began.
     pub(super) time: Nanos,
 }
 
 /// The result of judging a snapshot.
-pub(super) enum Verdict {
+pub(super) enum Evaluation {
     Decided(Decision),
     /// The father must decide.
-    Ask(Case),
+    AskFather(Case),
 }
 
 pub(super) struct Decision {
@@ -39,7 +39,7 @@ pub(super) struct Decision {
     pub(super) known: bool,
 }
 
-impl Why {
+impl TimedCause {
     pub(super) const fn new(cause: Cause, time: Nanos) -> Self {
         Self { cause, time }
     }
@@ -72,32 +72,40 @@ impl Decision {
 
 impl Hierarchy {
     /// Selects in a group, or asks its father to.
-    pub(super) fn select(&mut self, now: Nanos, id: GroupId, why: Why, out: &mut Vec<Effect>) {
-        if self.phase != Phase::Running || self.frozen(id) {
+    pub(super) fn select(&mut self, now: Nanos, id: GroupId, why: TimedCause, out: &mut Vec<Effect>) {
+        if self.phase != Phase::Running || self.is_frozen(id) {
             return;
         }
         if self.forced_choice(id).is_some() {
-            self.drop_ask(id);
+            self.cancel_arbitration(id);
         }
-        if let Some(asked) = &mut self.group_mut(id).asked {
-            asked.again.get_or_insert(why);
+        if let Some(asked) = &mut self.group_mut(id).pending {
+            asked.retrigger.get_or_insert(why);
             return;
         }
-        let lineup = self.lineup(id);
-        match self.judge(now, id, &lineup, self.plan.group(id).policy) {
-            Verdict::Decided(decision) => self.decide(now, id, lineup, decision, why, out),
-            Verdict::Ask(case) => self.ask(now, id, case, lineup.candidates, why, out),
+        let lineup = self.candidates_of(id);
+        match self.evaluate(now, id, &lineup, self.plan.group(id).policy) {
+            Evaluation::Decided(decision) => self.decide(now, id, lineup, decision, why, out),
+            Evaluation::AskFather(case) => {
+                self.request_arbitration(now, id, case, lineup.candidates, why, out)
+            }
         }
     }
 
     /// Whether a member can be chosen although it is not READY.
     pub(super) fn choosable(&self, id: SchemaId) -> bool {
         let node = self.node(id);
-        self.is_awake(id) && node.wanted() && node.run != Run::Abandoned
+        self.is_awake(id) && node.should_be_awake() && node.run != RunState::Abandoned
     }
 
     /// Judges a snapshot under a policy.
-    pub(super) fn judge(&self, now: Nanos, id: GroupId, lineup: &Lineup, policy: Policy) -> Verdict {
+    pub(super) fn evaluate(
+        &self,
+        now: Nanos,
+        id: GroupId,
+        lineup: &CandidateList,
+        policy: Policy,
+    ) -> Evaluation {
         if let Some(forced) = self.forced_choice(id) {
             let decision = Decision::new(
                 Case::Forced,
@@ -105,21 +113,21 @@ impl Hierarchy {
                 Decider::Operator,
                 "forced by an operator",
             );
-            return Verdict::Decided(decision);
+            return Evaluation::Decided(decision);
         }
         let case = match (lineup.first, lineup.several) {
-            (None, _) => return self.judge_absence(id, &lineup.candidates, policy),
+            (None, _) => return self.evaluate_absence(id, &lineup.candidates, policy),
             (Some(only), false) => {
                 let only = Some(lineup.candidates[only].id);
                 let decision = Decision::new(Case::Alone, only, Decider::Nobody, "the only one ready");
-                return Verdict::Decided(decision);
+                return Evaluation::Decided(decision);
             }
             (Some(_), true) => Case::Collision,
         };
-        if policy == Policy::Father && self.father_hears(id) {
-            return Verdict::Ask(case);
+        if policy == Policy::Father && self.can_father_arbitrate(id) {
+            return Evaluation::AskFather(case);
         }
-        let chosen = self.field(now, id, lineup).choose(policy);
+        let chosen = self.policy_input(now, id, lineup).choose(policy);
         let (choice, reason) = chosen.map_or((None, "nobody is ready"), |(id, reason)| (Some(id), reason));
         let decider = match policy {
             // The father sleeps: an operator plays the members.
@@ -128,7 +136,7 @@ impl Hierarchy {
                 Decider::Policy(policy)
             }
         };
-        Verdict::Decided(Decision::new(case, choice, decider, reason))
+        Evaluation::Decided(Decision::new(case, choice, decider, reason))
     }
 
     /// Returns the decision of the absence policy in a group where no member is to win: the fallback, if it
@@ -150,9 +158,9 @@ impl Hierarchy {
         &mut self,
         now: Nanos,
         id: GroupId,
-        lineup: Lineup,
+        lineup: CandidateList,
         decision: Decision,
-        why: Why,
+        why: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         let Decision {
@@ -187,7 +195,7 @@ impl Hierarchy {
             changed,
         }));
         if known {
-            self.carry_out(
+            self.apply_choice(
                 now,
                 id,
                 choice,
@@ -201,42 +209,42 @@ impl Hierarchy {
         }
     }
 
-    pub(super) fn turn_over(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
-        self.select(now, id, Why::new(Cause::Timer(Timer::Turn(id)), now), out);
+    pub(super) fn end_turn(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
+        self.select(now, id, TimedCause::new(Cause::Timer(Timer::Turn(id)), now), out);
     }
 
-    fn judge_absence(&self, id: GroupId, candidates: &[Candidate], policy: Policy) -> Verdict {
+    fn evaluate_absence(&self, id: GroupId, candidates: &[Candidate], policy: Policy) -> Evaluation {
         let unchecked = |c: &Candidate| !self.node(c.id).checked && self.choosable(c.id);
         // While the group commands, an absence cannot wait. When its members have just woken, it can.
-        if self.group(id).standing != Standing::Commanding && candidates.iter().any(unchecked) {
+        if self.group(id).actuation != ActuationState::Commanding && candidates.iter().any(unchecked) {
             let reason = "nobody is ready yet; not all have been checked since they woke";
             let decision = Decision::new(Case::Absence, None, Decider::Nobody, reason);
-            return Verdict::Decided(Decision {
+            return Evaluation::Decided(Decision {
                 known: false,
                 ..decision
             });
         }
-        if policy == Policy::Father && !candidates.is_empty() && self.father_hears(id) {
-            return Verdict::Ask(Case::Absence);
+        if policy == Policy::Father && !candidates.is_empty() && self.can_father_arbitrate(id) {
+            return Evaluation::AskFather(Case::Absence);
         }
-        Verdict::Decided(self.absent(id, Case::Absence))
+        Evaluation::Decided(self.absent(id, Case::Absence))
     }
 
     fn forced_choice(&self, id: GroupId) -> Option<SchemaId> {
         self.group(id).forced.filter(|&forced| self.choosable(forced))
     }
 
-    fn father_hears(&self, id: GroupId) -> bool {
+    fn can_father_arbitrate(&self, id: GroupId) -> bool {
         self.plan
             .group(id)
             .father
             .is_some_and(|father| self.is_awake(father))
     }
 
-    fn field<'a>(&'a self, now: Nanos, id: GroupId, lineup: &'a Lineup) -> Field<'a> {
+    fn policy_input<'a>(&'a self, now: Nanos, id: GroupId, lineup: &'a CandidateList) -> PolicyInput<'a> {
         let group = self.group(id);
         let (since, last) = (group.since, group.last);
-        Field {
+        PolicyInput {
             candidates: &lineup.candidates,
             first: lineup.first,
             members: self.plan.members(id),
@@ -247,12 +255,19 @@ impl Hierarchy {
         }
     }
 
-    fn arm_turn(&mut self, now: Nanos, id: GroupId, case: Case, choice: Option<SchemaId>, lineup: &Lineup) {
+    fn arm_turn(
+        &mut self,
+        now: Nanos,
+        id: GroupId,
+        case: Case,
+        choice: Option<SchemaId>,
+        lineup: &CandidateList,
+    ) {
         let end = match case {
             Case::Collision => {
-                let field = Field {
+                let field = PolicyInput {
                     chosen: choice,
-                    ..self.field(now, id, lineup)
+                    ..self.policy_input(now, id, lineup)
                 };
                 field.turn_end(self.plan.group(id).policy)
             }

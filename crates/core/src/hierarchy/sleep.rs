@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::Run;
+use super::nodes::RunState;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Kind, SchemaId};
@@ -14,7 +14,7 @@ use crate::state::{Requester, State};
 
 /// When a schema inside an iteration goes to sleep.
 #[derive(Copy, Clone, PartialEq, Eq)]
-pub(super) enum Pace {
+pub(super) enum SleepMode {
     /// When the iteration has ended.
     BetweenIterations,
     /// Now; the iteration is abandoned.
@@ -24,32 +24,33 @@ pub(super) enum Pace {
 impl Hierarchy {
     /// Puts the subtree of a schema to sleep, without the schema itself, as far as the pace allows. Returns
     /// true if nothing below it is awake.
-    pub(super) fn drain(&mut self, id: SchemaId, pace: Pace, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn drain(&mut self, id: SchemaId, pace: SleepMode, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
         let mut dry = true;
         for &group in plan.groups_under(id) {
-            dry &= self.silence(group, pace, out);
+            dry &= self.sleep_group(group, pace, out);
         }
         dry
     }
 
     /// Puts the members of a group to sleep with everything below them, as far as the pace allows. Returns
     /// true if none is awake. The requests of fathers and operators for the members that sleep are removed.
-    pub(super) fn silence(&mut self, group: GroupId, pace: Pace, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn sleep_group(&mut self, group: GroupId, pace: SleepMode, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
         self.drop_handover(group);
-        self.drop_ask(group);
+        self.cancel_arbitration(group);
         self.disarm(Timer::Turn(group));
         let mut dry = true;
         for &member in plan.members(group) {
             let below = self.drain(member, pace, out);
             if self.is_awake(member) {
-                let may = pace == Pace::AtOnce || (below && self.node(member).run != Run::Iterating);
+                let may =
+                    pace == SleepMode::AtOnce || (below && self.node(member).run != RunState::Iterating);
                 if !may {
                     dry = false;
                     continue;
                 }
-                self.lay_down(member, out);
+                self.put_to_sleep(member, out);
             }
             self.node_mut(member).requesters.clear();
             dry &= below;
@@ -61,13 +62,13 @@ impl Hierarchy {
     }
 
     /// Puts one awake schema to sleep at once. Its subtree must sleep already. Its requesters remain.
-    pub(super) fn lay_down(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+    pub(super) fn put_to_sleep(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         self.withdraw(id, out);
         if let Some(group) = self.plan.group_of(id) {
             if self.group(group).winner == Some(id) {
                 self.drop_handover(group);
                 self.group_mut(group).winner = None;
-                self.group_mut(group).taking = None;
+                self.group_mut(group).takeover = None;
             } else if let Some(handover) = &mut self.group_mut(group).handover
                 && handover.to == Some(id)
             {
@@ -77,11 +78,11 @@ impl Hierarchy {
         let node = self.node_mut(id);
         node.ready = false;
         node.checked = false;
-        let abandoned = node.run != Run::Between;
+        let abandoned = node.run != RunState::Between;
         if abandoned {
-            node.run = Run::Abandoned;
+            node.run = RunState::Abandoned;
         }
-        let woke = std::mem::take(&mut node.woke);
+        let woke = std::mem::take(&mut node.woken);
         out.push(Effect::Slept { id, abandoned });
         self.change(id, State::Slept, out);
         let plan = Arc::clone(&self.plan);
@@ -101,8 +102,8 @@ impl Hierarchy {
             return false;
         };
         requesters.remove(at);
-        if self.plan.kind(id) == Kind::Perceptive && !self.node(id).wanted() {
-            self.loose.push(id);
+        if self.plan.kind(id) == Kind::Perceptive && !self.node(id).should_be_awake() {
+            self.unneeded.push(id);
         }
         true
     }
@@ -111,12 +112,12 @@ impl Hierarchy {
     /// needed them.
     pub(super) fn settle(&mut self, out: &mut Vec<Effect>) {
         let mut next = 0;
-        while let Some(&id) = self.loose.get(next) {
+        while let Some(&id) = self.unneeded.get(next) {
             next += 1;
-            if !self.node(id).wanted() && self.is_awake(id) {
-                self.lay_down(id, out);
+            if !self.node(id).should_be_awake() && self.is_awake(id) {
+                self.put_to_sleep(id, out);
             }
         }
-        self.loose.clear();
+        self.unneeded.clear();
     }
 }

@@ -55,7 +55,7 @@ impl Hierarchy {
         match timer {
             Timer::Patience(group) => self.expire(now, group, out),
             Timer::Arbitration(group) => self.arbitration_late(now, group, out),
-            Timer::Turn(group) => self.turn_over(now, group, out),
+            Timer::Turn(group) => self.end_turn(now, group, out),
             Timer::Hold(group) => self.brake(group, out),
             Timer::Restart(id) => self.restart(now, id, out),
         }

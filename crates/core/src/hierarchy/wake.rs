@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::Phase;
-use super::selection::Why;
-use super::sleep::Pace;
+use super::nodes::Phase;
+use super::selection::TimedCause;
+use super::sleep::SleepMode;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
@@ -29,11 +29,11 @@ impl Hierarchy {
         child: SchemaId,
         out: &mut Vec<Effect>,
     ) -> Result<(), Refused> {
-        self.may_lead(father, child)?;
+        self.check_authority(father, child)?;
         let who = Requester::Father(father);
         if self.node(child).requesters.binary_search(&who).is_err() {
             if self.plan.kind(child) == Kind::Perceptive {
-                self.node_mut(father).woke.push(child);
+                self.node_mut(father).woken.push(child);
             }
             let awake = self.request(child, who, out);
             self.compete(now, child, awake, Cause::Woken(child), out);
@@ -61,10 +61,10 @@ impl Hierarchy {
         child: SchemaId,
         out: &mut Vec<Effect>,
     ) -> Result<(), Refused> {
-        self.may_lead(father, child)?;
+        self.check_authority(father, child)?;
         if self.release(child, Requester::Father(father)) {
-            self.node_mut(father).woke.retain(|&w| w != child);
-            self.let_sleep(now, child, Cause::Slept(child), out);
+            self.node_mut(father).woken.retain(|&w| w != child);
+            self.sleep_if_unneeded(now, child, Cause::Slept(child), out);
         }
         self.settle(out);
         Ok(())
@@ -76,12 +76,12 @@ impl Hierarchy {
         if let Err(at) = requesters.binary_search(&who) {
             requesters.insert(at, who);
         }
-        self.rise(id, out)
+        self.wake_if_allowed(id, out)
     }
 
     /// Wakes a schema that is wanted and sleeps, after everything that it needs. Returns true if it woke.
-    pub(super) fn rise(&mut self, id: SchemaId, out: &mut Vec<Effect>) -> bool {
-        if self.phase != Phase::Running || self.is_awake(id) || !self.node(id).wanted() {
+    pub(super) fn wake_if_allowed(&mut self, id: SchemaId, out: &mut Vec<Effect>) -> bool {
+        if self.phase != Phase::Running || self.is_awake(id) || !self.node(id).should_be_awake() {
             return false;
         }
         let plan = Arc::clone(&self.plan);
@@ -110,29 +110,35 @@ impl Hierarchy {
         if let Some(group) = self.plan.group_of(id)
             && (woke || self.node(id).state == State::Winner)
         {
-            self.select(now, group, Why::new(cause, now), out);
+            self.select(now, group, TimedCause::new(cause, now), out);
         }
     }
 
     /// Removes a motor schema without a reason to be awake from its group. A winner leaves by a handover, any
     /// other schema at once.
-    pub(super) fn let_sleep(&mut self, now: Nanos, id: SchemaId, cause: Cause, out: &mut Vec<Effect>) {
-        if self.node(id).wanted() || !self.is_awake(id) {
+    pub(super) fn sleep_if_unneeded(
+        &mut self,
+        now: Nanos,
+        id: SchemaId,
+        cause: Cause,
+        out: &mut Vec<Effect>,
+    ) {
+        if self.node(id).should_be_awake() || !self.is_awake(id) {
             return;
         }
         let Some(group) = self.plan.group_of(id) else {
-            return self.lay_down(id, out);
+            return self.put_to_sleep(id, out);
         };
         if self.node(id).state != State::Winner {
             let before = self.group(group).choice();
-            self.drain(id, Pace::AtOnce, out);
-            self.lay_down(id, out);
+            self.drain(id, SleepMode::AtOnce, out);
+            self.put_to_sleep(id, out);
             self.group_mut(group).lose(before);
         }
-        self.select(now, group, Why::new(cause, now), out);
+        self.select(now, group, TimedCause::new(cause, now), out);
     }
 
-    fn may_lead(&self, father: SchemaId, child: SchemaId) -> Result<(), Refused> {
+    fn check_authority(&self, father: SchemaId, child: SchemaId) -> Result<(), Refused> {
         self.running_and_known(father)?;
         self.running_and_known(child)?;
         if self.plan.kind(child) == Kind::Motor && self.plan.father(child) != Some(father) {
@@ -153,8 +159,8 @@ impl Hierarchy {
                 because: self.name(because),
             });
         }
-        if self.leaving(father).is_some() {
-            return Err(Refused::Leaving {
+        if self.handover_above(father).is_some() {
+            return Err(Refused::BeingReplaced {
                 schema: self.name(father),
             });
         }

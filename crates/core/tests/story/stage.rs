@@ -2,7 +2,7 @@
 //!
 //! It refuses to continue after the first difference from the story.
 
-use jde_core::{Answer, Check, Effect, Hierarchy, Nanos, Operator, Record, Refused, SchemaId};
+use jde_core::{ArbitrationReply, Check, Effect, Hierarchy, Nanos, Operator, Record, Refused, SchemaId};
 
 use super::words::{Names, Told, case, decider, health, number, policy, state, time};
 use super::{Step, Story, Why};
@@ -66,7 +66,7 @@ impl Stage {
         let mut out = Vec::new();
         let answer = call(&mut self.h, &mut out);
         self.shadow.apply(self.h.spec(), &out)?;
-        self.shadow.agrees(&self.h)?;
+        self.shadow.check_against(&self.h)?;
         self.effects.append(&mut out);
         Ok(answer)
     }
@@ -80,7 +80,7 @@ impl Stage {
         match words.as_slice() {
             ["the", "application", "starts"] => self.call(|h, out| h.start(now, out)),
             ["the", "application", "shuts", "down"] => {
-                self.shadow.shutting_down();
+                self.shadow.begin_shutdown();
                 self.call(|h, out| h.shutdown(now, out))
             }
             ["operator", "may", "not", verb, name] => self.operate(verb, name).and_then(|r| self.refusal(r)),
@@ -119,7 +119,7 @@ impl Stage {
                 self.answer(
                     father,
                     group,
-                    Answer::Chose {
+                    ArbitrationReply::Chosen {
                         child,
                         reason: reason.to_owned(),
                     },
@@ -128,7 +128,7 @@ impl Stage {
             [father, "fails", "to", "choose", "in", group] => self.answer(
                 father,
                 group,
-                Answer::Failed {
+                ArbitrationReply::Failed {
                     reason: reason.to_owned(),
                 },
             ),
@@ -171,14 +171,14 @@ impl Stage {
             return Err(format!("it {} begin", if expected { "may not" } else { "may" }));
         }
         if expected {
-            self.shadow.began(id);
+            self.shadow.begin_iteration(id);
         }
         Ok(())
     }
 
     fn end(&mut self, name: &str) -> Result<(), String> {
         let (id, now) = (self.find(name)?, self.now);
-        self.shadow.ended(id);
+        self.shadow.end_iteration(id);
         self.call(|h, out| h.end(now, id, out))
     }
 
@@ -226,13 +226,13 @@ impl Stage {
         }
     }
 
-    fn answer(&mut self, father: &str, group: &str, answer: Answer) -> Result<(), String> {
+    fn answer(&mut self, father: &str, group: &str, answer: ArbitrationReply) -> Result<(), String> {
         let (id, now) = (Names(self.h.spec()).find_group(group)?, self.now);
         if self.h.spec().groups[id.index()].father != Some(self.find(father)?) {
             return Err(format!("`{father}` is not the father of `{group}`"));
         }
-        let ticket = self.h.asked(id).ok_or("nobody asked")?;
-        self.call(|h, out| h.answered(now, id, ticket, answer, out))
+        let ticket = self.h.pending_arbitration(id).ok_or("nobody asked")?;
+        self.call(|h, out| h.arbitrated(now, id, ticket, answer, out))
     }
 
     fn follows(&self, step: &Step) -> Result<(), String> {

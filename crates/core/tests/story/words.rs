@@ -154,7 +154,7 @@ impl<'a> Names<'a> {
             Effect::Withdrawn(id) => format!("{} loses authority", self.schema(*id)),
             Effect::Promoted(id) => format!("{} is promoted", self.schema(*id)),
             Effect::Demoted(id) => format!("{} is demoted", self.schema(*id)),
-            Effect::Ask { group, .. } => {
+            Effect::Arbitrate { group, .. } => {
                 let father = self.0.groups[group.index()].father;
                 format!("{} is asked about {}", self.maybe(father), self.group(*group))
             }
@@ -176,7 +176,7 @@ impl<'a> Names<'a> {
                     self.maybe(record.choice)
                 )
             }
-            Effect::Took { id, latency, .. } => {
+            Effect::TookOver { id, latency, .. } => {
                 format!("{} takes over after {}", self.schema(*id), Told(*latency))
             }
         }

@@ -22,7 +22,7 @@ struct Teller {
     /// The exported state.
     #[export]
     connection: Export<Connection>,
-    report: Report,
+    report: ConnectionReport,
 }
 
 impl Schema for Teller {
@@ -30,14 +30,14 @@ impl Schema for Teller {
         let words = self.words.get(cx);
         let words = words.as_str();
         let standing = match self.standing.get(cx) {
-            0 => Standing::Idle,
-            1 => Standing::Connecting,
-            2 => Standing::Connected(words),
-            3 => Standing::Lost(words),
-            _ => Standing::Looking(words),
+            0 => ConnectionState::Idle,
+            1 => ConnectionState::Connecting,
+            2 => ConnectionState::Connected(words),
+            3 => ConnectionState::Lost(words),
+            _ => ConnectionState::Probing(words),
         };
         let attempts = self.attempts.get(cx);
-        self.report.tell(cx, &mut self.connection, standing, attempts);
+        self.report.update(cx, &mut self.connection, standing, attempts);
         Ok(())
     }
 

@@ -8,8 +8,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use jde_driver_suite::{ROOM, Rig, START, Setting, build};
-use jde_p2os_server::What;
+use jde_driver_suite::{ROOM, Rig, RigConfig, START, build};
+use jde_p2os_server::EventKind;
 use jde_schema::prelude::{Connection, LaserScan, RangeRing};
 use served::{Over, Served};
 
@@ -22,32 +22,32 @@ fn plugins() -> PathBuf {
     FOLDER.get_or_init(|| build(&["sim", "p2os"])).clone()
 }
 
-fn in_process() -> Setting {
+fn in_process() -> RigConfig {
     let folder = tempfile::tempdir().expect("a folder");
     let world = folder.path().join("room.toml");
     fs::write(&world, ROOM).expect("a file");
-    Setting {
-        lines: format!(
+    RigConfig {
+        driver_toml: format!(
             "type = \"sim/pioneer\"\nworld = {:?}",
             world.display().to_string()
         ),
         plugins: plugins(),
         head: true,
-        kept: Box::new(folder),
+        resources: Box::new(folder),
     }
 }
 
-fn over_tcp() -> Setting {
+fn over_tcp() -> RigConfig {
     pioneer(Served::start(Over::Tcp(0)))
 }
 
-fn over_a_serial_line() -> Setting {
+fn over_a_serial_line() -> RigConfig {
     pioneer(Served::start(Over::Terminal))
 }
 
-fn pioneer(served: Served) -> Setting {
-    Setting {
-        lines: format!(
+fn pioneer(served: Served) -> RigConfig {
+    RigConfig {
+        driver_toml: format!(
             "type = \"p2os/pioneer\"\nport = \"{}\"\nstart = [{}, {}, {}]\nhead_kind = \"vc-c4\"",
             served.address(),
             START.x,
@@ -56,7 +56,7 @@ fn pioneer(served: Served) -> Setting {
         ),
         plugins: plugins(),
         head: true,
-        kept: Box::new(served),
+        resources: Box::new(served),
     }
 }
 
@@ -69,10 +69,10 @@ fn an_application_that_ends_leaves_the_robot_stopped_and_its_motors_off() {
     for setting in [over_tcp(), over_a_serial_line()] {
         let rig = Rig::start(setting);
         rig.drive(0.3, 0.0);
-        rig.until(|rig| rig.pose().x > START.x + 0.1);
-        let (_, kept) = rig.end();
+        rig.wait_until(|rig| rig.pose().x > START.x + 0.1);
+        let (_, kept) = rig.stop();
         let served = served(kept);
-        served.until(|what| *what == What::Closed);
+        served.until(|what| *what == EventKind::Closed);
         served.until_it_stands();
     }
 }
@@ -81,26 +81,26 @@ fn an_application_that_ends_leaves_the_robot_stopped_and_its_motors_off() {
 fn a_robot_that_goes_is_told_of_and_one_that_comes_back_is_driven_on() {
     for setting in [over_tcp(), over_a_serial_line()] {
         let mut rig = Rig::start(setting);
-        rig.go(0.3);
+        rig.drive_distance(0.3);
         let before = rig.pose();
-        let kept = std::mem::replace(&mut rig.kept, Box::new(()));
+        let kept = std::mem::replace(&mut rig.resources, Box::new(()));
         let gone = served(kept).go();
-        rig.until(|rig| {
-            rig.see::<Connection>("pioneer.connection")
+        rig.wait_until(|rig| {
+            rig.read::<Connection>("pioneer.connection")
                 .is_some_and(|connection| connection.state == Connection::LOST)
         });
         assert!(rig.odometry().is_none(), "nobody steers by what was");
-        assert!(rig.see::<LaserScan>("pioneer.laser").is_none());
-        assert!(rig.see::<RangeRing>("pioneer.sonars").is_none());
-        rig.kept = Box::new(gone.come_back());
-        rig.until(|rig| rig.is_up() && rig.laser().is_some());
+        assert!(rig.read::<LaserScan>("pioneer.laser").is_none());
+        assert!(rig.read::<RangeRing>("pioneer.sonars").is_none());
+        rig.resources = Box::new(gone.come_back());
+        rig.wait_until(|rig| rig.is_up() && rig.laser().is_some());
         // The new robot is at its start, and the odometry continues from the old pose.
         let after = rig.pose();
         assert!(
             (after.x - before.x).abs() < 0.05 && (after.y - before.y).abs() < 0.05,
             "{before:?} {after:?}"
         );
-        rig.go(0.3);
+        rig.drive_distance(0.3);
         assert!(rig.pose().x > after.x + 0.2);
     }
 }

@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use jde_driver_suite::ROOM;
-use jde_p2os_server::{Event, Options, Place, Server, What};
+use jde_p2os_server::{EndpointAddress, Event, EventKind, Options, Server};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;
@@ -68,10 +68,10 @@ impl Served {
             ..Options::default()
         };
         let mut server = Server::open(world, &options).expect("it can be served");
-        let (_, place) = server.places().next().expect("a line");
+        let (_, place) = server.addresses().next().expect("a line");
         match place {
-            Place::Tcp(address) => fixed.tcp = Some(address),
-            Place::Terminal(path) => {
+            EndpointAddress::Tcp(address) => fixed.tcp = Some(address),
+            EndpointAddress::Terminal(path) => {
                 // An earlier server may have left its link.
                 let _ = std::fs::remove_file(&fixed.link);
                 symlink(path, &fixed.link).expect("a link");
@@ -98,7 +98,7 @@ impl Served {
             events,
             motion,
             place: fixed,
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         }
     }
 
@@ -108,8 +108,8 @@ impl Served {
     }
 
     /// Waits until this event has occurred.
-    pub(crate) fn until(&self, happened: impl Fn(&What) -> bool) {
-        while !lock(&self.events).iter().any(|event| happened(&event.what)) {
+    pub(crate) fn until(&self, happened: impl Fn(&EventKind) -> bool) {
+        while !lock(&self.events).iter().any(|event| happened(&event.kind)) {
             std::thread::yield_now();
         }
     }

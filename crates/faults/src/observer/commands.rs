@@ -8,10 +8,10 @@ use jde_abi::describe::{Kind, Role};
 use jde_board::{Access, Reader, Variable, Watch};
 use jde_core::Nanos;
 use jde_host::Handle;
-use jde_host::app::{Binding, Instance};
+use jde_host::app::{Binding, InstanceConfig};
 
-use super::history::Standing;
-use super::{Known, Tamper, lock};
+use super::history::AuthorityStatus;
+use super::{ObserverState, Tamper, lock};
 use crate::case::Clock;
 
 /// Longest time until a group's brake is visible under load, ns: a patience and scheduling delays.
@@ -20,20 +20,20 @@ const SLACK: Nanos = 250_000_000;
 /// All commands of an application.
 #[derive(Default)]
 pub(crate) struct Commands {
-    lines: BTreeMap<String, Line>,
+    ports: BTreeMap<String, CommandPort>,
     motors: Vec<bool>,
-    given: Vec<Given>,
+    issued: Vec<IssuedCommand>,
     closed: bool,
     /// Hides brakes, to test the observer.
     blind: bool,
 }
 
 /// A command of a driver.
-struct Line {
+struct CommandPort {
     neutral: Vec<u8>,
     /// The schemas bound to it.
     commanders: Vec<usize>,
-    newest: Option<Given>,
+    newest: Option<IssuedCommand>,
     /// The time since which the newest command is in force although its schema does not hold authority and no
     /// winner commands the same.
     orphan: Option<Nanos>,
@@ -41,12 +41,12 @@ struct Line {
 }
 
 #[derive(Clone, Debug)]
-struct Given {
-    line: String,
+struct IssuedCommand {
+    port: String,
     writer: u32,
     sequence: u64,
     time: Nanos,
-    seen: Nanos,
+    observed_at: Nanos,
     valid_until: Nanos,
     neutral: bool,
 }
@@ -67,9 +67,9 @@ impl Commands {
         let mut watches = Vec::new();
         for variable in all {
             let line = variable.describe().full_name();
-            commands.lines.insert(
+            commands.ports.insert(
                 line.clone(),
-                Line {
+                CommandPort {
                     neutral: neutral_of(handle, &variable),
                     commanders: commanders_of(handle, &variable),
                     newest: None,
@@ -80,7 +80,7 @@ impl Commands {
             let (shared, handle) = (Arc::downgrade(shared), handle.clone());
             watches.push(variable.watch(move || {
                 if let Some(shared) = shared.upgrade() {
-                    lock(&shared).take(&line, handle.now());
+                    lock(&shared).record(&line, handle.now());
                 }
             }));
         }
@@ -91,16 +91,16 @@ impl Commands {
     pub(super) fn close(&mut self) {
         self.closed = true;
         // Otherwise these readers would count as leaked after the application's end.
-        self.lines.clear();
+        self.ports.clear();
     }
 
     /// Judges all commands since the last call, and those in force.
-    pub(super) fn judge(&mut self, known: &mut Known, now: Nanos) {
-        for mut given in std::mem::take(&mut self.given) {
+    pub(super) fn judge(&mut self, known: &mut ObserverState, now: Nanos) {
+        for mut given in std::mem::take(&mut self.issued) {
             if given.neutral || !self.is_motor(given.writer) {
                 continue;
             }
-            if known.tampers(Tamper::Stranger) {
+            if known.take_tamper(Tamper::Stranger) {
                 given.writer = (0..self.motors.len() as u32)
                     .find(|other| {
                         self.is_motor(*other) && !known.history.held_authority(*other as usize, 0, now)
@@ -108,18 +108,18 @@ impl Commands {
                     .unwrap_or(given.writer);
             }
             let giver = given.writer as usize;
-            let might = known.history.held_authority(giver, given.time, given.seen);
+            let might = known.history.held_authority(giver, given.time, given.observed_at);
             if !might && !known.history.is_held(giver, given.time) {
-                let (line, at) = (&given.line, given.time as f64 / 1e9);
+                let (line, at) = (&given.port, given.time as f64 / 1e9);
                 let name = known.name(giver);
                 let broken =
                     format!("R7: `{line}` took a command of `{name}`, which had no authority, at {at:.6} s");
-                known.tell(broken);
+                known.report(broken);
             }
         }
         let motors = &self.motors;
         let is_motor = |writer: u32| motors.get(writer as usize).copied().unwrap_or(false);
-        for (name, line) in &mut self.lines {
+        for (name, line) in &mut self.ports {
             let in_force = line
                 .newest
                 .as_ref()
@@ -128,10 +128,10 @@ impl Commands {
                 line.orphan = None;
                 continue;
             };
-            let standing = known.history.standing(newest.writer as usize, now);
+            let standing = known.history.status(newest.writer as usize, now);
             let why = match standing {
-                Standing::Orphan(group) => format!("R9: nobody wins in group {group}"),
-                Standing::TakenOver(winner) => {
+                AuthorityStatus::Orphan(group) => format!("R9: nobody wins in group {group}"),
+                AuthorityStatus::TakenOver(winner) => {
                     let mut commanders = line.commanders.iter();
                     if commanders.any(|commander| known.history.is_of(*commander, winner)) {
                         line.orphan = None;
@@ -139,7 +139,7 @@ impl Commands {
                     }
                     format!("R7: `{}` won, which does not command it", known.name(winner))
                 }
-                Standing::Holds | Standing::Held => {
+                AuthorityStatus::Holds | AuthorityStatus::HeldByPolicy => {
                     line.orphan = None;
                     continue;
                 }
@@ -147,7 +147,7 @@ impl Commands {
             let since = *line.orphan.get_or_insert(now);
             if known.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
                 let giver = known.name(newest.writer as usize).to_owned();
-                known.tell(format!(
+                known.report(format!(
                     "{why}, and a command of `{giver}` to `{name}` is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));
@@ -160,7 +160,7 @@ impl Commands {
     /// Whether a non-neutral command of this driver is in force, from a schema or from an absence policy.
     pub(super) fn is_driven(&self, driver: &str, now: Nanos) -> bool {
         let of_it = |name: &str| name.split_once('.').is_some_and(|(owner, _)| owner == driver);
-        let lines = self.lines.iter().filter(|(name, _)| of_it(name));
+        let lines = self.ports.iter().filter(|(name, _)| of_it(name));
         lines
             .filter_map(|(_, line)| line.newest.as_ref())
             .any(|newest| !newest.neutral && newest.valid_until >= now)
@@ -170,19 +170,19 @@ impl Commands {
         self.motors.get(writer as usize).copied().unwrap_or(false)
     }
 
-    fn take(&mut self, name: &str, seen: Nanos) {
+    fn record(&mut self, name: &str, seen: Nanos) {
         if self.closed {
             return;
         }
-        let Some(line) = self.lines.get_mut(name) else {
+        let Some(line) = self.ports.get_mut(name) else {
             return;
         };
-        let given = line.reader.latch().map(|latched| Given {
-            line: name.to_owned(),
+        let given = line.reader.latch().map(|latched| IssuedCommand {
+            port: name.to_owned(),
             writer: latched.stamp.writer,
             sequence: latched.stamp.sequence,
             time: latched.stamp.time,
-            seen,
+            observed_at: seen,
             valid_until: latched.stamp.valid_until,
             neutral: latched.bytes == line.neutral,
         });
@@ -199,7 +199,7 @@ impl Commands {
             .is_none_or(|newest| newest.sequence < given.sequence);
         if newer {
             line.newest = Some(given.clone());
-            self.given.push(given);
+            self.issued.push(given);
         }
     }
 }
@@ -212,7 +212,7 @@ fn commanders_of(handle: &Handle, variable: &Variable) -> Vec<usize> {
         let mut ports = application.instances[owner].schema.ports.iter();
         Some((owner, ports.position(|port| port.name == declared.name)?))
     });
-    let bound = |(_, instance): &(usize, &Instance)| {
+    let bound = |(_, instance): &(usize, &InstanceConfig)| {
         let actuator =
             |binding: &Binding| matches!(binding, Binding::Actuator { target: it } if *it == target);
         target.is_some() && instance.bindings.iter().any(actuator)

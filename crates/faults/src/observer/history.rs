@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use jde_core::{GroupId, Nanos, SchemaId, Spec, State};
 
 /// Spans of authority stored per schema: more than occur between two judgements.
-const KEPT: usize = 64;
+const MAX_SPANS: usize = 64;
 
 /// The history since the start.
 #[derive(Debug, Default)]
@@ -21,14 +21,14 @@ pub(crate) struct History {
 
 /// The standing of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum AuthorityStatus {
     /// Its writer holds authority.
     Holds,
     /// This schema won in its place, and has not commanded yet. Correct if the schema or one of its
     /// descendants commands the same (R7).
     TakenOver(usize),
     /// No schema won, and the group holds its last command for a time (R9).
-    Held,
+    HeldByPolicy,
     /// No schema won in this group, which should have braked (R9).
     Orphan(usize),
 }
@@ -66,7 +66,7 @@ impl History {
         if spans.back().is_some_and(|(_, end)| end.is_none()) {
             return;
         }
-        if spans.len() == KEPT {
+        if spans.len() == MAX_SPANS {
             spans.pop_front();
         }
         spans.push_back((at, None));
@@ -130,18 +130,18 @@ impl History {
 
     /// The standing of this schema's command: determined by the highest group on its path that another schema
     /// won, or none. Groups below sleep for that reason, and need not brake themselves.
-    pub(crate) fn standing(&self, giver: usize, now: Nanos) -> Standing {
-        let mut standing = Standing::Holds;
+    pub(crate) fn status(&self, giver: usize, now: Nanos) -> AuthorityStatus {
+        let mut standing = AuthorityStatus::Holds;
         let mut at = Some(giver);
         while let Some((schema, group)) = at.and_then(|schema| Some((schema, self.group_of[schema]?))) {
             let mut members = self.members[group].iter();
             match members.find(|member| self.states[**member] == State::Winner) {
                 Some(winner) if *winner == schema => {}
-                Some(winner) => standing = Standing::TakenOver(*winner),
+                Some(winner) => standing = AuthorityStatus::TakenOver(*winner),
                 None if self.holds.get(&group).is_some_and(|until| *until >= now) => {
-                    standing = Standing::Held
+                    standing = AuthorityStatus::HeldByPolicy
                 }
-                None => standing = Standing::Orphan(group),
+                None => standing = AuthorityStatus::Orphan(group),
             }
             at = self.fathers[group];
         }

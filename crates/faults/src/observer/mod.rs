@@ -5,7 +5,7 @@
 mod commands;
 mod history;
 mod motion;
-mod rhythm;
+mod periods;
 mod rules;
 mod tamper;
 mod values;
@@ -17,21 +17,21 @@ use jde_board::Watch;
 use jde_core::{Health, Nanos};
 use jde_host::event::Event;
 use jde_host::turn::{Call, OnTurn, Turn};
-use jde_host::{BeforeStart, Handle, Options};
+use jde_host::{Handle, Options, StartHook};
 
 use crate::case::Clock;
 use commands::Commands;
 use history::History;
 use motion::Motion;
-use rhythm::Rhythm;
+use periods::PeriodMonitor;
 use rules::Rules;
 pub use tamper::Tamper;
 
 /// Most reported violations: later ones follow from the first.
-const MOST_TOLD: usize = 8;
+const MAX_REPORTED: usize = 8;
 
 /// Most faults after which a restart follows soon: the back-off of 20 ms doubles with each.
-const SOON: u64 = 5;
+const MAX_QUICK_RESTARTS: u64 = 5;
 
 /// Sign of a call that did not return: the host gave it up.
 pub const LEFT_BEHIND: &str = "left behind";
@@ -41,23 +41,23 @@ pub const CAME_BACK: &str = "came back";
 pub const LEFT_AT_THE_END: &str = "left at the end";
 
 /// The observer's state, shared by all its callbacks.
-pub(crate) struct Known {
+pub(crate) struct ObserverState {
     pub(crate) clock: Clock,
     pub(crate) tamper: Option<Tamper>,
     pub(crate) names: Vec<String>,
     pub(crate) history: History,
-    pub(crate) rhythm: Rhythm,
-    pub(crate) signs: Vec<Sign>,
+    pub(crate) rhythm: PeriodMonitor,
+    pub(crate) symptoms: Vec<Symptom>,
     /// Schemas that faulted and were not restarted.
     faulted: BTreeSet<usize>,
-    broken: Vec<String>,
+    violations: Vec<String>,
     /// The application is ending or has ended.
-    over: bool,
+    ended: bool,
 }
 
 /// A consequence of a fault.
 #[derive(Clone, Debug)]
-pub struct Sign {
+pub struct Symptom {
     /// Its time.
     pub time: Nanos,
     /// The schema's index.
@@ -68,7 +68,7 @@ pub struct Sign {
 
 /// The observer of one application.
 pub struct Observer {
-    known: Arc<Mutex<Known>>,
+    state: Arc<Mutex<ObserverState>>,
     commands: Arc<Mutex<Commands>>,
     motion: Motion,
     watches: Arc<Mutex<Vec<Watch>>>,
@@ -78,19 +78,19 @@ impl Observer {
     /// An observer for an application that has not started.
     #[must_use]
     pub fn new(clock: Clock, tamper: Option<Tamper>) -> Self {
-        let known = Known {
+        let known = ObserverState {
             clock,
             tamper,
             names: Vec::new(),
             history: History::default(),
-            rhythm: Rhythm::new(clock),
-            signs: Vec::new(),
+            rhythm: PeriodMonitor::new(clock),
+            symptoms: Vec::new(),
             faulted: BTreeSet::new(),
-            broken: Vec::new(),
-            over: false,
+            violations: Vec::new(),
+            ended: false,
         };
         Self {
-            known: Arc::new(Mutex::new(known)),
+            state: Arc::new(Mutex::new(known)),
             commands: Arc::default(),
             motion: Motion::default(),
             watches: Arc::default(),
@@ -99,12 +99,12 @@ impl Observer {
 
     /// Connects the observer to an application that is started with these options.
     pub fn watch(&self, options: &mut Options) {
-        options.witness = Some(Box::new(Rules::new(Arc::clone(&self.known))));
-        let known = Arc::clone(&self.known);
+        options.transaction_observer = Some(Box::new(Rules::new(Arc::clone(&self.state))));
+        let known = Arc::clone(&self.state);
         options
             .observers
-            .push(Box::new(move |event: &Event| lock(&known).hear(event)));
-        let known = Arc::clone(&self.known);
+            .push(Box::new(move |event: &Event| lock(&known).on_event(event)));
+        let known = Arc::clone(&self.state);
         let turns: OnTurn = Arc::new(move |turn: &Turn| {
             if turn.kind == Turn::CYCLED {
                 // A perceptive schema checks nothing.
@@ -115,11 +115,11 @@ impl Observer {
         });
         options.on_turn = Some(turns);
         let (known, commands, watches) = (
-            Arc::clone(&self.known),
+            Arc::clone(&self.state),
             Arc::clone(&self.commands),
             Arc::clone(&self.watches),
         );
-        let before: BeforeStart = Box::new(move |handle: &Handle| {
+        let before: StartHook = Box::new(move |handle: &Handle| {
             let application = handle.application();
             let mut seen = lock(&known);
             seen.names = application
@@ -132,20 +132,20 @@ impl Observer {
             drop(seen);
             let mut kept = lock(&watches);
             kept.extend(Commands::watch(&commands, handle, tamper));
-            kept.extend(rhythm::watch_drivers(&known, handle));
+            kept.extend(periods::watch_drivers(&known, handle));
             Ok(())
         });
-        options.before_start = Some(before);
+        options.start_hook = Some(before);
     }
 
     /// A schema is about to have a fault: from now on it may miss turns.
     pub fn excuse(&self, schema: usize) {
-        lock(&self.known).rhythm.excuse(schema);
+        lock(&self.state).rhythm.excuse(schema);
     }
 
     /// A fault of the schema has ended: from `again` on it must have turns.
     pub fn recovers(&self, schema: usize, again: Nanos) {
-        lock(&self.known).rhythm.recovers(schema, again);
+        lock(&self.state).rhythm.recovers(schema, again);
     }
 
     /// Reports schemas that were not restarted long after their faults ended.
@@ -153,13 +153,13 @@ impl Observer {
         // Taken first: the rules' witness waits for the observer's lock, so its holder must not wait for the
         // rules.
         let schemas = handle.snapshot().schemas;
-        let mut known = lock(&self.known);
+        let mut known = lock(&self.state);
         for (place, schema) in schemas.iter().enumerate() {
             let faulted = matches!(schema.health, Health::Faulted(_));
             // After many faults, the back-off is long.
-            let waits = schema.faults > SOON || schema.left > 0;
-            if faulted && !waits && known.rhythm.is_to_have_turns(place, handle.now()) {
-                known.tell(format!(
+            let waits = schema.faults > MAX_QUICK_RESTARTS || schema.left > 0;
+            if faulted && !waits && known.rhythm.must_have_turns(place, handle.now()) {
+                known.report(format!(
                     "recovery: `{}` was not restarted after its fault",
                     schema.name
                 ));
@@ -170,7 +170,7 @@ impl Observer {
     /// Judges all that occurred until now; in lockstep, between two instants.
     pub fn judge(&mut self, handle: &Handle) {
         let now = handle.now();
-        let mut known = lock(&self.known);
+        let mut known = lock(&self.state);
         lock(&self.commands).judge(&mut known, now);
         self.motion.judge(&mut known, &lock(&self.commands), handle, now);
         known.judge_rhythm(now);
@@ -180,8 +180,8 @@ impl Observer {
     }
 
     /// The application is about to end. From now on nothing is judged.
-    pub fn is_over(&self) {
-        lock(&self.known).over = true;
+    pub fn set_ended(&self) {
+        lock(&self.state).ended = true;
         lock(&self.watches).clear();
         lock(&self.commands).close();
     }
@@ -189,32 +189,32 @@ impl Observer {
     /// Judges what can be judged only at the end. `bare` is the share of turns that a thread beside the
     /// application lost although it only waited for its turns.
     pub fn conclude(&self, bare: f64) {
-        lock(&self.known).conclude_rhythm(bare);
+        lock(&self.state).conclude_rhythm(bare);
     }
 
     /// The violations found so far.
     #[must_use]
-    pub fn broken(&self) -> Vec<String> {
-        lock(&self.known).broken.clone()
+    pub fn violations(&self) -> Vec<String> {
+        lock(&self.state).violations.clone()
     }
 
     /// The consequences of faults so far.
     #[must_use]
-    pub fn signs(&self) -> Vec<Sign> {
-        lock(&self.known).signs.clone()
+    pub fn symptoms(&self) -> Vec<Symptom> {
+        lock(&self.state).symptoms.clone()
     }
 
     /// The least share of its turns that a bystander had.
     #[must_use]
-    pub fn least_kept(&self) -> Option<f64> {
-        lock(&self.known).rhythm.least_kept()
+    pub fn min_turn_share(&self) -> Option<f64> {
+        lock(&self.state).rhythm.min_turn_share()
     }
 }
 
-impl Known {
-    pub(crate) fn tell(&mut self, broken: String) {
-        if self.broken.len() < MOST_TOLD {
-            self.broken.push(broken);
+impl ObserverState {
+    pub(crate) fn report(&mut self, broken: String) {
+        if self.violations.len() < MAX_REPORTED {
+            self.violations.push(broken);
         }
     }
 
@@ -222,13 +222,13 @@ impl Known {
         self.names.get(schema).map_or("?", String::as_str)
     }
 
-    pub(crate) fn tampers(&mut self, with: Tamper) -> bool {
+    pub(crate) fn take_tamper(&mut self, with: Tamper) -> bool {
         // Once: the observer must find a single violation.
         self.tamper.take_if(|tamper| *tamper == with).is_some()
     }
 
-    fn hear(&mut self, event: &Event) {
-        if let Event::Health { schema, health, .. } = event {
+    fn on_event(&mut self, event: &Event) {
+        if let Event::HealthChanged { schema, health, .. } = event {
             if matches!(health, Health::Faulted(_)) {
                 self.faulted.insert(*schema);
             } else {
@@ -236,7 +236,7 @@ impl Known {
             }
         }
         let (time, schema, what) = match event {
-            Event::Changed {
+            Event::StateChanged {
                 time,
                 schema,
                 from,
@@ -245,35 +245,35 @@ impl Known {
                 self.changed(*time, *schema, *from, *to);
                 return;
             }
-            Event::Health {
+            Event::HealthChanged {
                 time,
                 schema,
                 health: Health::Faulted(_),
             } => (*time, *schema, "faulted"),
-            Event::Health {
+            Event::HealthChanged {
                 time,
                 schema,
                 health: Health::ArbitrationFailed(_),
             } => (*time, *schema, "arbitration failed"),
-            Event::Hung { time, schema, .. } if self.over => (*time, *schema, LEFT_AT_THE_END),
+            Event::Hung { time, schema, .. } if self.ended => (*time, *schema, LEFT_AT_THE_END),
             Event::Hung { time, schema, .. } => (*time, *schema, "hung"),
-            Event::LeftBehind { time, schema, .. } => (*time, *schema, LEFT_BEHIND),
-            Event::CameBack { time, schema, .. } => (*time, *schema, CAME_BACK),
+            Event::CallAbandoned { time, schema, .. } => (*time, *schema, LEFT_BEHIND),
+            Event::AbandonedCallReturned { time, schema, .. } => (*time, *schema, CAME_BACK),
             Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
             Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
             Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),
-            Event::ReloadUndone { time, schema, .. } => (*time, *schema, "went back"),
+            Event::ReloadRolledBack { time, schema, .. } => (*time, *schema, "went back"),
             Event::Operator { time, action, .. } => (*time, action.schema(), "operated"),
-            Event::Health { .. }
+            Event::HealthChanged { .. }
             | Event::Decided(_)
-            | Event::Took { .. }
-            | Event::Late { .. }
-            | Event::Chatters { .. }
-            | Event::Calmed { .. }
+            | Event::TookOver { .. }
+            | Event::TookOverLate { .. }
+            | Event::ChatteringStarted { .. }
+            | Event::ChatteringEnded { .. }
             | Event::Stalled { .. }
             | Event::Ended { .. } => return,
         };
-        self.signs.push(Sign { time, schema, what });
+        self.symptoms.push(Symptom { time, schema, what });
     }
 }
 

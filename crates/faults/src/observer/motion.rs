@@ -8,7 +8,7 @@ use jde_host::Handle;
 use jde_types::{Truth, Value};
 
 use super::commands::Commands;
-use super::{Known, Tamper};
+use super::{ObserverState, Tamper};
 use crate::case::Clock;
 
 /// Deceleration of the simulator's P3-DX, m/s² (`jde describe sim`).
@@ -22,7 +22,7 @@ const DEVICE_CARRIES_OUT: Nanos = 40_000_000;
 /// Additional time under load, ns.
 const SLACK: Nanos = 250_000_000;
 /// Speed that counts as standing, m/s and rad/s: wheels slip by less.
-const STANDS: f64 = 0.02;
+const STANDSTILL: f64 = 0.02;
 
 /// An impossible speed, m/s, for a test of the observer.
 const UNSEEN: f64 = 9.0;
@@ -30,18 +30,24 @@ const UNSEEN: f64 = 9.0;
 /// The state of each robot and device when it was last driven.
 #[derive(Default)]
 pub(super) struct Motion {
-    last: BTreeMap<&'static str, Driven>,
+    last: BTreeMap<&'static str, LastSpeeds>,
 }
 
 #[derive(Clone, Copy, Default)]
-struct Driven {
+struct LastSpeeds {
     at: Nanos,
     linear: f64,
     angular: f64,
 }
 
 impl Motion {
-    pub(super) fn judge(&mut self, known: &mut Known, commands: &Commands, handle: &Handle, now: Nanos) {
+    pub(super) fn judge(
+        &mut self,
+        known: &mut ObserverState,
+        commands: &Commands,
+        handle: &Handle,
+        now: Nanos,
+    ) {
         let slack = if known.clock == Clock::Lockstep { 0 } else { SLACK };
         let last = self.last.entry("pioneer").or_default();
         let driven = commands.is_driven("pioneer", now);
@@ -57,13 +63,14 @@ impl Motion {
                 let braked = idle.saturating_sub(CARRIES_OUT + slack) as f64 / 1e9;
                 // The last command may have increased the speed in the meantime, by at most the acceleration.
                 let gained = CARRIES_OUT.saturating_add(slack) as f64 / 1e9;
-                let may = (last.linear + BRAKE * gained - BRAKE * braked).max(0.0) + STANDS;
-                let may_turn = (last.angular + TURN_BRAKE * gained - TURN_BRAKE * braked).max(0.0) + STANDS;
-                if known.tampers(Tamper::Motion) {
+                let may = (last.linear + BRAKE * gained - BRAKE * braked).max(0.0) + STANDSTILL;
+                let may_turn =
+                    (last.angular + TURN_BRAKE * gained - TURN_BRAKE * braked).max(0.0) + STANDSTILL;
+                if known.take_tamper(Tamper::Motion) {
                     linear += UNSEEN;
                 }
                 if linear > may || angular > may_turn {
-                    known.tell(format!(
+                    known.report(format!(
                         "motion: the robot moves at {linear:.2} m/s and {angular:.2} rad/s, {:.3} s after its last command, at {:.6} s",
                         idle as f64 / 1e9,
                         now as f64 / 1e9
@@ -79,8 +86,8 @@ impl Motion {
             }
             let age = DEVICE_CARRIES_OUT + slack;
             let moves = fresh::<f64>(handle, &format!("{device}.moves"), now, age).unwrap_or(0.0);
-            if moves.abs() > STANDS && now.saturating_sub(last.at) > age {
-                known.tell(format!(
+            if moves.abs() > STANDSTILL && now.saturating_sub(last.at) > age {
+                known.report(format!(
                     "motion: `{device}` moves at {moves:.2} although no command is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));

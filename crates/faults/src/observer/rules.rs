@@ -3,25 +3,25 @@
 use std::sync::{Arc, Mutex};
 
 use jde_core::Effect;
-use jde_host::witness::{Seen, Step, Witness};
+use jde_host::transaction_observer::{Transaction, TransactionInput, TransactionObserver};
 use jde_shadow::Shadow;
 
-use super::{Known, Tamper, lock};
+use super::{ObserverState, Tamper, lock};
 
 /// The shadow model of one application.
 pub(super) struct Rules {
-    known: Arc<Mutex<Known>>,
+    known: Arc<Mutex<ObserverState>>,
     shadow: Option<Shadow>,
 }
 
 impl Rules {
-    pub(super) fn new(known: Arc<Mutex<Known>>) -> Self {
+    pub(super) fn new(known: Arc<Mutex<ObserverState>>) -> Self {
         Self { known, shadow: None }
     }
 }
 
-impl Witness for Rules {
-    fn see(&mut self, seen: &Seen<'_>) {
+impl TransactionObserver for Rules {
+    fn on_transaction(&mut self, seen: &Transaction<'_>) {
         let mut known = lock(&self.known);
         let spec = seen.hierarchy.spec();
         let shadow = self.shadow.get_or_insert_with(|| Shadow::new(spec));
@@ -29,18 +29,18 @@ impl Witness for Rules {
             known.history.begin(spec);
         }
         match seen.step {
-            Step::Ended(id) => shadow.ended(id),
-            Step::Over => shadow.shutting_down(),
-            Step::Began(_) | Step::Told => {}
+            TransactionInput::IterationEnded(id) => shadow.end_iteration(id),
+            TransactionInput::Shutdown => shadow.begin_shutdown(),
+            TransactionInput::IterationBegan(_) | TransactionInput::Other => {}
         }
         let lost = |effect: &Effect| matches!(effect, Effect::Withdrawn(_));
-        let hides = seen.effects.iter().any(lost) && known.tampers(Tamper::Withdrawal);
+        let hides = seen.effects.iter().any(lost) && known.take_tamper(Tamper::Withdrawal);
         for effect in seen.effects {
             if hides && lost(effect) {
                 continue;
             }
             if let Err(broken) = shadow.apply(spec, std::slice::from_ref(effect)) {
-                known.tell(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
+                known.report(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
             }
             let history = &mut known.history;
             match effect {
@@ -54,22 +54,22 @@ impl Witness for Rules {
                 | Effect::Promoted(_)
                 | Effect::Lapsed(_)
                 | Effect::Demoted(_)
-                | Effect::Ask { .. }
+                | Effect::Arbitrate { .. }
                 | Effect::Brake { .. }
                 | Effect::Health { .. }
                 | Effect::Decided(_)
-                | Effect::Took { .. } => {}
+                | Effect::TookOver { .. } => {}
             }
         }
-        if let Step::Began(id) = seen.step {
-            shadow.began(id);
+        if let TransactionInput::IterationBegan(id) = seen.step {
+            shadow.begin_iteration(id);
         }
         // Without effects the states have not changed, and the shadow cannot disagree.
         if seen.effects.is_empty() {
             return;
         }
-        if let Err(broken) = shadow.agrees(seen.hierarchy) {
-            known.tell(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
+        if let Err(broken) = shadow.check_against(seen.hierarchy) {
+            known.report(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
         }
     }
 }

@@ -4,9 +4,9 @@ use jde_abi::describe::Role;
 use jde_core::Nanos;
 use jde_host::Handle;
 
-use super::{Known, Tamper};
+use super::{ObserverState, Tamper};
 
-impl Known {
+impl ObserverState {
     /// Judges the exports of schemas that faulted and were not restarted.
     pub(super) fn judge_values(&mut self, handle: &Handle, now: Nanos) {
         let application = handle.application();
@@ -22,7 +22,7 @@ impl Known {
                 let stands = variable.is_some_and(|variable| {
                     let status = variable.status(now);
                     status.sequence > 0 && !status.retracted
-                }) || self.tampers(Tamper::Value);
+                }) || self.take_tamper(Tamper::Value);
                 if stands {
                     broken.push(format!(
                         "values: `{name}` still stands although `{}` has faulted, at {:.6} s",
@@ -37,6 +37,6 @@ impl Known {
                 break;
             }
         }
-        broken.into_iter().for_each(|broken| self.tell(broken));
+        broken.into_iter().for_each(|broken| self.report(broken));
     }
 }

@@ -68,7 +68,7 @@ pub enum Kind {
 
 /// The kind of schema that misbehaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Whom {
+pub enum TargetKind {
     /// A motor schema.
     Motor,
     /// A perceptive schema.
@@ -188,7 +188,7 @@ impl Kind {
 
     /// The kinds of schemas that it can affect.
     #[must_use]
-    pub fn whom(self) -> &'static [Whom] {
+    pub fn targets(self) -> &'static [TargetKind] {
         match self {
             Self::Panic
             | Self::Error
@@ -196,9 +196,15 @@ impl Kind {
             | Self::Dawdle
             | Self::Slow
             | Self::Silence
-            | Self::Nan => &[Whom::Motor, Whom::Motor, Whom::Motor, Whom::Eye, Whom::Device],
-            Self::Flood => &[Whom::Motor, Whom::Eye],
-            Self::Crash | Self::Kill | Self::Freeze => &[Whom::Motor, Whom::Eye],
+            | Self::Nan => &[
+                TargetKind::Motor,
+                TargetKind::Motor,
+                TargetKind::Motor,
+                TargetKind::Eye,
+                TargetKind::Device,
+            ],
+            Self::Flood => &[TargetKind::Motor, TargetKind::Eye],
+            Self::Crash | Self::Kill | Self::Freeze => &[TargetKind::Motor, TargetKind::Eye],
             Self::Beyond
             | Self::Trespass
             | Self::Chatter
@@ -216,7 +222,7 @@ impl Kind {
             | Self::Unread
             | Self::TerminalLost
             | Self::DiskFull
-            | Self::DiskFails => &[Whom::Motor],
+            | Self::DiskFails => &[TargetKind::Motor],
         }
     }
 
@@ -258,12 +264,12 @@ impl Kind {
 
     /// The calls in which it can occur.
     #[must_use]
-    pub fn places(self, whom: Whom) -> &'static [&'static str] {
+    pub fn places(self, whom: TargetKind) -> &'static [&'static str] {
         match (self, whom) {
             (Self::Trespass | Self::Chatter, _) => &["check"],
             (Self::Silence | Self::Nan | Self::Beyond | Self::Flood | Self::Meddle, _) => &["iterate"],
             // Frequent calls are listed twice, since some of the others are too rare to occur in time.
-            (_, Whom::Motor) => &[
+            (_, TargetKind::Motor) => &[
                 "check",
                 "check",
                 "iterate",
@@ -273,7 +279,7 @@ impl Kind {
                 "arbitrate",
                 "end",
             ],
-            (_, Whom::Eye | Whom::Device) => &["iterate", "iterate", "awake", "sleep"],
+            (_, TargetKind::Eye | TargetKind::Device) => &["iterate", "iterate", "awake", "sleep"],
         }
     }
 }

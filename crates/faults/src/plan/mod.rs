@@ -5,16 +5,16 @@ mod kind;
 use jde_core::Nanos;
 
 use crate::case::{Case, Clock};
-use crate::chance::Chance;
-pub use kind::{Kind, Whom};
+use crate::rng::Rng;
+pub use kind::{Kind, TargetKind};
 
 const MS: Nanos = 1_000_000;
 /// Time before the first fault, so that all that is awake has had some turns.
 const CALM: Nanos = 300 * MS;
 /// Most faults of one case.
-const MOST: u64 = 6;
+const MAX_FAULTS: u64 = 6;
 /// Most calls among them that never return, since each keeps a thread of this process until it ends.
-const MOST_HANGS: usize = 1;
+const MAX_HANGS: usize = 1;
 
 /// A fault.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,11 +22,11 @@ pub struct Fault {
     /// Its time, in the application's clock.
     pub at: Nanos,
     /// Its duration, ns.
-    pub lasts: Nanos,
+    pub duration: Nanos,
     /// Its kind.
     pub kind: Kind,
     /// The kind of schema.
-    pub whom: Whom,
+    pub target: TargetKind,
     /// A number that selects one of the schemas that are suitable at that time.
     pub choice: u64,
     /// Any schema may be chosen, not only one that is about to make the call.
@@ -41,7 +41,7 @@ pub struct Fault {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// A schema is told to misbehave.
-    Tell {
+    SetTrouble {
         /// The misbehaviour.
         trouble: &'static str,
         /// The call in which it occurs.
@@ -63,7 +63,7 @@ pub enum Act {
     /// Two operators stop and release everything, against each other, until the end.
     Contest,
     /// Another build takes over, and during this something else occurs.
-    Amid {
+    DuringReload {
         /// The index of the build.
         build: usize,
         /// What occurs.
@@ -112,21 +112,23 @@ impl Fault {
     /// The time when the fault ends.
     #[must_use]
     pub fn ends(&self) -> Nanos {
-        self.at + self.lasts
+        self.at + self.duration
     }
 
     /// The fault as text: "hang in check at 1.234 s for 80 ms".
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn describe(&self) -> String {
         let what = match &self.act {
-            Act::Tell { trouble, place } => format!("{trouble} in {place}"),
+            Act::SetTrouble { trouble, place } => format!("{trouble} in {place}"),
             Act::Reload { trouble, place, .. } => format!("a build with {trouble} in {place}"),
             Act::Signal(signal) => format!("{signal:?} to its process").to_lowercase(),
             Act::Operate(operation) => format!("{operation:?} by an operator").to_lowercase(),
             Act::Contest => String::from("two operators who stop and release everything"),
-            Act::Amid { meanwhile, .. } => format!("{meanwhile:?} while a build takes over").to_lowercase(),
+            Act::DuringReload { meanwhile, .. } => {
+                format!("{meanwhile:?} while a build takes over").to_lowercase()
+            }
         };
-        let (at, lasts) = (self.at as f64 / 1e9, self.lasts as f64 / 1e6);
+        let (at, lasts) = (self.at as f64 / 1e9, self.duration as f64 / 1e6);
         let stays = if self.stays { " and until the end" } else { "" };
         format!("{what}, at {at:.6} s for {lasts:.0} ms{stays}")
     }
@@ -135,7 +137,7 @@ impl Fault {
 /// The faults of a case in order of time: at most `most`, only of these kinds.
 #[must_use]
 pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
-    let mut chance = Chance::new(seed, &format!("plan {case}"));
+    let mut chance = Rng::new(seed, &format!("plan {case}"));
     let fitting: Vec<Kind> = kinds
         .iter()
         .copied()
@@ -144,7 +146,7 @@ pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
     if fitting.is_empty() {
         return Vec::new();
     }
-    let count = chance.between(1, MOST).min(most);
+    let count = chance.between(1, MAX_FAULTS).min(most);
     let mut at = CALM;
     let mut faults = Vec::new();
     let mut hangs = 0;
@@ -153,7 +155,7 @@ pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
         let mut kind = chance.pick(&fitting);
         if kind == Kind::Hang {
             hangs += 1;
-            if hangs > MOST_HANGS {
+            if hangs > MAX_HANGS {
                 kind = Kind::Dawdle;
             }
         }
@@ -162,8 +164,8 @@ pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
     faults
 }
 
-fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
-    let whom = chance.pick(kind.whom());
+fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Rng) -> Fault {
+    let whom = chance.pick(kind.targets());
     let mut lasts = chance.between(20, 300) * MS;
     let act = match kind {
         Kind::Kill => Act::Signal(Signal::Kill),
@@ -171,7 +173,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
         Kind::StopAll => Act::Operate(Operation::StopAll),
         Kind::Operator => Act::Operate(operation(chance)),
         Kind::Contest => Act::Contest,
-        Kind::AmidReload => Act::Amid {
+        Kind::AmidReload => Act::DuringReload {
             build: chance.between(0, 2) as usize,
             meanwhile: match chance.between(0, 3) {
                 0 => Meanwhile::Reload,
@@ -215,7 +217,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
                 // follow.
                 lasts = chance.between(50, 150) * MS;
             }
-            Act::Tell { trouble, place }
+            Act::SetTrouble { trouble, place }
         }
         Kind::Client
         | Kind::HostKilled
@@ -231,18 +233,18 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
     };
     Fault {
         at,
-        lasts,
+        duration: lasts,
         kind,
-        whom,
-        choice: chance.draw(),
-        any: chance.once_in(4),
-        stays: chance.once_in(6),
+        target: whom,
+        choice: chance.next_u64(),
+        any: chance.one_in(4),
+        stays: chance.one_in(6),
         act,
     }
 }
 
 /// An action on one schema.
-fn operation(chance: &mut Chance) -> Operation {
+fn operation(chance: &mut Rng) -> Operation {
     match chance.between(0, 4) {
         0 => Operation::Stop,
         1 => Operation::Force,

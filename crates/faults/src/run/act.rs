@@ -8,42 +8,42 @@ use std::time::Duration;
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::plugin::Loaded;
-use jde_host::reload::How;
-use jde_host::{Handle, Operating};
+use jde_host::plugin::LoadedPlugin;
+use jde_host::reload::ReloadOptions;
+use jde_host::{Handle, OperatorHandle};
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
+use crate::application::TestApplication;
 use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
-use crate::stage::Stage;
 
 /// The operator's name.
-const BY: &str = "faults";
+const OPERATOR_NAME: &str = "faults";
 /// Pause between two orders of a rival, as fast as a key held down.
 const PACE: Duration = Duration::from_millis(1);
 /// Probation of a build, ns: some faults occur after it, some before.
 const TRIAL: u64 = 200_000_000;
 
 /// An injected fault.
-pub(super) struct Under {
+pub(super) struct ActiveFault {
     /// The index of its schema.
-    pub(super) place: usize,
+    pub(super) schema: usize,
     /// The number of misdeeds that the schema had reported before.
     misdeeds: u64,
     process: Option<Pid>,
     done: bool,
-    rivals: Option<Rivals>,
+    competitors: Option<CompetingThreads>,
 }
 
 /// Two operators that stop and release everything, each as fast as the answers arrive, until dropped.
-struct Rivals {
+struct CompetingThreads {
     over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
-impl Rivals {
+impl CompetingThreads {
     fn start(handle: &Handle) -> Self {
         let over = Arc::new(AtomicBool::new(false));
-        let stops = |by: &'static str, act: fn(&Operating) -> Result<(), String>| {
+        let stops = |by: &'static str, act: fn(&OperatorHandle) -> Result<(), String>| {
             let (operator, over) = (handle.operator(by), Arc::clone(&over));
             std::thread::spawn(move || {
                 while !over.load(Ordering::Relaxed) {
@@ -54,14 +54,14 @@ impl Rivals {
             })
         };
         let threads = vec![
-            stops("ana", Operating::stop_all),
-            stops("ben", Operating::release_all),
+            stops("ana", OperatorHandle::stop_all),
+            stops("ben", OperatorHandle::release_all),
         ];
         Self { over, threads }
     }
 }
 
-impl Drop for Rivals {
+impl Drop for CompetingThreads {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
@@ -72,16 +72,16 @@ impl Drop for Rivals {
 }
 
 /// Selects the schema for a fault: usually one that is about to make the call in question.
-pub(super) fn victim(fault: &Fault, stage: &Stage, handle: &Handle) -> Option<usize> {
+pub(super) fn victim(fault: &Fault, stage: &TestApplication, handle: &Handle) -> Option<usize> {
     let snapshot = handle.snapshot();
-    let fit = stage.victims(fault.whom, fault.kind.needs_process());
+    let fit = stage.victims(fault.target, fault.kind.needs_process());
     let fit: Vec<usize> = fit
         .iter()
         .filter_map(|name| handle.application().instance(name))
         .collect();
     let call = match &fault.act {
-        Act::Tell { place, .. } | Act::Reload { place, .. } => *place,
-        Act::Signal(_) | Act::Operate(_) | Act::Contest | Act::Amid { .. } => "check",
+        Act::SetTrouble { place, .. } | Act::Reload { place, .. } => *place,
+        Act::Signal(_) | Act::Operate(_) | Act::Contest | Act::DuringReload { .. } => "check",
     };
     let is_about_to = |place: &&usize| {
         let schema = &snapshot.schemas[**place];
@@ -105,23 +105,23 @@ pub(super) fn victim(fault: &Fault, stage: &Stage, handle: &Handle) -> Option<us
     (count > 0).then(|| among[(fault.choice % count) as usize])
 }
 
-pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Loaded]) -> Under {
-    let operator = handle.operator(BY);
-    let mut under = Under {
-        place,
+pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[LoadedPlugin]) -> ActiveFault {
+    let operator = handle.operator(OPERATOR_NAME);
+    let mut under = ActiveFault {
+        schema: place,
         misdeeds: misdeeds(place, handle),
         process: None,
         done: false,
-        rivals: None,
+        competitors: None,
     };
     match &fault.act {
-        Act::Tell { trouble, place: call } => tell(&operator, place, trouble, call),
+        Act::SetTrouble { trouble, place: call } => set_trouble(&operator, place, trouble, call),
         Act::Reload {
             trouble,
             place: call,
             build,
         } => {
-            tell(&operator, place, trouble, call);
+            set_trouble(&operator, place, trouble, call);
             reload(&operator, place, &builds[*build]);
         }
         Act::Signal(signal) => {
@@ -138,14 +138,14 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
         Act::Operate(operation) => under.done = operate(&operator, place, *operation),
         Act::Contest => {
             under.done = operator.stop_all().is_ok();
-            under.rivals = Some(Rivals::start(handle));
+            under.competitors = Some(CompetingThreads::start(handle));
         }
-        Act::Amid { build, meanwhile } => {
+        Act::DuringReload { build, meanwhile } => {
             under.done = reload(&operator, place, &builds[*build]);
             match meanwhile {
                 Meanwhile::Operate(operation) => under.done |= operate(&operator, place, *operation),
                 Meanwhile::Reload => drop(reload(&operator, place, &builds[(build + 1) % builds.len()])),
-                Meanwhile::Panic => tell(&operator, place, "panic", "check"),
+                Meanwhile::Panic => set_trouble(&operator, place, "panic", "check"),
             }
         }
     }
@@ -153,18 +153,18 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
 }
 
 /// Ends the fault; returns whether it is known to have taken effect.
-pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
-    let place = under.place;
-    let operator = handle.operator(BY);
+pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut ActiveFault) -> bool {
+    let place = under.schema;
+    let operator = handle.operator(OPERATOR_NAME);
     match &fault.act {
-        Act::Tell { .. } | Act::Reload { .. } if fault.stays => {}
-        Act::Tell { place: "end", .. } => {
+        Act::SetTrouble { .. } | Act::Reload { .. } if fault.stays => {}
+        Act::SetTrouble { place: "end", .. } => {
             // Otherwise the instance would not end before the application does.
             drop(operator.unload(place));
-            tell(&operator, place, "", "iterate");
+            set_trouble(&operator, place, "", "iterate");
             drop(operator.load(place));
         }
-        Act::Tell { .. } | Act::Reload { .. } => tell(&operator, place, "", "iterate"),
+        Act::SetTrouble { .. } | Act::Reload { .. } => set_trouble(&operator, place, "", "iterate"),
         Act::Signal(Signal::Kill) => {}
         Act::Signal(Signal::Stop) => {
             // The host may have killed it since. Only the same process is continued.
@@ -175,18 +175,18 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
                 let _ = kill_process(process, Posix::CONT);
             }
         }
-        Act::Operate(_) | Act::Amid { .. } if fault.stays => {}
+        Act::Operate(_) | Act::DuringReload { .. } if fault.stays => {}
         Act::Contest => {
             // Whichever order was last, everything is released.
-            under.rivals = None;
+            under.competitors = None;
             drop(operator.release_all());
         }
-        Act::Amid {
+        Act::DuringReload {
             meanwhile: Meanwhile::Panic | Meanwhile::Reload,
             ..
-        } => tell(&operator, place, "", "iterate"),
+        } => set_trouble(&operator, place, "", "iterate"),
         Act::Operate(operation)
-        | Act::Amid {
+        | Act::DuringReload {
             meanwhile: Meanwhile::Operate(operation),
             ..
         } => let_go(&operator, place, *operation),
@@ -196,15 +196,15 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
 
 /// Starts a replacement by another build; returns whether it was accepted. It is refused while another one
 /// waits.
-fn reload(operator: &Operating, place: usize, build: &Loaded) -> bool {
-    let how = How {
+fn reload(operator: &OperatorHandle, place: usize, build: &LoadedPlugin) -> bool {
+    let how = ReloadOptions {
         probation: TRIAL,
         fresh: false,
     };
     operator.replace(place, build, how).is_ok()
 }
 
-fn operate(operator: &Operating, place: usize, operation: Operation) -> bool {
+fn operate(operator: &OperatorHandle, place: usize, operation: Operation) -> bool {
     let asked = match operation {
         Operation::Stop => operator.hold_asleep(place),
         Operation::Force => operator.force(place),
@@ -216,7 +216,7 @@ fn operate(operator: &Operating, place: usize, operation: Operation) -> bool {
     asked.is_ok()
 }
 
-fn let_go(operator: &Operating, place: usize, operation: Operation) {
+fn let_go(operator: &OperatorHandle, place: usize, operation: Operation) {
     let done = match operation {
         Operation::StopAll => operator.release_all(),
         Operation::Stop | Operation::Force | Operation::Play | Operation::Retime(_) | Operation::Unload => {
@@ -227,7 +227,7 @@ fn let_go(operator: &Operating, place: usize, operation: Operation) {
     drop(done);
 }
 
-fn tell(operator: &Operating, place: usize, trouble: &str, call: &str) {
+fn set_trouble(operator: &OperatorHandle, place: usize, trouble: &str, call: &str) {
     for (name, word) in [("place", call), ("trouble", trouble)] {
         // The modulation exists and accepts the word. An error would show as a fault without effect.
         let _ = operator.modulate(place, name, &Value::Text(word.to_owned()));

@@ -3,34 +3,34 @@
 
 use std::time::Duration;
 
-use super::within;
+use super::wait_within;
 
 /// Longest time for an abandoned thread to return: it dawdles for 0.9 s, plus delays under load.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Allowed growth of the process per case, bytes: heap fragmentation.
 const GROWTH: u64 = 96 << 10;
 /// Cases until the heap has reached the size that one case needs.
-const WARM: u64 = 10;
+const WARMUP_CASES: u64 = 10;
 /// Memory of a call that never returns, bytes: its stack, its part of the heap, and the variables of its
 /// application that it may still access.
-const LEFT: u64 = 4 << 20;
+const LEFTOVER_BYTES: u64 = 4 << 20;
 
 /// The resources before and after cases.
 #[derive(Default)]
-pub struct Leaks {
-    before: Option<Held>,
+pub struct LeakDetector {
+    before: Option<ResourceCounts>,
     cases: u64,
     /// Cases of the present kind: their number, and, once warm, the resident memory with the number of
     /// abandoned calls.
-    alike: u64,
+    similar: u64,
     warm: Option<(u64, u64)>,
-    left: Left,
+    leftovers: Leftovers,
     grown: Option<String>,
 }
 
 /// What calls that never return keep of an application that has ended.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Left {
+pub struct Leftovers {
     /// The number of such calls; each keeps its thread.
     pub calls: u64,
     /// Most files: the memory that the application shared with processes of schemas.
@@ -38,25 +38,25 @@ pub struct Left {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Held {
+struct ResourceCounts {
     threads: u64,
     files: u64,
     children: u64,
 }
 
-impl Leaks {
+impl LeakDetector {
     /// Whether the first case has run.
     #[must_use]
-    pub fn is_begun(&self) -> bool {
+    pub fn has_begun(&self) -> bool {
         self.before.is_some()
     }
 
     /// Records the resources after the first case, which created what all cases share.
-    pub fn begin(&mut self, left: Left) {
-        let now = Held::now();
+    pub fn begin(&mut self, left: Leftovers) {
+        let now = ResourceCounts::now();
         self.cases = 1;
-        self.left = left;
-        self.before = Some(Held {
+        self.leftovers = left;
+        self.before = Some(ResourceCounts {
             threads: now.threads.saturating_sub(left.calls),
             files: now.files.saturating_sub(left.files),
             ..now
@@ -64,61 +64,61 @@ impl Leaks {
     }
 
     /// Judges a case; returns the resources that leaked.
-    pub fn judge(&mut self, left: Left) -> Vec<String> {
+    pub fn judge(&mut self, left: Leftovers) -> Vec<String> {
         let Some(before) = self.before else {
             return Vec::new();
         };
-        self.left.calls += left.calls;
-        self.left.files += left.files;
-        let allowed = Held {
-            threads: before.threads + self.left.calls,
-            files: before.files + self.left.files,
+        self.leftovers.calls += left.calls;
+        self.leftovers.files += left.files;
+        let allowed = ResourceCounts {
+            threads: before.threads + self.leftovers.calls,
+            files: before.files + self.leftovers.files,
             ..before
         };
-        let fits = |now: Held| {
+        let fits = |now: ResourceCounts| {
             now.threads <= allowed.threads && now.files <= allowed.files && now.children <= allowed.children
         };
         let mut broken = Vec::new();
-        if !within(PATIENCE, || fits(Held::now())) {
-            let now = Held::now();
+        if !wait_within(PATIENCE, || fits(ResourceCounts::now())) {
+            let now = ResourceCounts::now();
             broken.push(format!(
                 "leak: {} threads, {} files and {} children, where {}, {} and {} may be",
                 now.threads, now.files, now.children, allowed.threads, allowed.files, allowed.children
             ));
             // Reported once: later cases are compared with the present state.
-            self.before = Some(Held {
-                threads: now.threads.saturating_sub(self.left.calls),
-                files: now.files.saturating_sub(self.left.files),
+            self.before = Some(ResourceCounts {
+                threads: now.threads.saturating_sub(self.leftovers.calls),
+                files: now.files.saturating_sub(self.leftovers.files),
                 ..now
             });
         }
         self.cases += 1;
-        self.alike += 1;
-        if self.alike == WARM {
-            self.warm = Some((resident(), self.left.calls));
+        self.similar += 1;
+        if self.similar == WARMUP_CASES {
+            self.warm = Some((resident(), self.leftovers.calls));
         }
         broken
     }
 
     /// Prepares for cases of another kind, with other threads and another heap.
     pub fn warms_up(&mut self) {
-        self.weigh();
-        (self.alike, self.warm) = (0, None);
+        self.check_memory();
+        (self.similar, self.warm) = (0, None);
     }
 
     /// The growth of the process with cases of one kind, if it exceeds the allowed amount. Called at the end.
     #[must_use]
     pub fn conclude(&mut self) -> Option<String> {
-        self.weigh();
+        self.check_memory();
         self.grown.take()
     }
 
-    fn weigh(&mut self) {
+    fn check_memory(&mut self) {
         let Some((warm, left)) = self.warm else {
             return;
         };
-        let (cases, left) = (self.alike - WARM, self.left.calls - left);
-        let (allowed, now) = (warm + GROWTH * cases + LEFT * left, resident());
+        let (cases, left) = (self.similar - WARMUP_CASES, self.leftovers.calls - left);
+        let (allowed, now) = (warm + GROWTH * cases + LEFTOVER_BYTES * left, resident());
         if now > allowed {
             self.grown.get_or_insert(format!(
                 "leak: {:.1} MB of memory after {cases} cases, where {:.1} MB may be",
@@ -130,17 +130,17 @@ impl Leaks {
 
     /// "118 cases in this process: 44.0 MB at the end".
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         format!(
             "{} cases in this process: {:.1} MB at the end; {} calls that never returned keep a thread each",
             self.cases,
             resident() as f64 / 1e6,
-            self.left.calls
+            self.leftovers.calls
         )
     }
 }
 
-impl Held {
+impl ResourceCounts {
     fn now() -> Self {
         let status = read("/proc/self/status");
         let threads = status.lines().find_map(|line| line.strip_prefix("Threads:"));

@@ -2,7 +2,7 @@
 //! judges it throughout.
 
 mod act;
-mod bare;
+mod baseline;
 mod leaks;
 
 use std::path::PathBuf;
@@ -11,17 +11,17 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use jde_core::Nanos;
-use jde_host::apart::Program;
-use jde_host::plugin::{Loaded, Plugins};
+use jde_host::isolated::Program;
+use jde_host::plugin::{LoadedPlugin, Plugins};
 use jde_host::{Handle, Lockstep, Options, Running};
 
+use crate::application::{self, TestApplication};
 use crate::case::{Case, Clock};
-use crate::observer::{CAME_BACK, LEFT_AT_THE_END, LEFT_BEHIND, Observer, Sign, Tamper};
+use crate::observer::{CAME_BACK, LEFT_AT_THE_END, LEFT_BEHIND, Observer, Symptom, Tamper};
 use crate::plan::{Act, Fault, Kind};
-use crate::stage::{self, Stage};
-use bare::Bare;
-pub(crate) use bare::is_full;
-pub use leaks::{Leaks, Left};
+use baseline::BaselineThread;
+pub(crate) use baseline::is_machine_loaded;
+pub use leaks::{LeakDetector, Leftovers};
 
 /// The argument with which this program runs as the process of one schema.
 pub const SERVE: &str = "--serve-schema";
@@ -34,23 +34,23 @@ const SLICE: Nanos = 10 * MS;
 const TAIL: Nanos = 1_600 * MS;
 /// Longest time from a fault's end to its consequences: a hang is found after 300 ms, and a dawdling call
 /// returns after 900 ms.
-const SHOWS: Nanos = 1_000 * MS;
+const SYMPTOM_TIMEOUT: Nanos = 1_000 * MS;
 /// How long dawdling calls may take to return after the application has ended.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// The number of other builds of the plugin: the same code in different files, each mapped once.
 const BUILDS: usize = 3;
 
 /// The resources that all cases use.
-pub struct Gear {
+pub struct Resources {
     /// The plugins.
     pub plugins: Plugins,
-    builds: Vec<Loaded>,
+    builds: Vec<LoadedPlugin>,
     _folder: tempfile::TempDir,
 }
 
 /// How a case runs.
 #[derive(Clone, Copy, Debug)]
-pub struct How {
+pub struct RunOptions {
     /// The application's seed.
     pub seed: u64,
     /// Whether periods are judged in real time.
@@ -67,13 +67,13 @@ pub struct Report {
     /// All faults, in order.
     pub faults: Vec<Injected>,
     /// The violations.
-    pub broken: Vec<String>,
+    pub violations: Vec<String>,
     /// The least share of its turns that a bystander had in real time.
-    pub kept: Option<f64>,
+    pub min_turn_share: Option<f64>,
     /// Whether periods were judged; measured only in real time in this process.
     pub rhythm: Option<bool>,
     /// What abandoned calls that have not returned keep.
-    pub left: Left,
+    pub leftovers: Leftovers,
 }
 
 /// An injected fault.
@@ -82,9 +82,9 @@ pub struct Injected {
     /// The fault.
     pub fault: Fault,
     /// The schema; none if no schema was suitable.
-    pub whom: Option<String>,
+    pub target: Option<String>,
     /// The fault took effect. The schema may have slept instead.
-    pub struck: bool,
+    pub took_effect: bool,
 }
 
 /// A running application of either clock.
@@ -93,14 +93,14 @@ enum Run {
     RealTime(Running),
 }
 
-impl Gear {
+impl Resources {
     /// Loads the plugins of these folders and the usual ones.
     ///
     /// # Errors
     /// A plugin is missing.
     pub fn new(folders: &[PathBuf]) -> Result<Self> {
-        let plugins = stage::plugins(folders);
-        let file = stage::file_of(&plugins, "fault")?;
+        let plugins = application::plugins(folders);
+        let file = application::file_of(&plugins, "fault")?;
         let folder = tempfile::tempdir().context("no folder for builds")?;
         let first = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let mut builds = Vec::new();
@@ -110,7 +110,7 @@ impl Gear {
             bytes.extend(format!("build {number}").bytes());
             let file = folder.path().join("libfault.so");
             std::fs::write(&file, bytes).context("cannot write a build")?;
-            builds.push(plugins.renew(&file)?.plugin);
+            builds.push(plugins.refresh(&file)?.plugin);
         }
         Ok(Self {
             plugins,
@@ -125,17 +125,17 @@ impl Gear {
 /// # Errors
 /// The case could not run, which is no verdict.
 pub fn run(
-    gear: &Gear,
+    gear: &Resources,
     case: Case,
-    stage: &Stage,
+    harness: &TestApplication,
     plan: Vec<Fault>,
-    how: How,
+    how: RunOptions,
     stop: &AtomicBool,
 ) -> Result<Report> {
-    let application = stage.application(&gear.plugins, how.seed)?;
+    let application = harness.application(&gear.plugins, how.seed)?;
     let mut observer = Observer::new(case.clock, how.tamper);
     let mut options = Options {
-        apart: Some(Program {
+        isolation_program: Some(Program {
             path: "/proc/self/exe".into(),
             arguments: vec![SERVE.into()],
         }),
@@ -163,8 +163,8 @@ pub fn run(
         .list()
         .filter(|variable| variable.shared().is_some())
         .count() as u64;
-    let bare = matches!(run, Run::RealTime(_)).then(Bare::start);
-    let mut under: Vec<Option<act::Under>> = plan.iter().map(|_| None).collect();
+    let bare = matches!(run, Run::RealTime(_)).then(BaselineThread::start);
+    let mut under: Vec<Option<act::ActiveFault>> = plan.iter().map(|_| None).collect();
     let mut struck = vec![false; plan.len()];
     let begins = plan
         .iter()
@@ -185,10 +185,10 @@ pub fn run(
             if let Some(under) = &mut under[number] {
                 struck[number] = act::end(fault, &handle, under);
                 if !fault.stays {
-                    observer.recovers(under.place, fault.ends() + SHOWS);
+                    observer.recovers(under.schema, fault.ends() + SYMPTOM_TIMEOUT);
                 }
             }
-        } else if let Some(place) = act::victim(fault, stage, &handle) {
+        } else if let Some(place) = act::victim(fault, harness, &handle) {
             observer.excuse(place);
             under[number] = Some(act::begin(fault, place, &handle, &gear.builds));
         }
@@ -197,27 +197,34 @@ pub fn run(
     run.go_to(end, &handle, &mut observer, stop);
     observer.judge_recovery(&handle);
     let ended = handle.outcome();
-    let bare = bare.map(Bare::end);
-    let judged = bare.filter(|bare| how.rhythm && !bare.full);
+    let bare = bare.map(BaselineThread::end);
+    let judged = bare.filter(|bare| how.rhythm && !bare.is_machine_loaded);
     if let Some(bare) = judged {
         observer.conclude(bare.lost);
     }
-    observer.is_over();
-    let name = |under: &act::Under| handle.application().instances[under.place].name.clone();
+    observer.set_ended();
+    let name = |under: &act::ActiveFault| handle.application().instances[under.schema].name.clone();
     let whom: Vec<Option<String>> = under.iter().map(|under| under.as_ref().map(name)).collect();
     drop(handle);
     drop(run);
-    let signs = observer.signs();
+    let signs = observer.symptoms();
     for (number, fault) in plan.iter().enumerate() {
-        let came = |under: &act::Under| signs.iter().any(|sign| is_of(sign, fault, under.place));
+        let came =
+            |under: &act::ActiveFault| signs.iter().any(|sign| is_symptom_of(sign, fault, under.schema));
         struck[number] |= under[number].as_ref().is_some_and(came);
     }
-    let mut broken = observer.broken();
+    let mut broken = observer.violations();
     if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
-        broken.push(format!("the application ended by itself: {}", outcome.words()));
+        broken.push(format!("the application ended by itself: {}", outcome.message()));
     }
     // Dawdling calls return and release everything; hanging ones do not.
-    let count = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
+    let count = |what: &str| {
+        observer
+            .symptoms()
+            .iter()
+            .filter(|sign| sign.what == what)
+            .count() as u64
+    };
     let given_up = || count(LEFT_BEHIND).saturating_sub(count(CAME_BACK));
     let held = || {
         variables
@@ -225,7 +232,7 @@ pub fn run(
             .filter(|variable| variable.strong_count() > 0)
             .count()
     };
-    let gone = within(PATIENCE, || held() == 0);
+    let gone = wait_within(PATIENCE, || held() == 0);
     let hangs = plan.iter().any(|fault| fault.kind == Kind::Hang);
     let left = if hangs {
         given_up() + count(LEFT_AT_THE_END)
@@ -246,14 +253,18 @@ pub fn run(
         ));
     }
     let faults = plan.into_iter().zip(whom).zip(struck);
-    let faults = faults.map(|((fault, whom), struck)| Injected { fault, whom, struck });
+    let faults = faults.map(|((fault, whom), struck)| Injected {
+        fault,
+        target: whom,
+        took_effect: struck,
+    });
     Ok(Report {
         case,
         faults: faults.collect(),
-        broken,
-        kept: judged.and_then(|_| observer.least_kept()),
+        violations: broken,
+        min_turn_share: judged.and_then(|_| observer.min_turn_share()),
         rhythm: bare.map(|_| judged.is_some()),
-        left: Left {
+        leftovers: Leftovers {
             calls: left,
             files: if left > 0 { shared } else { 0 },
         },
@@ -261,11 +272,11 @@ pub fn run(
 }
 
 /// Whether a sign is a consequence of this fault.
-fn is_of(sign: &Sign, fault: &Fault, place: usize) -> bool {
+fn is_symptom_of(sign: &Symptom, fault: &Fault, place: usize) -> bool {
     let asked = matches!(fault.act, Act::Operate(_));
     sign.schema == place
         && (sign.what != "operated" || asked)
-        && (fault.at..=fault.ends() + SHOWS).contains(&sign.time)
+        && (fault.at..=fault.ends() + SYMPTOM_TIMEOUT).contains(&sign.time)
 }
 
 impl Run {
@@ -299,7 +310,7 @@ impl Run {
 }
 
 /// Polls a condition for at most `time`; returns whether it became true.
-pub(crate) fn within(time: Duration, mut done: impl FnMut() -> bool) -> bool {
+pub(crate) fn wait_within(time: Duration, mut done: impl FnMut() -> bool) -> bool {
     let until = Instant::now() + time;
     while !done() {
         if Instant::now() > until {

@@ -3,8 +3,8 @@
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
 use super::document::Text;
-use super::drafts::{Drafts, Here};
-use super::report::{Report, quote};
+use super::drafts::{Drafts, InstanceContext};
+use super::report::{FaultReport, quote};
 use super::variable;
 use super::{Binding, ChildTarget};
 
@@ -12,7 +12,7 @@ use super::{Binding, ChildTarget};
 const PERIOD: (&str, &str) = ("period", "std_msgs/msg/Float64");
 
 /// One child as a father names it.
-pub(super) struct Kin<'a> {
+pub(super) struct NamedChild<'a> {
     /// The father's role for it; `None` if it cannot have one, which has been reported.
     pub(super) role: Option<usize>,
     pub(super) child: usize,
@@ -21,10 +21,10 @@ pub(super) struct Kin<'a> {
 }
 
 /// Reads `children` of an instance, in the file's order. Returns those that are schemas of the application.
-pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -> Vec<Kin<'a>> {
+pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usize) -> Vec<NamedChild<'a>> {
     let section = &drafts.get(index).section;
     let what = section.key("children");
-    let mut all: Vec<Kin> = Vec::new();
+    let mut all: Vec<NamedChild> = Vec::new();
     for (role, name) in section.pairs(report, "children") {
         let what_role = format!("{} in {what}", quote(role.text));
         let Some(child) = drafts.find(report, &what_role, name.text, &name.span) else {
@@ -37,8 +37,8 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
                 .fault(&name.span, message)
                 .advise("one schema plays one role: define a second instance of the same type");
         }
-        let role = play(report, drafts, index, &role, child, &name).filter(|_| !twice);
-        all.push(Kin { role, child, name });
+        let role = find_role(report, drafts, index, &role, child, &name).filter(|_| !twice);
+        all.push(NamedChild { role, child, name });
     }
     let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
     if roles.iter().any(|role| role.many) {
@@ -46,9 +46,9 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
         all.sort_by_key(|kin| kin.role);
     }
     for role in roles.iter().filter(|role| !role.optional) {
-        if !section.is_given("children", &role.name) {
-            let kind = noun(if role.motor { Kind::Motor } else { Kind::Perceptive });
-            let message = format!("{} has nobody in its role {}", section.what, quote(&role.name));
+        if !section.is_set("children", &role.name) {
+            let kind = kind_noun(if role.motor { Kind::Motor } else { Kind::Perceptive });
+            let message = format!("{} has nobody in its role {}", section.label, quote(&role.name));
             report
                 .fault(&section.key_span("children"), message)
                 .advise(format!("add children.{} = \"NAME\", naming {kind}", role.name));
@@ -58,8 +58,8 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
 }
 
 /// Returns the role of that name, if the father's type has it and the child fits it.
-fn play(
-    report: &mut Report,
+fn find_role(
+    report: &mut FaultReport,
     drafts: &Drafts,
     father: usize,
     role: &Text,
@@ -85,33 +85,44 @@ fn play(
     let message = format!(
         "{} in {what} takes {}, and {} is {}",
         quote(role.text),
-        noun(needed),
+        kind_noun(needed),
         quote(name.text),
-        noun(drafts.schema(child)?.kind)
+        kind_noun(drafts.schema(child)?.kind)
     );
     report.fault(&name.span, message);
     None
 }
 
 /// Binds a father's writes to its children.
-pub(super) fn modulate(report: &mut Report, here: &Here, kin: &[Kin], bindings: &mut [Binding]) {
+pub(super) fn bind_modulations(
+    report: &mut FaultReport,
+    here: &InstanceContext,
+    kin: &[NamedChild],
+    bindings: &mut [Binding],
+) {
     for (port, binding) in here.schema.ports.iter().zip(bindings) {
         if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
             (&port.role, binding)
             && let Some(kin) = kin.iter().find(|kin| kin.role == Some(*role))
         {
-            *target = aim(report, here, port, *role, kin);
+            *target = modulation_target(report, here, port, *role, kin);
         }
     }
 }
 
 /// Returns the target of a father's port at the child in that role.
-fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) -> Option<ChildTarget> {
+fn modulation_target(
+    report: &mut FaultReport,
+    here: &InstanceContext,
+    port: &Port,
+    role: usize,
+    kin: &NamedChild,
+) -> Option<ChildTarget> {
     let schema = here.drafts.schema(kin.child)?;
     let what = format!(
         "{} that {} writes to {}",
         quote(&port.name),
-        here.section().what,
+        here.section().label,
         quote(&here.schema.children[role].name)
     );
     if port.name == PERIOD.0 {
@@ -131,7 +142,7 @@ fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) ->
         .position(|other| other.name == port.name && is_modulation(&other));
     if let Some(place) = place {
         let found = (kin.child, place);
-        return variable::fits(report, here.drafts, &what, port, found, &kin.name.span)
+        return variable::can_bind(report, here.drafts, &what, port, found, &kin.name.span)
             .then_some(ChildTarget::Port(kin.child, place));
     }
     if !port.optional {
@@ -154,7 +165,7 @@ fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) ->
 }
 
 /// Returns the name of a kind of schema for messages.
-pub(super) fn noun(kind: Kind) -> &'static str {
+pub(super) fn kind_noun(kind: Kind) -> &'static str {
     match kind {
         Kind::Perceptive => "a perceptive schema",
         Kind::Motor => "a motor schema",

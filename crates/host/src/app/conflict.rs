@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use super::Binding;
 use super::drafts::Drafts;
-use super::report::{Report, quote};
-use super::{Group, Instance};
+use super::report::{FaultReport, quote};
+use super::{GroupConfig, InstanceConfig};
 
 /// By father; `None` stands above all roots.
 type Claims = HashMap<Option<usize>, Claim>;
@@ -20,7 +20,12 @@ enum Claim {
 
 /// Reports schemas that could command one actuator at the same time, each with one rival. Different members
 /// of one group, and everything below them, exclude each other.
-pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>], groups: &[Group]) {
+pub(super) fn refuse_conflicts(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    instances: &[Option<InstanceConfig>],
+    groups: &[GroupConfig],
+) {
     let mut claims: HashMap<(usize, usize), Claims> = HashMap::new();
     for (user, instance) in instances.iter().enumerate() {
         let Some(instance) = instance else { continue };
@@ -35,7 +40,7 @@ pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<I
             let rival = drafts.quoted(rival);
             let role = &instance.schema.ports[port].name;
             let span = instance_span(drafts, user, role);
-            let command = command(drafts, target);
+            let command = command_name(drafts, target);
             let user = drafts.quoted(user);
             if rival == user {
                 report
@@ -61,8 +66,8 @@ pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<I
 fn claim(
     claims: &mut Claims,
     drafts: &Drafts,
-    instances: &[Option<Instance>],
-    groups: &[Group],
+    instances: &[Option<InstanceConfig>],
+    groups: &[GroupConfig],
     user: usize,
 ) -> Option<(usize, String)> {
     let above = |father: usize| format!("{} is above the other", drafts.quoted(father));
@@ -105,7 +110,7 @@ fn instance_span(drafts: &Drafts, user: usize, role: &str) -> std::ops::Range<us
         .map_or(section.span.clone(), |node| node.span())
 }
 
-fn command(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
+fn command_name(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
     let port = drafts
         .schema(driver)
         .map_or("", |schema| &schema.ports[port].name);

@@ -6,16 +6,16 @@ use std::ops::Range;
 pub(super) type Edge = (usize, Range<usize>);
 
 /// The most cycles that are returned. Each may be as long as the file, and breaking some may break all.
-const MOST: usize = 20;
+const MAX_CYCLES: usize = 20;
 
 /// Returns the cycles closed by edges, at most [`MOST`]: the nodes of the cycle, with the first again at the
 /// end, and the position of the closing edge.
-pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
+pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
     let mut found = Vec::new();
     let mut done = vec![false; edges.len()];
     let mut on_path = vec![false; edges.len()];
     for start in 0..edges.len() {
-        if done[start] || found.len() == MOST {
+        if done[start] || found.len() == MAX_CYCLES {
             continue;
         }
         // The path: nodes, each with the number of its next edge.
@@ -33,7 +33,7 @@ pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
             if on_path[*to] {
                 let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
                 let way = path[from..].iter().map(|(node, _)| *node).chain([*to]);
-                if found.len() < MOST {
+                if found.len() < MAX_CYCLES {
                     found.push((way.collect(), span.clone()));
                 }
             } else if !done[*to] {
@@ -47,14 +47,14 @@ pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
 
 #[cfg(test)]
 mod tests {
-    use super::cycles;
+    use super::find_cycles;
 
     fn ways(edges: &[&[usize]]) -> Vec<Vec<usize>> {
         let edges: Vec<Vec<_>> = edges
             .iter()
             .map(|to| to.iter().map(|to| (*to, 0..0)).collect())
             .collect();
-        cycles(&edges).into_iter().map(|(way, _)| way).collect()
+        find_cycles(&edges).into_iter().map(|(way, _)| way).collect()
     }
 
     #[test]
@@ -72,6 +72,6 @@ mod tests {
         let edges: Vec<_> = (0..100_000)
             .map(|node| vec![((node + 1) % 100_000, 0..0)])
             .collect();
-        assert_eq!(cycles(&edges).len(), 1);
+        assert_eq!(find_cycles(&edges).len(), 1);
     }
 }

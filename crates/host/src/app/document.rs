@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 
 /// A value and its position.
 pub(super) type Node<'a> = Spanned<DeValue<'a>>;
@@ -21,7 +21,7 @@ pub(super) struct Text<'a> {
 /// A table and its name in messages: "schema `goon`".
 #[derive(Clone)]
 pub(super) struct Section<'a> {
-    pub(super) what: String,
+    pub(super) label: String,
     pub(super) span: Range<usize>,
     entries: &'a DeTable<'a>,
 }
@@ -29,7 +29,7 @@ pub(super) struct Section<'a> {
 impl<'a> Section<'a> {
     pub(super) fn new(what: impl Into<String>, span: Range<usize>, entries: &'a DeTable<'a>) -> Self {
         Self {
-            what: what.into(),
+            label: what.into(),
             span,
             entries,
         }
@@ -59,17 +59,17 @@ impl<'a> Section<'a> {
 
     /// Returns the name of a key in messages: "`period` of schema `goon`".
     pub(super) fn key(&self, key: &str) -> String {
-        format!("{} of {}", quote(key), self.what)
+        format!("{} of {}", quote(key), self.label)
     }
 
-    pub(super) fn text(&self, report: &mut Report, key: &str) -> Option<Text<'a>> {
+    pub(super) fn text(&self, report: &mut FaultReport, key: &str) -> Option<Text<'a>> {
         text(report, &self.key(key), self.get(key)?)
     }
 
-    pub(super) fn texts(&self, report: &mut Report, key: &str) -> Option<Vec<Text<'a>>> {
+    pub(super) fn texts(&self, report: &mut FaultReport, key: &str) -> Option<Vec<Text<'a>>> {
         let (what, node) = (self.key(key), self.get(key)?);
         let Some(list) = node.get_ref().as_array() else {
-            wrong(report, &what, "a list of texts", node);
+            report_wrong_shape(report, &what, "a list of texts", node);
             return None;
         };
         Some(
@@ -82,20 +82,20 @@ impl<'a> Section<'a> {
     /// Returns a table in this one.
     pub(super) fn section(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         key: &str,
         what: impl Into<String>,
     ) -> Option<Section<'a>> {
         let node = self.get(key)?;
         let Some(entries) = node.get_ref().as_table() else {
-            wrong(report, &self.key(key), "a table", node);
+            report_wrong_shape(report, &self.key(key), "a table", node);
             return None;
         };
         Some(Section::new(what, self.key_span(key), entries))
     }
 
     /// Returns a table of names, each with a text: `{ laser = "pioneer.laser" }`.
-    pub(super) fn pairs(&self, report: &mut Report, key: &str) -> Vec<(Text<'a>, Text<'a>)> {
+    pub(super) fn pairs(&self, report: &mut FaultReport, key: &str) -> Vec<(Text<'a>, Text<'a>)> {
         let Some(section) = self.section(report, key, self.key(key)) else {
             return Vec::new();
         };
@@ -107,7 +107,7 @@ impl<'a> Section<'a> {
 
     /// Whether the table at `key` contains `name`, with any value. True for a value of another shape, which
     /// is reported elsewhere.
-    pub(super) fn is_given(&self, key: &str, name: &str) -> bool {
+    pub(super) fn is_set(&self, key: &str, name: &str) -> bool {
         self.get(key).is_some_and(|node| {
             node.get_ref()
                 .as_table()
@@ -122,12 +122,12 @@ impl<'a> Section<'a> {
     }
 
     /// Reports every unknown key.
-    pub(super) fn refuse_unknown(&self, report: &mut Report, known: &[&str]) {
+    pub(super) fn refuse_unknown(&self, report: &mut FaultReport, known: &[&str]) {
         for (key, _) in self.entries().filter(|(key, _)| !known.contains(&key.text)) {
             report
                 .fault(
                     &key.span,
-                    format!("unknown key {} in {}", quote(key.text), self.what),
+                    format!("unknown key {} in {}", quote(key.text), self.label),
                 )
                 .suggest(key.text, "keys", known.iter().copied());
         }
@@ -135,16 +135,16 @@ impl<'a> Section<'a> {
 }
 
 /// Reports a value of another shape.
-pub(super) fn wrong(report: &mut Report, what: &str, expected: &str, found: &Node) {
+pub(super) fn report_wrong_shape(report: &mut FaultReport, what: &str, expected: &str, found: &Node) {
     report.fault(
         &found.span(),
         format!("{what} must be {expected}, not {}", shape(found.get_ref())),
     );
 }
 
-fn text<'a>(report: &mut Report, what: &str, node: &'a Node<'a>) -> Option<Text<'a>> {
+fn text<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Option<Text<'a>> {
     let Some(text) = node.get_ref().as_str() else {
-        wrong(report, what, "a text", node);
+        report_wrong_shape(report, what, "a text", node);
         return None;
     };
     Some(Text {
@@ -170,7 +170,7 @@ pub(super) fn shape(value: &DeValue) -> &'static str {
 pub(super) fn number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(_) => whole(value).map(|whole| whole as f64),
+        DeValue::Integer(_) => integer(value).map(|whole| whole as f64),
         DeValue::String(_)
         | DeValue::Boolean(_)
         | DeValue::Datetime(_)
@@ -180,7 +180,7 @@ pub(super) fn number(value: &DeValue) -> Option<f64> {
 }
 
 /// Returns the whole number, if the value is one. TOML's have at most 64 bits, signed or unsigned.
-pub(super) fn whole(value: &DeValue) -> Option<i128> {
+pub(super) fn integer(value: &DeValue) -> Option<i128> {
     let integer = value.as_integer()?;
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()
 }

@@ -8,20 +8,20 @@ use std::sync::Arc;
 use jde_abi::describe::Schema;
 use toml::de::DeValue;
 
-use super::document::{Section, Text, wrong};
-use super::report::{Report, quote};
+use super::document::{Section, Text, report_wrong_shape};
+use super::report::{FaultReport, quote};
 
 /// The most schemas of one application. A thousand light ones occupy a processor, so more than this is a
 /// fault of the program that wrote the file.
-const MOST_SCHEMAS: usize = 10_000;
+const MAX_SCHEMAS: usize = 10_000;
 /// The longest name of a schema, as for every other name in a plugin.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 
 /// The schemas that a file defines, by number and by name.
 #[derive(Default)]
 pub(super) struct Drafts<'a> {
     list: Vec<Draft<'a>>,
-    places: HashMap<&'a str, usize>,
+    indices: HashMap<&'a str, usize>,
 }
 
 /// A schema that a file defines.
@@ -29,36 +29,36 @@ pub(super) struct Draft<'a> {
     pub(super) name: &'a str,
     pub(super) section: Section<'a>,
     /// `None` if the type is missing or unknown, which has been reported.
-    pub(super) found: Option<Found>,
+    pub(super) resolved: Option<ResolvedType>,
 }
 
 /// The type of an instance.
 #[derive(Clone)]
-pub(super) struct Found {
+pub(super) struct ResolvedType {
     pub(super) plugin: usize,
     pub(super) number: usize,
     pub(super) schema: Arc<Schema>,
 }
 
 /// One instance, with access to the others.
-pub(super) struct Here<'d, 'a> {
+pub(super) struct InstanceContext<'d, 'a> {
     pub(super) drafts: &'d Drafts<'a>,
     pub(super) index: usize,
     pub(super) schema: &'d Schema,
 }
 
-impl<'d, 'a> Here<'d, 'a> {
+impl<'d, 'a> InstanceContext<'d, 'a> {
     pub(super) fn section(&self) -> &'d Section<'a> {
         &self.drafts.get(self.index).section
     }
 }
 
 impl<'a> Drafts<'a> {
-    pub(super) fn read(report: &mut Report, top: &Section<'a>) -> Self {
+    pub(super) fn read(report: &mut FaultReport, top: &Section<'a>) -> Self {
         let mut drafts = Self::default();
         if top.get("schemas").is_none() {
             report
-                .whole("there is no `schemas`, so the application has nothing to run")
+                .file_fault("there is no `schemas`, so the application has nothing to run")
                 .advise(
                     "define each schema in a table of its own: [schemas.NAME] with type = \"PLUGIN/SCHEMA\"",
                 );
@@ -69,21 +69,21 @@ impl<'a> Drafts<'a> {
         for (name, node) in schemas.entries() {
             let what = format!("schema {}", quote(name.text));
             let DeValue::Table(entries) = node.get_ref() else {
-                wrong(report, &what, "a table", node);
+                report_wrong_shape(report, &what, "a table", node);
                 continue;
             };
             refuse_bad_name(report, &name);
-            if drafts.list.len() == MOST_SCHEMAS {
-                report.whole(format!(
-                    "it defines more than {MOST_SCHEMAS} schemas, which is as many as one application may have"
+            if drafts.list.len() == MAX_SCHEMAS {
+                report.file_fault(format!(
+                    "it defines more than {MAX_SCHEMAS} schemas, which is as many as one application may have"
                 ));
                 break;
             }
-            drafts.places.insert(name.text, drafts.list.len());
+            drafts.indices.insert(name.text, drafts.list.len());
             drafts.list.push(Draft {
                 name: name.text,
                 section: Section::new(what, name.span.clone(), entries),
-                found: None,
+                resolved: None,
             });
         }
         drafts
@@ -107,7 +107,7 @@ impl<'a> Drafts<'a> {
 
     /// Returns the type of an instance; `None` if it is unknown.
     pub(super) fn schema(&self, index: usize) -> Option<&Arc<Schema>> {
-        self.list[index].found.as_ref().map(|found| &found.schema)
+        self.list[index].resolved.as_ref().map(|found| &found.schema)
     }
 
     /// Returns the name of an instance, quoted.
@@ -115,20 +115,20 @@ impl<'a> Drafts<'a> {
         quote(self.list[index].name)
     }
 
-    pub(super) fn place(&self, name: &str) -> Option<usize> {
-        self.places.get(name).copied()
+    pub(super) fn index_of(&self, name: &str) -> Option<usize> {
+        self.indices.get(name).copied()
     }
 
     /// Returns the instance of that name; reports it if there is none. `what` names the place in messages:
     /// "`roots` of the application".
     pub(super) fn find(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         what: &str,
         name: &str,
         span: &Range<usize>,
     ) -> Option<usize> {
-        let place = self.place(name);
+        let place = self.index_of(name);
         if place.is_none() {
             report
                 .fault(
@@ -144,10 +144,10 @@ impl<'a> Drafts<'a> {
 /// Whether the text can be the name of a schema or a variable.
 pub(super) fn is_legal_name(name: &str) -> bool {
     let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(legal)
+    (1..=MAX_NAME_LENGTH).contains(&name.len()) && name.chars().all(legal)
 }
 
-fn refuse_bad_name(report: &mut Report, name: &Text) {
+fn refuse_bad_name(report: &mut FaultReport, name: &Text) {
     if !is_legal_name(name.text) {
         report
             .fault(

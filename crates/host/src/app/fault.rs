@@ -5,13 +5,13 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 /// The most faults in one text; the others are counted.
-const MOST_SHOWN: usize = 40;
+const MAX_SHOWN: usize = 40;
 
 /// One fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Its place.
-    pub place: Place,
+    pub location: FaultLocation,
     /// What is wrong, and what was expected.
     pub message: String,
     /// How to correct it.
@@ -22,7 +22,7 @@ pub struct Fault {
 
 /// The place of a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FaultLocation {
     /// The file as a whole.
     File(PathBuf),
     /// A position in the file.
@@ -45,18 +45,18 @@ pub enum Place {
 pub struct Faults {
     list: Vec<Fault>,
     /// Faults that were found and are not in the list.
-    more: usize,
+    omitted: usize,
 }
 
 impl Faults {
     /// Sorts the faults.
     pub(super) fn new(mut list: Vec<Fault>, more: usize) -> Self {
-        list.sort_by_key(|fault| match &fault.place {
-            Place::File(_) => (0, 0),
-            Place::Text { span, .. } => (1, span.start),
-            Place::Option(_) => (2, 0),
+        list.sort_by_key(|fault| match &fault.location {
+            FaultLocation::File(_) => (0, 0),
+            FaultLocation::Text { span, .. } => (1, span.start),
+            FaultLocation::Option(_) => (2, 0),
         });
-        Self { list, more }
+        Self { list, omitted: more }
     }
 
     /// Returns the faults, in order; if there are very many, the first ones found.
@@ -68,14 +68,14 @@ impl Faults {
     /// Returns the number of all faults.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.list.len() + self.more
+        self.list.len() + self.omitted
     }
 }
 
 impl Fault {
-    pub(super) fn new(place: Place, message: String) -> Self {
+    pub(super) fn new(place: FaultLocation, message: String) -> Self {
         Self {
-            place,
+            location: place,
             message,
             help: None,
             counted: false,
@@ -85,9 +85,9 @@ impl Fault {
     /// Returns the line, from 1; `None` for a whole file or an option.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
-        match &self.place {
-            Place::Text { line, .. } => Some(*line),
-            Place::File(_) | Place::Option(_) => None,
+        match &self.location {
+            FaultLocation::Text { line, .. } => Some(*line),
+            FaultLocation::File(_) | FaultLocation::Option(_) => None,
         }
     }
 
@@ -97,7 +97,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FaultLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File(file) => write!(f, "{}", file.display()),
@@ -111,7 +111,7 @@ impl fmt::Display for Place {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.message)?;
+        write!(f, "{}: {}", self.location, self.message)?;
         if let Some(help) = &self.help {
             write!(f, "\n    help: {help}")?;
         }
@@ -121,13 +121,13 @@ impl fmt::Display for Fault {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, fault) in self.list.iter().take(MOST_SHOWN).enumerate() {
+        for (index, fault) in self.list.iter().take(MAX_SHOWN).enumerate() {
             if index > 0 {
                 f.write_str("\n")?;
             }
             write!(f, "{fault}")?;
         }
-        match self.count().saturating_sub(MOST_SHOWN) {
+        match self.count().saturating_sub(MAX_SHOWN) {
             0 => Ok(()),
             more => write!(f, "\nand {more} more"),
         }

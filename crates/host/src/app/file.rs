@@ -5,17 +5,17 @@ use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::Faults;
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 use super::suggest::nearest;
 
 /// The largest application file: enough for twenty thousand schemas. A larger file is no application.
-const MOST_BYTES: u64 = 2 << 20;
+const MAX_BYTES: u64 = 2 << 20;
 /// Returns the text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Faults> {
     String::from_utf8(bytes(path)?).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&error.as_bytes()[..good]);
-        let mut report = Report::new(path, &text);
+        let mut report = FaultReport::new(path, &text);
         report
             .fault(
                 &(good..good + 1),
@@ -28,38 +28,38 @@ pub(super) fn read(path: &Path) -> Result<String, Faults> {
 
 fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
     let mut bytes = Vec::new();
-    let reading = File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
-    let mut report = Report::new(path, "");
+    let reading = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    let mut report = FaultReport::new(path, "");
     match reading {
-        Ok(_) if bytes.len() as u64 <= MOST_BYTES => return Ok(bytes),
+        Ok(_) if bytes.len() as u64 <= MAX_BYTES => return Ok(bytes),
         Ok(_) => {
-            let most = MOST_BYTES >> 20;
+            let most = MAX_BYTES >> 20;
             report
-                .whole(format!(
+                .file_fault(format!(
                     "the file has more than {most} MiB, and no application is that large"
                 ))
                 .advise("give the path of an application file");
         }
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            let fault = report.whole("there is no such file");
-            if let Some(near) = neighbour(path) {
+            let fault = report.file_fault("there is no such file");
+            if let Some(near) = similar_file(path) {
                 fault.advise(format!("did you mean {}?", quote(&near.to_string_lossy())));
             }
         }
         Err(error) if error.kind() == ErrorKind::IsADirectory => {
             report
-                .whole("this is a folder")
+                .file_fault("this is a folder")
                 .advise("give the path of an application file in it");
         }
         Err(error) => {
-            report.whole(format!("the file cannot be read: {error}"));
+            report.file_fault(format!("the file cannot be read: {error}"));
         }
     }
     Err(report.into_faults())
 }
 
 /// Returns the application file in the same folder with the most similar name.
-fn neighbour(path: &Path) -> Option<PathBuf> {
+fn similar_file(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let names: Vec<String> = std::fs::read_dir(folder.unwrap_or(Path::new(".")))

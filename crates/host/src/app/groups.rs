@@ -2,31 +2,41 @@
 
 use jde_abi::describe::Child;
 
-use super::Group;
-use super::children::Kin;
+use super::GroupConfig;
+use super::children::NamedChild;
 use super::cycle::Edge;
 use super::drafts::Drafts;
+use super::group_settings::{GroupContext, GroupSettings};
 use super::outline::Level;
-use super::report::{Report, quote};
-use super::rules::{Among, Rules};
+use super::report::{FaultReport, quote};
 
 /// Returns the group of a level of roots.
-pub(super) fn of_roots(report: &mut Report, drafts: &Drafts, level: &Level, roots: &[Edge]) -> Group {
+pub(super) fn of_roots(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    level: &Level,
+    roots: &[Edge],
+) -> GroupConfig {
     let members: Vec<_> = roots.iter().map(|(root, _)| *root).collect();
     let names = members.iter().map(|root| (drafts.get(*root).name, *root));
     let lists = level.name != "roots";
-    let among = Among {
+    let among = GroupContext {
         arbitrates: false,
         lists,
-        members_are: if lists { "members" } else { "schemas in `roots`" },
+        members_noun: if lists { "members" } else { "schemas in `roots`" },
         members: &names.collect::<Vec<_>>(),
     };
-    let rules = Rules::read(report, level.section.as_ref(), &among);
+    let rules = GroupSettings::read(report, level.section.as_ref(), &among);
     rules.group(level.name.clone(), None, members)
 }
 
 /// Returns the groups of one father, in the order in which it names their first members.
-pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin: &[Kin]) -> Vec<Group> {
+pub(super) fn of_father(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    father: usize,
+    kin: &[NamedChild],
+) -> Vec<GroupConfig> {
     let Some(schema) = drafts.schema(father) else {
         return Vec::new();
     };
@@ -47,7 +57,7 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
             }
             let fault = report.fault(
                 &name.span,
-                format!("{} has no group {}", section.what, quote(name.text)),
+                format!("{} has no group {}", section.label, quote(name.text)),
             );
             if many {
                 fault.advise("say whose it is: members = [...], of its `children`");
@@ -67,28 +77,31 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
             .iter()
             .map(|(role, child)| (role.name.as_str(), *child))
             .collect();
-        let what = format!("group {} of {}", quote(group), section.what);
+        let what = format!("group {} of {}", quote(group), section.label);
         let rules = settings
             .as_ref()
             .and_then(|settings| settings.section(report, group, what));
-        let among = Among {
+        let among = GroupContext {
             arbitrates: schema.arbitrates,
             lists: many,
-            members_are: "roles of this group",
+            members_noun: "roles of this group",
             members: &names,
         };
-        let rules = Rules::read(report, rules.as_ref(), &among);
+        let rules = GroupSettings::read(report, rules.as_ref(), &among);
         if !members.is_empty() {
             let name = format!("{}/{group}", drafts.get(father).name);
             let members = members.into_iter().map(|(_, child)| child).collect();
-            groups.push((kin_place(kin, &names), rules.group(name, Some(father), members)));
+            groups.push((
+                first_member_position(kin, &names),
+                rules.group(name, Some(father), members),
+            ));
         }
     }
     groups.sort_by_key(|(place, _)| *place);
     groups.into_iter().map(|(_, group)| group).collect()
 }
 
-fn kin_place(kin: &[Kin], members: &[(&str, usize)]) -> Option<usize> {
+fn first_member_position(kin: &[NamedChild], members: &[(&str, usize)]) -> Option<usize> {
     let (_, first) = members.first()?;
     kin.iter().position(|kin| kin.child == *first)
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
 
-use super::drafts::Here;
-use super::report::{Report, quote};
+use super::drafts::InstanceContext;
+use super::report::{FaultReport, quote};
 use super::{Binding, Catalogue, Override};
 
 /// A request to a schema type to inspect these values of its modulations.
@@ -21,11 +21,11 @@ pub struct Inspection<'q> {
 }
 
 /// Reports the problems that the type of an instance finds.
-pub(super) fn ask(
-    report: &mut Report,
+pub(super) fn report_problems(
+    report: &mut FaultReport,
     catalogue: &dyn Catalogue,
     plugin: &Arc<Plugin>,
-    (here, asked): (&Here, &Inspection),
+    (here, asked): (&InstanceContext, &Inspection),
     overrides: &[Override],
 ) {
     let section = here.section();
@@ -35,7 +35,7 @@ pub(super) fn ask(
             let plugin = quote(&plugin.name);
             let message = format!(
                 "{}: the plugin {plugin} cannot inspect it: {reason}; mend the plugin",
-                section.what
+                section.label
             );
             return report.concern(&section.span, message);
         }
@@ -46,7 +46,7 @@ pub(super) fn ask(
             let message = format!(
                 "{}: the plugin {plugin} cannot inspect it: it reports a problem of modulation {number}, and there is none with that \
                  number; mend the plugin",
-                section.what
+                section.label
             );
             report.concern(&section.span, message);
             continue;
@@ -55,7 +55,7 @@ pub(super) fn ask(
             .get(&port.name)
             .map_or(section.span.clone(), |node| node.span());
         let message = format!("{}: {}", section.key(&port.name), problem.words);
-        let say = |report: &mut Report| {
+        let say = |report: &mut FaultReport| {
             if problem.unavailable {
                 report.concern(&span, message);
             } else {

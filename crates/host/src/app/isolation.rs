@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
 
-use super::document::{Node, Section, whole, wrong};
-use super::report::{Report, quote};
+use super::document::{Node, Section, integer, report_wrong_shape};
+use super::report::{FaultReport, quote};
 use super::time;
 
 /// A process of its own, and its limits.
@@ -32,7 +32,7 @@ impl Default for Isolation {
 }
 
 /// Reads `isolate = "process"`, or `{ memory = "200 MB", cpu = "2s", network = false, files = "read-only" }`.
-pub(super) fn isolation(report: &mut Report, section: &Section) -> Option<Isolation> {
+pub(super) fn isolation(report: &mut FaultReport, section: &Section) -> Option<Isolation> {
     let what = section.key("isolate");
     let node = section.get("isolate")?;
     match node.get_ref() {
@@ -55,7 +55,7 @@ pub(super) fn isolation(report: &mut Report, section: &Section) -> Option<Isolat
         | DeValue::Array(_) => {
             let expected =
                 "\"process\", or a table of its limits such as { memory = \"200 MB\", network = false }";
-            wrong(report, &what, expected, node);
+            report_wrong_shape(report, &what, expected, node);
             return None;
         }
     }
@@ -74,18 +74,18 @@ pub(super) fn isolation(report: &mut Report, section: &Section) -> Option<Isolat
     })
 }
 
-fn network(report: &mut Report, table: &Section) -> bool {
+fn network(report: &mut FaultReport, table: &Section) -> bool {
     let Some(node) = table.get("network") else {
         return true;
     };
     let network = node.get_ref().as_bool();
     if network.is_none() {
-        wrong(report, &table.key("network"), "true or false", node);
+        report_wrong_shape(report, &table.key("network"), "true or false", node);
     }
     network.unwrap_or(true)
 }
 
-fn read_only(report: &mut Report, table: &Section) -> bool {
+fn read_only(report: &mut FaultReport, table: &Section) -> bool {
     let Some(files) = table.text(report, "files") else {
         return false;
     };
@@ -101,10 +101,10 @@ fn read_only(report: &mut Report, table: &Section) -> bool {
 }
 
 /// Reads a number of bytes, or a text such as "200 MB".
-fn memory(report: &mut Report, what: &str, node: &Node) -> Option<u64> {
+fn memory(report: &mut FaultReport, what: &str, node: &Node) -> Option<u64> {
     let bytes = match node.get_ref() {
         DeValue::String(text) => bytes(text),
-        value => whole(value).and_then(|bytes| u64::try_from(bytes).ok()),
+        value => integer(value).and_then(|bytes| u64::try_from(bytes).ok()),
     };
     let bytes = bytes.filter(|bytes| *bytes > 0);
     if bytes.is_none() {

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use jde_abi::describe::Plugin;
 use toml::de::DeTable;
 
-use super::children::{self, Kin};
-use super::drafts::Here;
-use super::family::Family;
+use super::children::{self, NamedChild};
+use super::drafts::InstanceContext;
+use super::hierarchy::DeclaredHierarchy;
 use super::outline::Outline;
-use super::remote::Remotes;
-use super::report::Report;
+use super::remote::RemoteVariables;
+use super::report::FaultReport;
 use super::settings::Settings;
 use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Inspection, Instance, Override, conflict, file, groups, inspect, many,
-    modulations, needs, syntax, types, wiring,
+    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, file, groups, inspect,
+    modulations, needs, syntax, types, variadic, wiring,
 };
 
 /// Reads and checks an application file. Paths in it are relative to its folder, paths in `overrides` to the
@@ -51,19 +51,19 @@ fn read(
     catalogue: &dyn Catalogue,
     look: bool,
 ) -> Result<Application, Faults> {
-    let mut report = Report::new(path, text);
+    let mut report = FaultReport::new(path, text);
     let (document, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
         // The recovered document is not the intended one; faults in it would be misleading.
-        syntax::report(&mut report, text, &errors);
+        syntax::report_errors(&mut report, text, &errors);
         return Err(report.into_faults());
     }
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut outline = Outline::read(&mut report, document.get_ref(), &file);
-    outline.look = look;
+    outline.check_files = look;
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
-    many::name_children(&mut report, &mut outline.drafts);
-    let given = Given {
+    variadic::name_children(&mut report, &mut outline.drafts);
+    let given = CheckInput {
         overrides,
         file: &file,
         catalogue,
@@ -73,9 +73,9 @@ fn read(
     let mut application = checked.expect("an application without faults is complete");
     application.concerns = concerns;
     application.spec().validate().map_err(|errors| {
-        let mut report = Report::new(path, text);
+        let mut report = FaultReport::new(path, text);
         for error in errors {
-            report.whole(error.to_string());
+            report.file_fault(error.to_string());
         }
         report.into_faults()
     })?;
@@ -84,7 +84,7 @@ fn read(
 
 /// The inputs of a check.
 #[derive(Clone, Copy)]
-struct Given<'g> {
+struct CheckInput<'g> {
     overrides: &'g [Override],
     /// The absolute path of the file.
     file: &'g Path,
@@ -93,26 +93,26 @@ struct Given<'g> {
 
 /// Runs all checks that follow the resolution of types. Returns `None` only if there are faults.
 fn check(
-    report: &mut Report,
+    report: &mut FaultReport,
     outline: Outline,
     plugins: Vec<Arc<Plugin>>,
-    given: Given<'_>,
+    given: CheckInput<'_>,
 ) -> Option<Application> {
     let drafts = &outline.drafts;
-    modulations::refuse_strangers(report, drafts, given.overrides);
-    let family = Family::read(report, drafts, &outline.roots);
+    modulations::refuse_unknown_schemas(report, drafts, given.overrides);
+    let family = DeclaredHierarchy::read(report, drafts, &outline.roots);
     let fathers = family.fathers(report, drafts);
     let levels = outline.roots.levels.iter().zip(&family.roots);
     let mut groups: Vec<_> = levels
         .map(|(level, roots)| groups::of_roots(report, drafts, level, roots))
         .collect();
-    for (father, kin) in family.kin.iter().enumerate() {
+    for (father, kin) in family.children.iter().enumerate() {
         groups.extend(groups::of_father(report, drafts, father, kin));
     }
-    let mut remotes = Remotes::new(&outline.link);
-    let mut instances: Vec<Option<Instance>> = Vec::with_capacity(drafts.len());
-    for (index, kin) in family.kin.iter().enumerate() {
-        instances.push(instance(
+    let mut remotes = RemoteVariables::new(&outline.link);
+    let mut instances: Vec<Option<InstanceConfig>> = Vec::with_capacity(drafts.len());
+    for (index, kin) in family.children.iter().enumerate() {
+        instances.push(check_instance(
             report,
             &outline,
             &plugins,
@@ -140,8 +140,8 @@ fn check(
         }
     }
     needs::refuse_cycles(report, drafts, &instances);
-    needs::refuse_echoes(report, drafts, &instances);
-    conflict::refuse(report, drafts, &instances, &groups);
+    needs::refuse_self_triggers(report, drafts, &instances);
+    conflict::refuse_conflicts(report, drafts, &instances, &groups);
     let mission = outline
         .mission
         .as_ref()
@@ -165,34 +165,43 @@ fn check(
 
 /// Checks one instance and returns it without its place among the groups. If its type is unknown, returns
 /// `None` and checks only what does not depend on the type.
-fn instance(
-    report: &mut Report,
+fn check_instance(
+    report: &mut FaultReport,
     outline: &Outline,
     plugins: &[Arc<Plugin>],
-    given: Given<'_>,
-    (index, kin): (usize, &[Kin]),
-    remotes: &mut Remotes,
-) -> Option<Instance> {
+    given: CheckInput<'_>,
+    (index, kin): (usize, &[NamedChild]),
+    remotes: &mut RemoteVariables,
+) -> Option<InstanceConfig> {
     let draft = outline.drafts.get(index);
     let (section, schema) = (&draft.section, outline.drafts.schema(index));
     let mut settings = Settings::read(report, section, schema.map(Arc::as_ref));
-    let found = draft.found.clone()?;
+    let found = draft.resolved.clone()?;
     let schema = found.schema;
-    let here = Here {
+    let here = InstanceContext {
         drafts: &outline.drafts,
         index,
         schema: &schema,
     };
     let mut bindings = wiring::unbound(&schema);
-    let look = outline.look;
+    let look = outline.check_files;
     let overrides = given.overrides;
     let faults = report.count();
     let folder = given.file.parent().unwrap_or(Path::new("/"));
-    modulations::from_file(report, section, &schema, Paths { folder, look }, &mut bindings);
+    modulations::from_file(
+        report,
+        section,
+        &schema,
+        Paths {
+            folder,
+            check_files: look,
+        },
+        &mut bindings,
+    );
     let working = std::env::current_dir().unwrap_or_default();
     let paths = Paths {
         folder: &working,
-        look,
+        check_files: look,
     };
     for given in overrides.iter().filter(|given| given.schema == draft.name) {
         report.in_option(given.to_string(), |report| {
@@ -206,7 +215,7 @@ fn instance(
             name: draft.name,
             bindings: &bindings,
         };
-        inspect::ask(
+        inspect::report_problems(
             report,
             given.catalogue,
             &plugins[found.plugin],
@@ -217,7 +226,7 @@ fn instance(
     wiring::imports(report, &here, remotes, &mut bindings);
     wiring::triggers(report, &here, &mut bindings);
     wiring::actuators(report, &here, &mut bindings);
-    children::modulate(report, &here, kin, &mut bindings);
+    children::bind_modulations(report, &here, kin, &mut bindings);
     let mut children = vec![None; schema.children.len()];
     let mut child_order = Vec::with_capacity(kin.len());
     for kin in kin {
@@ -226,7 +235,7 @@ fn instance(
             child_order.push(role);
         }
     }
-    Some(Instance {
+    Some(InstanceConfig {
         name: draft.name.to_owned(),
         doc: settings.doc,
         plugin: found.plugin,

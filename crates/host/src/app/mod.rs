@@ -49,16 +49,16 @@ mod conflict;
 mod cycle;
 mod document;
 mod drafts;
-mod family;
 mod fault;
 mod file;
-pub mod given;
+mod group_settings;
 mod groups;
+mod hierarchy;
 mod inspect;
 mod isolation;
 pub mod link;
+pub mod literal;
 mod load;
-mod many;
 mod modulations;
 mod needs;
 mod numbers;
@@ -66,8 +66,6 @@ mod option;
 mod outline;
 mod remote;
 mod report;
-mod roots;
-mod rules;
 mod settings;
 mod spec;
 mod suggest;
@@ -77,15 +75,17 @@ mod types;
 mod units;
 mod values;
 mod variable;
+mod variadic;
+mod warnings;
 mod wiring;
 
-pub use fault::{Fault, Faults, Place};
+pub use fault::{Fault, FaultLocation, Faults};
 pub use inspect::Inspection;
 pub use isolation::Isolation;
 pub use link::Link;
 pub use load::{load, parse};
 pub use option::Override;
-pub use remote::Remote;
+pub use remote::RemoteVariable;
 pub use values::is_path;
 
 /// An application, complete and free of faults. Instances and groups are numbered by their places in the
@@ -110,13 +110,13 @@ pub struct Application {
     /// The plugins that its instances come from.
     pub plugins: Vec<Arc<Plugin>>,
     /// Its instances, in the file's order.
-    pub instances: Vec<Instance>,
+    pub instances: Vec<InstanceConfig>,
     /// Its groups: the roots first, then by father, in the file's order.
-    pub groups: Vec<Group>,
+    pub groups: Vec<GroupConfig>,
     /// Access from other processes and machines.
     pub link: Link,
     /// The variables of other applications that it imports.
-    pub remotes: Vec<Remote>,
+    pub remotes: Vec<RemoteVariable>,
     /// Things named by modulations that the schemas find unavailable at present, or why a schema
     /// could not be inspected. Not a reason to refuse the start.
     pub concerns: Option<Faults>,
@@ -134,7 +134,7 @@ pub enum Executor {
 
 /// One schema of an application.
 #[derive(Clone, Debug)]
-pub struct Instance {
+pub struct InstanceConfig {
     /// Its name, unique in the application.
     pub name: String,
     /// Its purpose in this application; may be empty.
@@ -178,7 +178,7 @@ pub enum Binding {
     /// Reads a variable.
     Import {
         /// The source; `None` if unbound.
-        source: Option<Source>,
+        source: Option<ImportSource>,
         /// A new value re-evaluates the precondition at once (R12).
         trigger: bool,
     },
@@ -207,11 +207,11 @@ pub enum Binding {
 
 /// The source of an import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum ImportSource {
     /// An export or a modulation of this application: instance and port.
-    Here(usize, usize),
+    Local(usize, usize),
     /// An export of another application: its place in [`Application::remotes`].
-    Elsewhere(usize),
+    Remote(usize),
 }
 
 /// The target of a father's write to a child.
@@ -225,7 +225,7 @@ pub enum ChildTarget {
 
 /// One competition among motor schemas: the roots or a part of them, or children of one father.
 #[derive(Clone, Debug)]
-pub struct Group {
+pub struct GroupConfig {
     /// `roots`, or `roots/left`; or father and group: `example/base`.
     pub name: String,
     /// Its father; `None` for the roots.
@@ -261,7 +261,7 @@ pub trait Catalogue {
     }
 
     /// Returns names that an application may write as a `type`, to suggest one for a misspelt name.
-    fn known(&self) -> Vec<String>;
+    fn type_names(&self) -> Vec<String>;
 }
 
 impl Application {
@@ -283,13 +283,13 @@ impl Application {
 
     /// Returns the full name, on the board, of the variable that an import reads.
     #[must_use]
-    pub fn source_name(&self, source: Source) -> String {
+    pub fn source_name(&self, source: ImportSource) -> String {
         match source {
-            Source::Here(instance, port) => {
+            ImportSource::Local(instance, port) => {
                 let instance = &self.instances[instance];
                 format!("{}.{}", instance.name, instance.schema.ports[port].name)
             }
-            Source::Elsewhere(remote) => self.remotes[remote].local.clone(),
+            ImportSource::Remote(remote) => self.remotes[remote].local.clone(),
         }
     }
 }

@@ -6,12 +6,12 @@ use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
 use jde_types::Value as _;
 
-use super::document::{Node, Section, Text, wrong};
-use super::drafts::{Drafts, Here};
-use super::given::node;
-use super::report::{Report, quote};
+use super::document::{Node, Section, Text, report_wrong_shape};
+use super::drafts::{Drafts, InstanceContext};
+use super::literal::parse_node;
+use super::report::{FaultReport, quote};
 use super::settings::Settings;
-use super::values::{Paths, Target};
+use super::values::{Paths, ValueTarget};
 use super::{Binding, Override, time};
 
 /// The only reserved key that an option may set.
@@ -19,50 +19,50 @@ const PERIOD: &str = "period";
 
 /// Reads every key of a schema that is a modulation of its type, and reports the unknown ones.
 pub(super) fn from_file(
-    report: &mut Report,
+    report: &mut FaultReport,
     section: &Section,
     schema: &Schema,
     paths: Paths<'_>,
     bindings: &mut [Binding],
 ) {
     for (key, node) in section.entries().filter(|(key, _)| !RESERVED.contains(&key.text)) {
-        match place(schema, key.text) {
-            Some(port) => set(report, section, schema, port, node, paths, &mut bindings[port]),
-            None => refuse(report, section, schema, &key),
+        match find_modulation(schema, key.text) {
+            Some(port) => set_initial(report, section, schema, port, node, paths, &mut bindings[port]),
+            None => refuse_unknown_key(report, section, schema, &key),
         }
     }
 }
 
 /// Sets the value of an option; spans have no meaning for the report then.
 pub(super) fn from_option(
-    report: &mut Report,
+    report: &mut FaultReport,
     given: &Override,
-    here: &Here,
+    here: &InstanceContext,
     paths: Paths<'_>,
     settings: &mut Settings,
     bindings: &mut [Binding],
 ) {
     let (section, schema) = (here.section(), here.schema);
     if given.variable == PERIOD {
-        let node = node(&given.value, &f64::describe());
+        let node = parse_node(&given.value, &f64::describe());
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
-    let Some(port) = place(schema, &given.variable) else {
-        let message = format!("{} has no modulation {}", section.what, quote(&given.variable));
+    let Some(port) = find_modulation(schema, &given.variable) else {
+        let message = format!("{} has no modulation {}", section.label, quote(&given.variable));
         let known = modulations(schema).chain([PERIOD]);
         return report
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);
     };
-    let node = node(&given.value, &schema.ports[port].value_type);
-    set(report, section, schema, port, &node, paths, &mut bindings[port]);
+    let node = parse_node(&given.value, &schema.ports[port].value_type);
+    set_initial(report, section, schema, port, &node, paths, &mut bindings[port]);
 }
 
 /// Reports options that name no schema of the application.
-pub(super) fn refuse_strangers(report: &mut Report, drafts: &Drafts, overrides: &[Override]) {
+pub(super) fn refuse_unknown_schemas(report: &mut FaultReport, drafts: &Drafts, overrides: &[Override]) {
     for given in overrides {
-        if drafts.place(&given.schema).is_none() {
+        if drafts.index_of(&given.schema).is_none() {
             report.in_option(given.to_string(), |report| {
                 drafts.find(report, "the option", &given.schema, &(0..0));
             });
@@ -70,7 +70,7 @@ pub(super) fn refuse_strangers(report: &mut Report, drafts: &Drafts, overrides: 
     }
 }
 
-fn place(schema: &Schema, name: &str) -> Option<usize> {
+fn find_modulation(schema: &Schema, name: &str) -> Option<usize> {
     schema
         .ports
         .iter()
@@ -85,8 +85,8 @@ fn modulations(schema: &Schema) -> impl Iterator<Item = &str> {
         .map(|port| port.name.as_str())
 }
 
-fn refuse(report: &mut Report, section: &Section, schema: &Schema, key: &Text) {
-    let message = format!("unknown key {} in {}", quote(key.text), section.what);
+fn refuse_unknown_key(report: &mut FaultReport, section: &Section, schema: &Schema, key: &Text) {
+    let message = format!("unknown key {} in {}", quote(key.text), section.label);
     let fault = report.fault(&key.span, message);
     let elsewhere = schema.ports.iter().find(|port| port.name == key.text);
     let table = elsewhere.and_then(|port| match port.role {
@@ -103,8 +103,8 @@ fn refuse(report: &mut Report, section: &Section, schema: &Schema, key: &Text) {
     fault.suggest(key.text, "keys", known);
 }
 
-fn set(
-    report: &mut Report,
+fn set_initial(
+    report: &mut FaultReport,
     section: &Section,
     schema: &Schema,
     port: usize,
@@ -116,9 +116,9 @@ fn set(
         return;
     };
     *set = true;
-    let target = Target {
+    let target = ValueTarget {
         name: port.name.clone(),
-        owner: &section.what,
+        owner: &section.label,
         unit: &port.unit,
         folder: paths.folder,
     };
@@ -131,7 +131,7 @@ fn set(
         choice(report, section, &port.name, limits, node)
     };
     let Some(value) = value else { return };
-    if let Some(path) = paths.absent(&port.unit, &value) {
+    if let Some(path) = paths.missing_file(&port.unit, &value) {
         let message = format!(
             "{} is {}, and there is no such file",
             section.key(&port.name),
@@ -153,11 +153,17 @@ fn set(
 }
 
 /// Reads one of the choices, by its name.
-fn choice(report: &mut Report, section: &Section, name: &str, limits: &Limits, node: &Node) -> Option<Value> {
+fn choice(
+    report: &mut FaultReport,
+    section: &Section,
+    name: &str,
+    limits: &Limits,
+    node: &Node,
+) -> Option<Value> {
     let choices = limits.choices.iter().map(String::as_str);
     let Some(word) = node.get_ref().as_str() else {
         let expected = format!("one of {}", limits.choices.join(", "));
-        wrong(report, &section.key(name), &expected, node);
+        report_wrong_shape(report, &section.key(name), &expected, node);
         return None;
     };
     let Some(number) = limits.choice(word) else {

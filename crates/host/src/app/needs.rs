@@ -5,10 +5,10 @@ use jde_abi::describe::{Kind, Role, Schema};
 
 use toml::Spanned;
 
-use super::cycle::{Edge, cycles};
+use super::cycle::{Edge, find_cycles};
 use super::drafts::Drafts;
-use super::report::{Report, quote};
-use super::{Binding, Instance, Source};
+use super::report::{FaultReport, quote};
+use super::{Binding, ImportSource, InstanceConfig};
 
 /// Whether a schema that is bound to this port keeps the port's owner awake. A motor schema is woken by its
 /// father alone, and a modulation has its value whether its owner is awake or not.
@@ -17,7 +17,7 @@ pub(super) fn keeps_awake(schema: &Schema, port: usize) -> bool {
 }
 
 /// Reports imports by which perceptive schemas need each other in a cycle: none of them could ever sleep.
-pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>]) {
+pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances: &[Option<InstanceConfig>]) {
     let edges: Vec<Vec<Edge>> = instances
         .iter()
         .enumerate()
@@ -28,7 +28,7 @@ pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[O
             needs.map_or_else(Vec::new, |instance| edges(drafts, index, instance))
         })
         .collect();
-    for (way, span) in cycles(&edges) {
+    for (way, span) in find_cycles(&edges) {
         let names: Vec<_> = way.iter().map(|index| drafts.get(*index).name).collect();
         report
             .fault(
@@ -46,12 +46,16 @@ pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[O
 /// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema is among
 /// them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no faster than
 /// that.
-pub(super) fn refuse_echoes(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>]) {
+pub(super) fn refuse_self_triggers(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    instances: &[Option<InstanceConfig>],
+) {
     for (index, instance) in instances.iter().enumerate() {
         let Some(instance) = instance else { continue };
         for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
             let Binding::Import {
-                source: Some(Source::Here(provider, number)),
+                source: Some(ImportSource::Local(provider, number)),
                 trigger: true,
             } = *binding
             else {
@@ -65,7 +69,7 @@ pub(super) fn refuse_echoes(report: &mut Report, drafts: &Drafts, instances: &[O
                 let span = written.map_or_else(|| section.span.clone(), Spanned::span);
                 let message = format!(
                     "{} would trigger itself without end: {} is its own export, and triggers it",
-                    section.what,
+                    section.label,
                     quote(&port.name)
                 );
                 report
@@ -76,14 +80,14 @@ pub(super) fn refuse_echoes(report: &mut Report, drafts: &Drafts, instances: &[O
     }
 }
 
-fn edges(drafts: &Drafts, index: usize, instance: &Instance) -> Vec<Edge> {
+fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
     let section = &drafts.get(index).section;
     let imports = section.get("imports");
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
         .filter_map(|(port, binding)| {
             let Binding::Import {
-                source: Some(Source::Here(provider, number)),
+                source: Some(ImportSource::Local(provider, number)),
                 ..
             } = *binding
             else {

@@ -4,40 +4,46 @@ use jde_abi::describe::Scalar;
 use jde_board::value::Value;
 use toml::de::DeValue;
 
-use super::document::{self, Node, wrong};
-use super::report::{Report, quote};
+use super::document::{self, Node, report_wrong_shape};
+use super::report::{FaultReport, quote};
 use super::units::{QuantityError, quantity};
-use super::values::Target;
+use super::values::ValueTarget;
 
-impl Target<'_> {
-    pub(super) fn float(&self, report: &mut Report, unit: &str, most: f64, node: &Node) -> Option<Value> {
+impl ValueTarget<'_> {
+    pub(super) fn float(
+        &self,
+        report: &mut FaultReport,
+        unit: &str,
+        most: f64,
+        node: &Node,
+    ) -> Option<Value> {
         let number = match document::number(node.get_ref()) {
             Some(number) => number,
             None => self.quantity(report, unit, node)?,
         };
         if !number.is_finite() {
-            report.fault(&node.span(), format!("{} is not a finite number", self.what()));
+            report.fault(&node.span(), format!("{} is not a finite number", self.label()));
             return None;
         }
         if number.abs() > most {
             report.fault(
                 &node.span(),
-                format!("{} is beyond what a float32 holds", self.what()),
+                format!("{} is beyond what a float32 holds", self.label()),
             );
             return None;
         }
         Some(Value::Float(number))
     }
 
-    pub(super) fn whole(
+    pub(super) fn integer(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         scalar: Scalar,
         unit: &str,
         node: &Node,
     ) -> Option<Value> {
         let number = match node.get_ref() {
-            DeValue::Integer(_) => document::whole(node.get_ref()),
+            DeValue::Integer(_) => document::integer(node.get_ref()),
             // The guard makes this exact: a whole float below 2^64 is a whole number of 128 bits.
             DeValue::String(_) => Some(self.quantity(report, unit, node)?)
                 .filter(|number| number.fract() == 0.0 && number.abs() < 2f64.powi(64))
@@ -47,9 +53,9 @@ impl Target<'_> {
             | DeValue::Datetime(_)
             | DeValue::Array(_)
             | DeValue::Table(_) => {
-                wrong(
+                report_wrong_shape(
                     report,
-                    &self.what(),
+                    &self.label(),
                     &format!("a whole number{}", in_unit(unit)),
                     node,
                 );
@@ -67,35 +73,39 @@ impl Target<'_> {
         if value.is_none() {
             report.fault(
                 &node.span(),
-                format!("{} is no whole number from {least} to {most}", self.what()),
+                format!("{} is no whole number from {least} to {most}", self.label()),
             );
         }
         value
     }
 
     /// Reads a text such as "30 cm".
-    fn quantity(&self, report: &mut Report, unit: &str, node: &Node) -> Option<f64> {
+    fn quantity(&self, report: &mut FaultReport, unit: &str, node: &Node) -> Option<f64> {
         let expected = format!("a number{}", in_unit(unit));
         let Some(text) = node.get_ref().as_str() else {
-            wrong(report, &self.what(), &expected, node);
+            report_wrong_shape(report, &self.label(), &expected, node);
             return None;
         };
         let message = match quantity(text, unit) {
             Ok(number) => return Some(number),
             Err(QuantityError::NotANumber) => {
-                format!("{} must be {expected}, not the text {}", self.what(), quote(text))
+                format!(
+                    "{} must be {expected}, not the text {}",
+                    self.label(),
+                    quote(text)
+                )
             }
             Err(QuantityError::UnknownUnit(given)) => {
                 format!(
                     "{} must be {expected}, and {} is no known unit",
-                    self.what(),
+                    self.label(),
                     quote(&given)
                 )
             }
             Err(QuantityError::OtherDimension(given)) => {
                 format!(
                     "{} must be {expected}, and {} does not convert to that",
-                    self.what(),
+                    self.label(),
                     quote(&given)
                 )
             }

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 use super::Executor;
-use super::document::{Section, Text, whole};
+use super::document::{Section, Text, integer};
 use super::drafts::{Drafts, is_legal_name};
 use super::link::{self, Link};
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 use super::time;
 
 const KEYS: &[&str] = &[
@@ -29,7 +29,7 @@ pub(super) struct Outline<'a> {
     pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
     /// Whether to check that required files exist.
-    pub(super) look: bool,
+    pub(super) check_files: bool,
 }
 
 /// The top of the hierarchy.
@@ -51,7 +51,7 @@ pub(super) struct Level<'a> {
 
 impl<'a> Outline<'a> {
     /// Reads the top level; `file` is absolute.
-    pub(super) fn read(report: &mut Report, document: &'a DeTable<'a>, file: &Path) -> Self {
+    pub(super) fn read(report: &mut FaultReport, document: &'a DeTable<'a>, file: &Path) -> Self {
         let top = Section::new("the application", 0..0, document);
         top.refuse_unknown(report, KEYS);
         let folder = file.parent().unwrap_or(Path::new("/"));
@@ -79,16 +79,16 @@ impl<'a> Outline<'a> {
             mission_stalls_ns,
             executor: executor(report, &top),
             drafts: Drafts::read(report, &top),
-            look: false,
+            check_files: false,
         }
     }
 }
 
-fn roots<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
+fn roots<'a>(report: &mut FaultReport, top: &Section<'a>) -> Roots<'a> {
     const ADVICE: &str = "name the motor schemas of the top level, such as roots = [\"teleop\", \"example\"]; the first wins a collision";
     let Some(node) = top.get("roots") else {
         report
-            .whole("there is no `roots`, so nothing would ever start")
+            .file_fault("there is no `roots`, so nothing would ever start")
             .advise(ADVICE);
         return Roots {
             levels: Vec::new(),
@@ -128,7 +128,7 @@ fn roots<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
 }
 
 /// Reads the levels of `[roots.NAME]`, each of which has a winner of its own.
-fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
+fn levels<'a>(report: &mut FaultReport, top: &Section<'a>) -> Roots<'a> {
     const ADVICE: &str =
         "name its motor schemas, such as members = [\"teleop\", \"example\"]; the first wins a collision";
     let mut levels = Vec::new();
@@ -159,7 +159,7 @@ fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
             None | Some(Some(0)) => {
                 let message = format!(
                     "{} has no members, so nothing would ever start in it",
-                    section.what
+                    section.label
                 );
                 report.fault(&section.key_span("members"), message).advise(ADVICE);
             }
@@ -184,7 +184,7 @@ fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
 }
 
 /// Reads the mission's export, and the time without progress after which that is reported.
-fn mission<'a>(report: &mut Report, top: &Section<'a>) -> (Option<Text<'a>>, Option<u64>) {
+fn mission<'a>(report: &mut FaultReport, top: &Section<'a>) -> (Option<Text<'a>>, Option<u64>) {
     if top.get("mission").is_none_or(|node| !node.get_ref().is_table()) {
         return (top.text(report, "mission"), None);
     }
@@ -204,9 +204,9 @@ fn mission<'a>(report: &mut Report, top: &Section<'a>) -> (Option<Text<'a>>, Opt
     (from, stalls)
 }
 
-fn seed(report: &mut Report, top: &Section) -> u64 {
+fn seed(report: &mut FaultReport, top: &Section) -> u64 {
     let Some(node) = top.get("seed") else { return 0 };
-    let seed = whole(node.get_ref()).and_then(|seed| u64::try_from(seed).ok());
+    let seed = integer(node.get_ref()).and_then(|seed| u64::try_from(seed).ok());
     if seed.is_none() {
         report
             .fault(
@@ -218,7 +218,7 @@ fn seed(report: &mut Report, top: &Section) -> u64 {
     seed.unwrap_or_default()
 }
 
-fn executor(report: &mut Report, top: &Section) -> Executor {
+fn executor(report: &mut FaultReport, top: &Section) -> Executor {
     match top.text(report, "executor") {
         None => Executor::default(),
         Some(text) => match text.text {

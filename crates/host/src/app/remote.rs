@@ -8,17 +8,17 @@ use jde_abi::describe::{Port, Type};
 use jde_core::Nanos;
 use toml::de::DeValue;
 
-use super::document::{Node, Section, Text, wrong};
+use super::document::{Node, Section, Text, report_wrong_shape};
 use super::drafts::is_legal_name;
 use super::link::Link;
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 use super::{time, variable};
 
 /// An imported variable of another application. On the board it is an export that the link writes. It has no
 /// value before the first one arrives, after the last one has expired, and while the other application is
 /// gone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Remote {
+pub struct RemoteVariable {
     /// The other application's name on the link.
     pub peer: String,
     /// The variable's full name there: `pioneer.odometry`.
@@ -33,7 +33,7 @@ pub struct Remote {
     pub stale_ns: Nanos,
 }
 
-impl Remote {
+impl RemoteVariable {
     /// The writer in the stamps of such values.
     pub const WRITER: u32 = u32::MAX - 2;
 
@@ -46,26 +46,26 @@ impl Remote {
 }
 
 /// An entry of `imports`: the text, and the age limit if it states one.
-pub(super) struct Entry<'a> {
+pub(super) struct ImportEntry<'a> {
     pub(super) role: Text<'a>,
     pub(super) from: Text<'a>,
     stale: Option<(Nanos, Range<usize>)>,
 }
 
 /// The remote variables of an application, collected while the imports are read.
-pub(super) struct Remotes<'l> {
+pub(super) struct RemoteVariables<'l> {
     link: &'l Link,
-    list: Vec<Found>,
+    list: Vec<RemoteImport>,
 }
 
-struct Found {
-    remote: Remote,
+struct RemoteImport {
+    remote: RemoteVariable,
     /// Whether an import states the age limit.
     stated: bool,
 }
 
 /// Reads `imports`: each entry is a text, or a table with `from` and `stale`.
-pub(super) fn entries<'a>(report: &mut Report, section: &Section<'a>) -> Vec<Entry<'a>> {
+pub(super) fn entries<'a>(report: &mut FaultReport, section: &Section<'a>) -> Vec<ImportEntry<'a>> {
     let Some(table) = section.section(report, "imports", section.key("imports")) else {
         return Vec::new();
     };
@@ -76,14 +76,14 @@ pub(super) fn entries<'a>(report: &mut Report, section: &Section<'a>) -> Vec<Ent
 }
 
 fn entry<'a>(
-    report: &mut Report,
+    report: &mut FaultReport,
     table: &Section<'a>,
     role: Text<'a>,
     node: &'a Node<'a>,
-) -> Option<Entry<'a>> {
+) -> Option<ImportEntry<'a>> {
     let what = table.key(role.text);
     match node.get_ref() {
-        DeValue::String(text) => Some(Entry {
+        DeValue::String(text) => Some(ImportEntry {
             role,
             from: Text {
                 text,
@@ -103,7 +103,7 @@ fn entry<'a>(
             let stale = inner
                 .get("stale")
                 .and_then(|node| Some((time::time(report, &inner.key("stale"), node)?, node.span())));
-            Some(Entry {
+            Some(ImportEntry {
                 role,
                 from: from?,
                 stale,
@@ -114,7 +114,7 @@ fn entry<'a>(
         | DeValue::Boolean(_)
         | DeValue::Datetime(_)
         | DeValue::Array(_) => {
-            wrong(
+            report_wrong_shape(
                 report,
                 &what,
                 "a text, or a table such as { from = \"robot2:pioneer.odometry\", stale = \"300ms\" }",
@@ -125,14 +125,14 @@ fn entry<'a>(
     }
 }
 
-impl Entry<'_> {
+impl ImportEntry<'_> {
     /// Whether it names another application.
     pub(super) fn is_remote(&self) -> bool {
         self.from.text.contains(':')
     }
 
     /// Reports an age limit of a variable that does not cross the link.
-    pub(super) fn refuse_stale(&self, report: &mut Report, what: &str) {
+    pub(super) fn refuse_stale(&self, report: &mut FaultReport, what: &str) {
         if let Some((_, span)) = &self.stale {
             report
                 .fault(
@@ -144,25 +144,25 @@ impl Entry<'_> {
     }
 }
 
-impl<'l> Remotes<'l> {
+impl<'l> RemoteVariables<'l> {
     pub(super) fn new(link: &'l Link) -> Self {
         let list = Vec::new();
         Self { link, list }
     }
 
-    pub(super) fn into_list(self) -> Vec<Remote> {
+    pub(super) fn into_list(self) -> Vec<RemoteVariable> {
         self.list.into_iter().map(|found| found.remote).collect()
     }
 
     /// Returns the place of the variable that an import names, for a port; reports its faults.
     pub(super) fn find(
         &mut self,
-        report: &mut Report,
+        report: &mut FaultReport,
         what: &str,
-        entry: &Entry,
+        entry: &ImportEntry,
         port: &Port,
     ) -> Option<usize> {
-        let (peer, name) = self.named(report, what, &entry.from)?;
+        let (peer, name) = self.parse_name(report, what, &entry.from)?;
         let local = format!("{peer}:{name}");
         let unit = variable::unit(port).unwrap_or_default();
         let Some(place) = self.list.iter().position(|found| found.remote.local == local) else {
@@ -170,8 +170,8 @@ impl<'l> Remotes<'l> {
                 .stale
                 .as_ref()
                 .map_or(self.link.stale_ns, |(stale, _)| *stale);
-            self.list.push(Found {
-                remote: Remote {
+            self.list.push(RemoteImport {
+                remote: RemoteVariable {
                     peer: peer.to_owned(),
                     variable: name.to_owned(),
                     local,
@@ -184,10 +184,17 @@ impl<'l> Remotes<'l> {
             return Some(self.list.len() - 1);
         };
         let found = &mut self.list[place];
-        found.agree(report, what, entry, port, unit).then_some(place)
+        found
+            .check_agreement(report, what, entry, port, unit)
+            .then_some(place)
     }
 
-    fn named<'e>(&self, report: &mut Report, what: &str, from: &Text<'e>) -> Option<(&'e str, &'e str)> {
+    fn parse_name<'e>(
+        &self,
+        report: &mut FaultReport,
+        what: &str,
+        from: &Text<'e>,
+    ) -> Option<(&'e str, &'e str)> {
         let (peer, name) = from.text.split_once(':')?;
         let owned = name.split_once('.');
         if !Link::is_name(peer)
@@ -230,9 +237,16 @@ impl<'l> Remotes<'l> {
     }
 }
 
-impl Found {
+impl RemoteImport {
     /// Checks that another import agrees on the variable; reports differences.
-    fn agree(&mut self, report: &mut Report, what: &str, entry: &Entry, port: &Port, unit: &str) -> bool {
+    fn check_agreement(
+        &mut self,
+        report: &mut FaultReport,
+        what: &str,
+        entry: &ImportEntry,
+        port: &Port,
+        unit: &str,
+    ) -> bool {
         let remote = &mut self.remote;
         let (span, full) = (&entry.from.span, quote(&remote.local));
         if !remote.value_type.same_as(&port.value_type) {

@@ -4,16 +4,16 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::fault::{Fault, Faults, Place};
+use super::fault::{Fault, FaultLocation, Faults};
 
 /// The most faults that are kept with a message and a position, which may take long to compute. Further
 /// ones are only counted: few are corrected at once.
-const MOST: usize = 200;
+const MAX_FAULTS: usize = 200;
 /// The longest piece of a file that is repeated in a message, in characters.
-const LONGEST_QUOTE: usize = 60;
+const MAX_QUOTE_LENGTH: usize = 60;
 
 /// The text under examination and its faults.
-pub(super) struct Report<'a> {
+pub(super) struct FaultReport<'a> {
     file: &'a Path,
     text: &'a str,
     lines: Vec<usize>,
@@ -22,11 +22,11 @@ pub(super) struct Report<'a> {
     /// Findings that do not prevent the start.
     concerns: Vec<Fault>,
     /// The last fault that was only counted.
-    spare: Option<Fault>,
-    more: usize,
+    last_counted: Option<Fault>,
+    omitted: usize,
 }
 
-impl<'a> Report<'a> {
+impl<'a> FaultReport<'a> {
     pub(super) fn new(file: &'a Path, text: &'a str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         Self {
@@ -36,23 +36,23 @@ impl<'a> Report<'a> {
             option: None,
             faults: Vec::new(),
             concerns: Vec::new(),
-            spare: None,
-            more: 0,
+            last_counted: None,
+            omitted: 0,
         }
     }
 
     /// Adds a fault at a position in the text, or at the option under examination.
     pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
         let place = match self.faults.len() {
-            MOST => Place::File(PathBuf::new()),
-            _ => self.here(span),
+            MAX_FAULTS => FaultLocation::File(PathBuf::new()),
+            _ => self.location(span),
         };
         self.push(place, message.into())
     }
 
     /// Adds a fault of the file as a whole.
-    pub(super) fn whole(&mut self, message: impl Into<String>) -> &mut Fault {
-        self.push(Place::File(PathBuf::from(self.file)), message.into())
+    pub(super) fn file_fault(&mut self, message: impl Into<String>) -> &mut Fault {
+        self.push(FaultLocation::File(PathBuf::from(self.file)), message.into())
     }
 
     /// Runs `work` on behalf of an option: spans have no meaning then, and faults refer to the option.
@@ -71,15 +71,15 @@ impl<'a> Report<'a> {
     /// Adds a finding that does not prevent the start, at a position in the text or at the option under
     /// examination.
     pub(super) fn concern(&mut self, span: &Range<usize>, message: impl Into<String>) {
-        if self.concerns.len() < MOST {
-            let place = self.here(span);
+        if self.concerns.len() < MAX_FAULTS {
+            let place = self.location(span);
             self.concerns.push(Fault::new(place, message.into()));
         }
     }
 
     /// Returns the number of faults so far.
     pub(super) fn count(&self) -> usize {
-        self.faults.len() + self.more
+        self.faults.len() + self.omitted
     }
 
     /// Returns the findings that do not prevent the start; an error if there are faults.
@@ -98,24 +98,24 @@ impl<'a> Report<'a> {
             "faults are asked for where there are none"
         );
         self.faults.append(&mut self.concerns);
-        Faults::new(self.faults, self.more)
+        Faults::new(self.faults, self.omitted)
     }
 
     /// Returns the position in the text, or the option under examination.
-    fn here(&self, span: &Range<usize>) -> Place {
+    fn location(&self, span: &Range<usize>) -> FaultLocation {
         match &self.option {
-            Some(option) => Place::Option(option.clone()),
-            None => self.place(span),
+            Some(option) => FaultLocation::Option(option.clone()),
+            None => self.text_location(span),
         }
     }
 
-    fn place(&self, span: &Range<usize>) -> Place {
+    fn text_location(&self, span: &Range<usize>) -> FaultLocation {
         let line = self.line(span.start);
         let before = self
             .text
             .get(self.lines[line - 1]..span.start)
             .unwrap_or_default();
-        Place::Text {
+        FaultLocation::Text {
             file: PathBuf::from(self.file),
             line,
             column: before.chars().count() + 1,
@@ -123,15 +123,15 @@ impl<'a> Report<'a> {
         }
     }
 
-    fn push(&mut self, place: Place, message: String) -> &mut Fault {
-        let counted = self.faults.len() == MOST;
+    fn push(&mut self, place: FaultLocation, message: String) -> &mut Fault {
+        let counted = self.faults.len() == MAX_FAULTS;
         let fault = Fault {
             counted,
             ..Fault::new(place, message)
         };
         if counted {
-            self.more += 1;
-            return self.spare.insert(fault);
+            self.omitted += 1;
+            return self.last_counted.insert(fault);
         }
         self.faults.push_mut(fault)
     }
@@ -141,10 +141,10 @@ impl<'a> Report<'a> {
 pub(super) fn quote(text: &str) -> String {
     let mut shown: String = text
         .chars()
-        .take(LONGEST_QUOTE)
+        .take(MAX_QUOTE_LENGTH)
         .flat_map(char::escape_debug)
         .collect();
-    if text.chars().nth(LONGEST_QUOTE).is_some() {
+    if text.chars().nth(MAX_QUOTE_LENGTH).is_some() {
         shown.push_str("...");
     }
     format!("`{shown}`")

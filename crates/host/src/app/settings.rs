@@ -6,9 +6,9 @@ use jde_core::{Nanos, Restart};
 
 use toml::de::DeValue;
 
-use super::document::{Section, whole, wrong};
+use super::document::{Section, integer, report_wrong_shape};
 use super::isolation::{Isolation, isolation};
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 use super::time;
 
 /// The default first back-off of a restart, ns: long enough for a device to recover and for a person to
@@ -33,7 +33,7 @@ pub(super) struct Settings {
 
 impl Settings {
     /// Reads the keys; missing ones are the type's.
-    pub(super) fn read(report: &mut Report, section: &Section, schema: Option<&Schema>) -> Self {
+    pub(super) fn read(report: &mut FaultReport, section: &Section, schema: Option<&Schema>) -> Self {
         let type_period = schema.map_or(0, |schema| schema.period_ns);
         let type_budget = schema.and_then(|schema| schema.budget_ns);
         let period_ns = section
@@ -61,7 +61,7 @@ impl Settings {
 
 /// Reads how long a call may take before it counts as hung. It must be longer than the budget, which a call
 /// may exceed.
-fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nanos> {
+fn hang(report: &mut FaultReport, section: &Section, budget_ns: Nanos) -> Option<Nanos> {
     let node = section.get("hang")?;
     let what = section.key("hang");
     let hang_ns = time::time(report, &what, node)?;
@@ -78,7 +78,7 @@ fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nano
 }
 
 /// Reads `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5, within = "60s" }`.
-fn restart(report: &mut Report, section: &Section) -> Restart {
+fn restart(report: &mut FaultReport, section: &Section) -> Restart {
     let on_fault = |backoff, limit, within| Restart::OnFault {
         backoff,
         limit,
@@ -109,7 +109,7 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
         | DeValue::Datetime(_)
         | DeValue::Array(_) => {
             let expected = "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5, within = \"60s\" }";
-            wrong(report, &what, expected, node);
+            report_wrong_shape(report, &what, expected, node);
             return Restart::Never;
         }
     }
@@ -122,7 +122,7 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
         .and_then(|node| time::time(report, &table.key("back-off"), node))
         .unwrap_or(BACK_OFF);
     let limit = table.get("limit").map_or(Some(LIMIT), |node| {
-        let limit = whole(node.get_ref())
+        let limit = integer(node.get_ref())
             .and_then(|limit| u32::try_from(limit).ok())
             .filter(|limit| *limit > 0);
         if limit.is_none() {

@@ -4,7 +4,7 @@ use jde_abi::describe;
 use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
 use super::needs::keeps_awake;
-use super::{Application, Binding, Group, Instance, Source};
+use super::{Application, Binding, GroupConfig, ImportSource, InstanceConfig};
 
 impl Application {
     /// Returns the application as the rules see it. Schemas and groups are numbered as in
@@ -33,7 +33,7 @@ impl Application {
             restart: instance.restart,
             period: instance.period_ns,
             budget: instance.budget_ns,
-            triggered: instance.triggered(),
+            triggered: instance.is_triggered(),
             panel: instance.schema.panel,
         }
     }
@@ -43,7 +43,7 @@ impl Application {
         let mut needs = Vec::new();
         for binding in &self.instances[index].bindings {
             let (Binding::Import {
-                source: Some(Source::Here(provider, port)),
+                source: Some(ImportSource::Local(provider, port)),
                 ..
             }
             | Binding::Actuator {
@@ -62,10 +62,10 @@ impl Application {
     }
 }
 
-impl Instance {
+impl InstanceConfig {
     /// Whether any import re-evaluates its precondition when published (R12).
     #[must_use]
-    pub fn triggered(&self) -> bool {
+    pub fn is_triggered(&self) -> bool {
         self.bindings.iter().any(|binding| {
             matches!(
                 binding,
@@ -78,7 +78,7 @@ impl Instance {
     }
 }
 
-fn group_spec(group: &Group) -> GroupSpec {
+fn group_spec(group: &GroupConfig) -> GroupSpec {
     GroupSpec {
         name: group.name.clone(),
         father: group.father.map(id),

@@ -5,18 +5,18 @@ use super::fault::Fault;
 use super::report::{quote, quote_all};
 
 /// The most names that are listed if none is similar.
-const MOST_LISTED: usize = 12;
+const MAX_LISTED: usize = 12;
 /// Longer texts are not misspelt names.
-const LONGEST: usize = 80;
+const MAX_LENGTH: usize = 80;
 
 /// Returns the most similar known name; at most a third of its letters may differ.
 pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    if name.len() > LONGEST {
+    if name.len() > MAX_LENGTH {
         return None;
     }
     known
         .into_iter()
-        .filter(|candidate| *candidate != name && candidate.len() <= LONGEST)
+        .filter(|candidate| *candidate != name && candidate.len() <= MAX_LENGTH)
         .filter_map(|candidate| {
             let letters = candidate.chars().count().max(name.chars().count());
             let distance = strsim::damerau_levenshtein(name, candidate);
@@ -35,7 +35,7 @@ impl Fault {
         let known: Vec<_> = known.into_iter().collect();
         if let Some(near) = nearest(name, known.iter().copied()) {
             self.advise(format!("did you mean {}?", quote(near)));
-        } else if (1..=MOST_LISTED).contains(&known.len()) {
+        } else if (1..=MAX_LISTED).contains(&known.len()) {
             self.advise(format!("{what}: {}", quote_all(known)));
         }
     }

@@ -3,20 +3,20 @@
 
 use toml::de::Error;
 
-use super::report::{Report, quote};
+use super::report::{FaultReport, quote};
 
 /// The most errors that are reported: in binary data every byte is one.
-const MOST: usize = 10;
+const MAX_ERRORS: usize = 10;
 /// The parser's message for a repeated key.
 const DUPLICATE: &str = "duplicate key";
 /// The parser's words for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
 /// Reports the parser's errors.
-pub(super) fn report(report: &mut Report, text: &str, errors: &[Error]) {
+pub(super) fn report_errors(report: &mut FaultReport, text: &str, errors: &[Error]) {
     // Every key of a repeated table is a duplicate: up to this position they are one fault.
     let mut twice_until = 0;
-    for error in errors.iter().take(MOST) {
+    for error in errors.iter().take(MAX_ERRORS) {
         let span = error.span().unwrap_or(0..0);
         if error.message() != DUPLICATE {
             report.fault(&span, format!("this is no TOML: {}", error.message()));

@@ -3,13 +3,13 @@
 
 use jde_core::Nanos;
 
-use super::document::{self, Node, wrong};
-use super::report::{Report, quote};
+use super::document::{self, Node, report_wrong_shape};
+use super::report::{FaultReport, quote};
 use super::units::{QuantityError, quantity};
 use crate::period::{self, OutOfRange, RANGE};
 
 /// Reads a time in ns.
-pub(super) fn time(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
+pub(super) fn time(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
     read(
         report,
         what,
@@ -20,7 +20,7 @@ pub(super) fn time(report: &mut Report, what: &str, node: &Node) -> Option<Nanos
 }
 
 /// Reads the period of a schema in ns, also from a frequency.
-pub(super) fn period(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
+pub(super) fn period(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
     read(
         report,
         what,
@@ -36,7 +36,7 @@ pub(super) fn period(report: &mut Report, what: &str, node: &Node) -> Option<Nan
 }
 
 fn read(
-    report: &mut Report,
+    report: &mut FaultReport,
     what: &str,
     node: &Node,
     expected: &str,
@@ -68,11 +68,11 @@ fn read(
     } else if let Some(seconds) = document::number(node.get_ref()) {
         seconds
     } else {
-        wrong(report, what, expected, node);
+        report_wrong_shape(report, what, expected, node);
         return None;
     };
     // Budgets and patience have the same range as periods.
-    match period::of_seconds(seconds) {
+    match period::from_seconds(seconds) {
         Ok(time) => Some(time),
         Err(OutOfRange { seconds }) => {
             report

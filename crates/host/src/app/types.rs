@@ -9,31 +9,31 @@ use jde_abi::describe::Plugin;
 
 use super::Catalogue;
 use super::document::Text;
-use super::drafts::{Drafts, Found};
-use super::report::{Report, quote, quote_all};
+use super::drafts::{Drafts, ResolvedType};
+use super::report::{FaultReport, quote, quote_all};
 use super::suggest::nearest;
 
 /// Gives every draft its type, and returns the plugins in use.
 pub(super) fn resolve(
-    report: &mut Report,
+    report: &mut FaultReport,
     drafts: &mut Drafts,
     catalogue: &dyn Catalogue,
     dirs: &[PathBuf],
 ) -> Vec<Arc<Plugin>> {
-    let mut types = Types {
+    let mut types = TypeResolver {
         catalogue,
         dirs,
         plugins: Vec::new(),
-        asked: HashMap::new(),
-        known: OnceCell::new(),
-        found: HashMap::new(),
+        plugin_indices: HashMap::new(),
+        type_names: OnceCell::new(),
+        resolved: HashMap::new(),
     };
     for draft in drafts.iter_mut() {
         if draft.section.get("type").is_none() {
-            let message = format!("{} has no `type`", draft.section.what);
+            let message = format!("{} has no `type`", draft.section.label);
             let fault = report.fault(&draft.section.span, message);
             let like = types
-                .known()
+                .type_names()
                 .iter()
                 .find(|known| known.rsplit('/').next() == Some(draft.name));
             fault.advise(match like {
@@ -41,26 +41,26 @@ pub(super) fn resolve(
                 None => "add type = \"PLUGIN/SCHEMA\", or just the plugin if it holds one schema".to_owned(),
             });
         }
-        draft.found = draft
+        draft.resolved = draft
             .section
             .text(report, "type")
-            .and_then(|written| types.find(report, &draft.section.what, &written));
+            .and_then(|written| types.find(report, &draft.section.label, &written));
     }
     types.plugins
 }
 
-struct Types<'c> {
+struct TypeResolver<'c> {
     catalogue: &'c dyn Catalogue,
     dirs: &'c [PathBuf],
     plugins: Vec<Arc<Plugin>>,
-    asked: HashMap<String, Result<usize, String>>,
-    known: OnceCell<Vec<String>>,
+    plugin_indices: HashMap<String, Result<usize, String>>,
+    type_names: OnceCell<Vec<String>>,
     /// Lets instances of one type share its description.
-    found: HashMap<(usize, usize), Found>,
+    resolved: HashMap<(usize, usize), ResolvedType>,
 }
 
-impl Types<'_> {
-    fn find(&mut self, report: &mut Report, what: &str, written: &Text) -> Option<Found> {
+impl TypeResolver<'_> {
+    fn find(&mut self, report: &mut FaultReport, what: &str, written: &Text) -> Option<ResolvedType> {
         let (plugin, schema) = match written.text.split_once('/') {
             Some((plugin, schema)) => (plugin, Some(schema)),
             None => (written.text, None),
@@ -70,8 +70,8 @@ impl Types<'_> {
             Err(reason) => {
                 let message = format!("{what}: plugin {} cannot be used: {reason}", quote(plugin));
                 let fault = report.fault(&written.span, message);
-                if let Some(near) = meant(
-                    self.known.get_or_init(|| self.catalogue.known()),
+                if let Some(near) = suggest_type(
+                    self.type_names.get_or_init(|| self.catalogue.type_names()),
                     plugin,
                     written.text,
                 ) {
@@ -82,35 +82,38 @@ impl Types<'_> {
         };
         let number = self.schema(report, index, schema, written)?;
         let plugins = &self.plugins;
-        let found = self.found.entry((index, number)).or_insert_with(|| Found {
-            plugin: index,
-            number,
-            schema: Arc::new(plugins[index].schemas[number].clone()),
-        });
+        let found = self
+            .resolved
+            .entry((index, number))
+            .or_insert_with(|| ResolvedType {
+                plugin: index,
+                number,
+                schema: Arc::new(plugins[index].schemas[number].clone()),
+            });
         Some(found.clone())
     }
 
     /// Returns the names for suggestions; asks the catalogue only once.
-    fn known(&self) -> &[String] {
-        self.known.get_or_init(|| self.catalogue.known())
+    fn type_names(&self) -> &[String] {
+        self.type_names.get_or_init(|| self.catalogue.type_names())
     }
 
     /// Returns the plugin's place; asks the catalogue for each plugin only once.
     fn plugin(&mut self, name: &str) -> Result<usize, String> {
-        if let Some(known) = self.asked.get(name) {
+        if let Some(known) = self.plugin_indices.get(name) {
             return known.clone();
         }
         let place = self.catalogue.plugin(name, self.dirs).map(|plugin| {
             self.plugins.push(plugin);
             self.plugins.len() - 1
         });
-        self.asked.insert(name.to_owned(), place.clone());
+        self.plugin_indices.insert(name.to_owned(), place.clone());
         place
     }
 
     fn schema(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         plugin: usize,
         schema: Option<&str>,
         written: &Text,
@@ -151,7 +154,7 @@ impl Types<'_> {
 
 /// Returns the known type that a name with an unusable plugin probably means; `None` if that plugin itself is
 /// known.
-fn meant(known: &[String], plugin: &str, written: &str) -> Option<String> {
+fn suggest_type(known: &[String], plugin: &str, written: &str) -> Option<String> {
     let halves = |known: &String| {
         let (plugin, schema) = known.split_once('/').unwrap_or((known, known));
         (plugin.to_owned(), schema.to_owned())

@@ -8,8 +8,8 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::value::Value;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::document::{Node, wrong};
-use super::report::{Report, quote};
+use super::document::{Node, report_wrong_shape};
+use super::report::{FaultReport, quote};
 
 /// The unit of a text that is a path.
 const PATH: &str = "path";
@@ -28,23 +28,23 @@ pub(super) struct Paths<'p> {
     /// The folder of relative paths.
     pub(super) folder: &'p Path,
     /// Whether to check that files of unit [`FILE`] exist.
-    pub(super) look: bool,
+    pub(super) check_files: bool,
 }
 
 impl Paths<'_> {
     /// Returns the path in a value if it names a required file that does not exist.
-    pub(super) fn absent<'v>(self, unit: &str, value: &'v Value) -> Option<&'v str> {
+    pub(super) fn missing_file<'v>(self, unit: &str, value: &'v Value) -> Option<&'v str> {
         let Value::Map(fields) = value else { return None };
         let [(_, Value::Text(path))] = fields.as_slice() else {
             return None;
         };
-        let absent = self.look && unit == FILE && !path.is_empty() && !Path::new(path).is_file();
+        let absent = self.check_files && unit == FILE && !path.is_empty() && !Path::new(path).is_file();
         absent.then_some(path.as_str())
     }
 }
 
 /// The destination of a value.
-pub(super) struct Target<'t> {
+pub(super) struct ValueTarget<'t> {
     /// Its name in messages: "`speed` of schema `goon`", and for a field "`start.theta` of ...".
     pub(super) name: String,
     pub(super) owner: &'t str,
@@ -54,10 +54,10 @@ pub(super) struct Target<'t> {
     pub(super) folder: &'t Path,
 }
 
-impl Target<'_> {
+impl ValueTarget<'_> {
     /// Converts a value into the form that [`jde_board::value::encode`] takes for `ty`; reports what does not
     /// fit.
-    pub(super) fn value(&self, report: &mut Report, ty: &Type, node: &Node) -> Option<Value> {
+    pub(super) fn value(&self, report: &mut FaultReport, ty: &Type, node: &Node) -> Option<Value> {
         match node.get_ref() {
             DeValue::Table(table) => self.by_name(report, ty, table),
             DeValue::Array(list) => match ty.fields.as_slice() {
@@ -72,24 +72,24 @@ impl Target<'_> {
                 [field] => self.only(report, field, node),
                 _ => {
                     let expected = format!("a table or a list of {}", fields(ty));
-                    wrong(report, &self.what(), &expected, node);
+                    report_wrong_shape(report, &self.label(), &expected, node);
                     None
                 }
             },
         }
     }
 
-    pub(super) fn what(&self) -> String {
+    pub(super) fn label(&self) -> String {
         format!("{} of {}", quote(&self.name), self.owner)
     }
 
     /// Converts the single field of a type, given without its name.
-    fn only(&self, report: &mut Report, field: &Field, node: &Node) -> Option<Value> {
+    fn only(&self, report: &mut FaultReport, field: &Field, node: &Node) -> Option<Value> {
         let value = self.field(report, field, node)?;
         Some(Value::Map(vec![(field.name.clone(), value)]))
     }
 
-    fn by_name(&self, report: &mut Report, ty: &Type, table: &DeTable) -> Option<Value> {
+    fn by_name(&self, report: &mut FaultReport, ty: &Type, table: &DeTable) -> Option<Value> {
         let mut values = Vec::with_capacity(table.len());
         let mut complete = true;
         for (key, node) in table {
@@ -98,7 +98,7 @@ impl Target<'_> {
                 report
                     .fault(
                         &key.span(),
-                        format!("{} has no field {}", self.what(), quote(name)),
+                        format!("{} has no field {}", self.label(), quote(name)),
                     )
                     .suggest(name, "fields", ty.fields.iter().map(|field| field.name.as_str()));
                 complete = false;
@@ -114,7 +114,7 @@ impl Target<'_> {
 
     fn by_order(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         ty: &Type,
         all: &[Field],
         list: &DeArray,
@@ -123,7 +123,7 @@ impl Target<'_> {
         if list.len() != all.len() {
             let message = format!(
                 "{} has {} values, and {} of them are expected: {}",
-                self.what(),
+                self.label(),
                 list.len(),
                 all.len(),
                 fields(ty)
@@ -139,8 +139,8 @@ impl Target<'_> {
         Some(Value::Map(values.into_iter().collect::<Option<_>>()?))
     }
 
-    fn inner<'t>(&'t self, field: &'t Field) -> Target<'t> {
-        Target {
+    fn inner<'t>(&'t self, field: &'t Field) -> ValueTarget<'t> {
+        ValueTarget {
             name: format!("{}.{}", self.name, field.name),
             owner: self.owner,
             unit: &field.unit,
@@ -148,7 +148,7 @@ impl Target<'_> {
         }
     }
 
-    fn field(&self, report: &mut Report, field: &Field, node: &Node) -> Option<Value> {
+    fn field(&self, report: &mut FaultReport, field: &Field, node: &Node) -> Option<Value> {
         let unit = if self.unit.is_empty() {
             &field.unit
         } else {
@@ -164,21 +164,21 @@ impl Target<'_> {
 
     fn list(
         &self,
-        report: &mut Report,
+        report: &mut FaultReport,
         field: &Field,
         unit: &str,
         (least, most): (usize, usize),
         node: &Node,
     ) -> Option<Value> {
         let Some(list) = node.get_ref().as_array() else {
-            wrong(report, &self.what(), "a list", node);
+            report_wrong_shape(report, &self.label(), "a list", node);
             return None;
         };
         if !(least..=most).contains(&list.len()) {
             let expected = if least == most { "exactly" } else { "at most" };
             let message = format!(
                 "{} has {} values, and {expected} {most} fit",
-                self.what(),
+                self.label(),
                 list.len()
             );
             report.fault(&node.span(), message);
@@ -189,31 +189,31 @@ impl Target<'_> {
             .enumerate()
             .map(|(index, node)| {
                 let name = format!("{}[{index}]", self.name);
-                Target { name, ..*self }.element(report, &field.kind, unit, node)
+                ValueTarget { name, ..*self }.element(report, &field.kind, unit, node)
             })
             .collect();
         Some(Value::List(values.into_iter().collect::<Option<_>>()?))
     }
 
-    fn element(&self, report: &mut Report, kind: &FieldKind, unit: &str, node: &Node) -> Option<Value> {
+    fn element(&self, report: &mut FaultReport, kind: &FieldKind, unit: &str, node: &Node) -> Option<Value> {
         match kind {
             FieldKind::Struct(ty) => self.value(report, ty, node),
             FieldKind::Scalar(Scalar::Bool) => {
                 let value = node.get_ref().as_bool();
                 if value.is_none() {
-                    wrong(report, &self.what(), "true or false", node);
+                    report_wrong_shape(report, &self.label(), "true or false", node);
                 }
                 value.map(Value::Bool)
             }
             FieldKind::Scalar(Scalar::F32) => self.float(report, unit, f64::from(f32::MAX), node),
             FieldKind::Scalar(Scalar::F64) => self.float(report, unit, f64::MAX, node),
-            FieldKind::Scalar(scalar) => self.whole(report, *scalar, unit, node),
+            FieldKind::Scalar(scalar) => self.integer(report, *scalar, unit, node),
         }
     }
 
-    fn text(&self, report: &mut Report, unit: &str, capacity: usize, node: &Node) -> Option<Value> {
+    fn text(&self, report: &mut FaultReport, unit: &str, capacity: usize, node: &Node) -> Option<Value> {
         let Some(text) = node.get_ref().as_str() else {
-            wrong(report, &self.what(), "a text", node);
+            report_wrong_shape(report, &self.label(), "a text", node);
             return None;
         };
         let text = if is_path(unit) && !text.is_empty() {
@@ -224,7 +224,7 @@ impl Target<'_> {
         if text.len() > capacity {
             let message = format!(
                 "{} has {} bytes, and at most {capacity} fit",
-                self.what(),
+                self.label(),
                 text.len()
             );
             report.fault(&node.span(), message);

@@ -8,11 +8,11 @@ use jde_abi::describe::{Port, Role};
 
 use super::document::Text;
 use super::drafts::Drafts;
-use super::report::{Report, quote, quote_all};
+use super::report::{FaultReport, quote, quote_all};
 
 /// The kind of variable that is wanted.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum VariableKind {
     /// An export or a modulation, to read.
     Readable,
     /// An export.
@@ -21,7 +21,7 @@ pub(super) enum Wanted {
     Command,
 }
 
-impl Wanted {
+impl VariableKind {
     /// Whether a port of that role is of this kind.
     pub(super) fn admits(self, role: &Role) -> bool {
         match role {
@@ -52,11 +52,11 @@ impl Wanted {
 /// Finds `instance.variable`; reports its faults, except for an instance whose own type is unknown. `reader`
 /// is the port that reads it, if there is one.
 pub(super) fn find(
-    report: &mut Report,
+    report: &mut FaultReport,
     drafts: &Drafts,
     what: &str,
     written: &Text,
-    wanted: Wanted,
+    wanted: VariableKind,
     reader: Option<&Port>,
 ) -> Option<(usize, usize)> {
     let (instance, name) = match written.text.split_once('.') {
@@ -90,7 +90,11 @@ pub(super) fn find(
     }
     match schema.ports.iter().find(|port| port.name == name) {
         Some(port) => {
-            let message = format!("{what} is {}, which is {}", quote(written.text), noun(&port.role));
+            let message = format!(
+                "{what} is {}, which is {}",
+                quote(written.text),
+                role_noun(&port.role)
+            );
             let fault = report.fault(&written.span, message);
             // Modulations can be read too, but are rarely intended.
             let likely = admitted().filter(|port| !matches!(port.role, Role::Modulation { .. }));
@@ -106,8 +110,8 @@ pub(super) fn find(
 
 /// Whether `port` may be bound to a variable: both have the same type and, for plain numbers, the same unit.
 /// Reports a difference.
-pub(super) fn fits(
-    report: &mut Report,
+pub(super) fn can_bind(
+    report: &mut FaultReport,
     drafts: &Drafts,
     what: &str,
     port: &Port,
@@ -157,7 +161,7 @@ pub(super) fn unit(port: &Port) -> Option<&str> {
     })
 }
 
-fn noun(role: &Role) -> &'static str {
+fn role_noun(role: &Role) -> &'static str {
     match role {
         Role::Import { .. } => "an import",
         Role::Export => "an export",

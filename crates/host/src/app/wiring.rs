@@ -3,23 +3,23 @@
 
 use jde_abi::describe::{Kind, Port, Role, Schema};
 
-use super::children::noun;
+use super::children::kind_noun;
 use super::document::Text;
-use super::drafts::{Drafts, Here};
-use super::remote::{self, Remotes};
-use super::report::{Report, quote};
-use super::variable::{self, Wanted};
-use super::{Binding, Source};
+use super::drafts::{Drafts, InstanceContext};
+use super::remote::{self, RemoteVariables};
+use super::report::{FaultReport, quote};
+use super::variable::{self, VariableKind};
+use super::{Binding, ImportSource};
 
 /// The type of the variable that states when an application is done.
 const MISSION: &str = "jde_msgs/msg/Mission";
 
 /// A table of roles and variables: `imports` or `actuators`.
 #[derive(Clone, Copy)]
-struct Table {
+struct RoleTable {
     key: &'static str,
     is_role: fn(&Port) -> bool,
-    wanted: Wanted,
+    kind: VariableKind,
 }
 
 /// Returns the ports as the type defines them: modulations at their defaults, all others unbound.
@@ -45,11 +45,16 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
 }
 
 /// Reads `imports`.
-pub(super) fn imports(report: &mut Report, here: &Here, remotes: &mut Remotes, bindings: &mut [Binding]) {
-    let table = Table {
+pub(super) fn imports(
+    report: &mut FaultReport,
+    here: &InstanceContext,
+    remotes: &mut RemoteVariables,
+    bindings: &mut [Binding],
+) {
+    let table = RoleTable {
         key: "imports",
         is_role: is_import,
-        wanted: Wanted::Readable,
+        kind: VariableKind::Readable,
     };
     for entry in remote::entries(report, here.section()) {
         let Some((port, what)) = table.port(report, here, &entry.role) else {
@@ -57,11 +62,13 @@ pub(super) fn imports(report: &mut Report, here: &Here, remotes: &mut Remotes, b
         };
         let found = if entry.is_remote() {
             let port = &here.schema.ports[port];
-            remotes.find(report, &what, &entry, port).map(Source::Elsewhere)
+            remotes
+                .find(report, &what, &entry, port)
+                .map(ImportSource::Remote)
         } else {
             entry.refuse_stale(report, &what);
             let found = table.find(report, here, &what, &entry.from, port);
-            found.map(|(instance, port)| Source::Here(instance, port))
+            found.map(|(instance, port)| ImportSource::Local(instance, port))
         };
         if let Binding::Import { source, .. } = &mut bindings[port] {
             *source = found;
@@ -71,11 +78,11 @@ pub(super) fn imports(report: &mut Report, here: &Here, remotes: &mut Remotes, b
 }
 
 /// Reads `actuators`.
-pub(super) fn actuators(report: &mut Report, here: &Here, bindings: &mut [Binding]) {
-    let table = Table {
+pub(super) fn actuators(report: &mut FaultReport, here: &InstanceContext, bindings: &mut [Binding]) {
+    let table = RoleTable {
         key: "actuators",
         is_role: is_actuator,
-        wanted: Wanted::Command,
+        kind: VariableKind::Command,
     };
     for (role, written) in here.section().pairs(report, table.key) {
         let Some((port, what)) = table.port(report, here, &role) else {
@@ -100,7 +107,7 @@ pub(super) fn actuators(report: &mut Report, here: &Here, bindings: &mut [Bindin
 }
 
 /// Reads `triggers`; without the key, each import triggers as the type states.
-pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding]) {
+pub(super) fn triggers(report: &mut FaultReport, here: &InstanceContext, bindings: &mut [Binding]) {
     let section = here.section();
     let Some(names) = section.texts(report, "triggers") else {
         return;
@@ -113,8 +120,8 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
     if let (Some(first), kind @ (Kind::Perceptive | Kind::Driver)) = (names.first(), here.schema.kind) {
         let message = format!(
             "{} is {}, which has no precondition to re-evaluate",
-            section.what,
-            noun(kind)
+            section.label,
+            kind_noun(kind)
         );
         report
             .fault(&first.span, message)
@@ -133,7 +140,7 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
                 .suggest(name.text, "imports", imports.map(|port| port.name.as_str()));
             continue;
         };
-        if here.schema.ports[port].optional && !section.is_given("imports", name.text) {
+        if here.schema.ports[port].optional && !section.is_set("imports", name.text) {
             report
                 .fault(
                     &name.span,
@@ -148,9 +155,9 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
 }
 
 /// Finds the variable that states when the application is done.
-pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> Option<(usize, usize)> {
+pub(super) fn mission(report: &mut FaultReport, drafts: &Drafts, written: &Text) -> Option<(usize, usize)> {
     let what = "`mission` of the application";
-    let (instance, port) = variable::find(report, drafts, what, written, Wanted::Export, None)?;
+    let (instance, port) = variable::find(report, drafts, what, written, VariableKind::Export, None)?;
     let found = &drafts.schema(instance)?.ports[port].value_type.name;
     if found == MISSION {
         return Some((instance, port));
@@ -169,9 +176,9 @@ pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> O
     None
 }
 
-impl Table {
+impl RoleTable {
     /// Returns the port in that role, and the name of the entry in messages; reports a missing role.
-    fn port(self, report: &mut Report, here: &Here, role: &Text) -> Option<(usize, String)> {
+    fn port(self, report: &mut FaultReport, here: &InstanceContext, role: &Text) -> Option<(usize, String)> {
         let what = here.section().key(self.key);
         let port = position(here.schema, self.is_role, role.text);
         if port.is_none() {
@@ -186,29 +193,35 @@ impl Table {
     /// Returns the variable of that name if it fits the port; reports what does not fit.
     fn find(
         self,
-        report: &mut Report,
-        here: &Here,
+        report: &mut FaultReport,
+        here: &InstanceContext,
         what: &str,
         written: &Text,
         port: usize,
     ) -> Option<(usize, usize)> {
         let port = &here.schema.ports[port];
-        let found = variable::find(report, here.drafts, what, written, self.wanted, Some(port))?;
-        variable::fits(report, here.drafts, what, port, found, &written.span).then_some(found)
+        let found = variable::find(report, here.drafts, what, written, self.kind, Some(port))?;
+        variable::can_bind(report, here.drafts, what, port, found, &written.span).then_some(found)
     }
 
     /// Reports required ports that the table leaves unbound.
-    fn refuse_unbound(self, report: &mut Report, here: &Here) {
+    fn refuse_unbound(self, report: &mut FaultReport, here: &InstanceContext) {
         let ports = here.schema.ports.iter();
         for port in ports.filter(|port| (self.is_role)(port) && !port.optional) {
-            if !here.section().is_given(self.key, &port.name) {
-                missing(report, here, self.key, port, self.wanted);
+            if !here.section().is_set(self.key, &port.name) {
+                report_missing(report, here, self.key, port, self.kind);
             }
         }
     }
 }
 
-fn missing(report: &mut Report, here: &Here, key: &str, port: &Port, wanted: Wanted) {
+fn report_missing(
+    report: &mut FaultReport,
+    here: &InstanceContext,
+    key: &str,
+    port: &Port,
+    wanted: VariableKind,
+) {
     let section = here.section();
     let candidate = (0..here.drafts.len())
         .filter(|index| *index != here.index)
@@ -223,7 +236,7 @@ fn missing(report: &mut Report, here: &Here, key: &str, port: &Port, wanted: Wan
         });
     let message = format!(
         "{} leaves {} of its {key} unbound; it takes {}",
-        section.what,
+        section.label,
         quote(&port.name),
         quote(&port.value_type.name)
     );

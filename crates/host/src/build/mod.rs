@@ -5,8 +5,8 @@
 //! unknown to it. So everything outside the instance, including recordings, keeps the application's numbers.
 //! Calls no schema.
 
-mod fit;
-mod register;
+mod compatibility;
+mod registry;
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,11 +15,11 @@ use std::sync::Arc;
 use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
-use crate::history::Aligned;
+use crate::history::AlignedBytes;
 use crate::instance::memory_of;
-use crate::plugin::{Functions, Loaded};
-pub(crate) use fit::{Fit, fit};
-pub(crate) use register::Register;
+use crate::plugin::{LoadedPlugin, SchemaFunctions};
+pub(crate) use compatibility::{BuildMapping, map_build};
+pub(crate) use registry::BuildRegistry;
 
 /// Identifies a build of a plugin, for people.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,37 +44,37 @@ impl fmt::Display for BuildName {
 
 /// One build of an instance's type.
 pub(crate) struct Build {
-    pub(crate) table: Functions,
+    pub(crate) table: SchemaFunctions,
     pub(crate) state: Option<raw::State>,
     /// The place of the type in its plugin.
     pub(crate) number: usize,
     pub(crate) name: BuildName,
     /// Where each of its ports leads.
-    ports: Vec<Way>,
+    ports: Vec<PortMapping>,
     /// For each of its roles, the application's role.
     roles: Vec<Option<usize>>,
     /// The library that contains its functions.
-    pub(crate) plugin: Loaded,
+    pub(crate) plugin: LoadedPlugin,
 }
 
 /// Where a port of a build leads.
-pub(crate) enum Way {
+pub(crate) enum PortMapping {
     /// To the application's port of that number.
     Bound(usize),
     /// Nowhere: it is new and optional.
     Unbound,
     /// To a constant: a new modulation has its default, a new command its neutral value.
-    Fixed { value: Aligned, neutral: bool },
+    Fixed { value: AlignedBytes, neutral: bool },
     /// To no reader: a new export of that many bytes.
-    Unheard(usize),
+    Discarded(usize),
 }
 
 impl Build {
     /// Returns the build against which the application was checked; `about` is the type as the application
     /// has it.
-    pub(crate) fn original(plugin: Loaded, number: usize, about: &describe::Schema) -> Self {
-        let fit = Fit {
-            ports: (0..about.ports.len()).map(Way::Bound).collect(),
+    pub(crate) fn original(plugin: LoadedPlugin, number: usize, about: &describe::Schema) -> Self {
+        let fit = BuildMapping {
+            ports: (0..about.ports.len()).map(PortMapping::Bound).collect(),
             roles: (0..about.children.len()).map(Some).collect(),
             notes: Vec::new(),
         };
@@ -87,7 +87,12 @@ impl Build {
     }
 
     /// Returns another build, mapped as `fit` states.
-    pub(crate) fn new(plugin: Loaded, number: usize, state: Option<raw::State>, fit: Fit) -> Self {
+    pub(crate) fn new(
+        plugin: LoadedPlugin,
+        number: usize,
+        state: Option<raw::State>,
+        fit: BuildMapping,
+    ) -> Self {
         Self {
             table: plugin.schema(number),
             state,
@@ -108,7 +113,7 @@ impl Build {
     }
 
     /// Returns where a port leads; `None` if the build has no such port.
-    pub(crate) fn way(&self, port: u32) -> Option<&Way> {
+    pub(crate) fn mapping(&self, port: u32) -> Option<&PortMapping> {
         self.ports.get(port as usize)
     }
 
@@ -130,18 +135,18 @@ impl Build {
 }
 
 /// Returns the place of a type in another build of its plugin.
-pub(crate) fn place(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
+pub(crate) fn schema_index(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
     plugin.schemas.iter().position(|other| other.name == schema)
 }
 
-impl Way {
+impl PortMapping {
     fn fixed(value: &[u8], neutral: bool) -> Self {
         Self::Fixed {
-            value: Aligned::new(value),
+            value: AlignedBytes::new(value),
             neutral,
         }
     }
 }
 
 /// A shared build.
-pub(crate) type Shared = Arc<Build>;
+pub(crate) type SharedBuild = Arc<Build>;

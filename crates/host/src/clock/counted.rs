@@ -15,30 +15,30 @@ use std::time::Duration;
 use jde_core::Nanos;
 
 /// How long a waiting thread sleeps between two checks.
-const LOOK: Duration = Duration::from_micros(50);
+const CHECK_INTERVAL: Duration = Duration::from_micros(50);
 
 /// The time, and which thread waits for which instant.
 #[derive(Debug, Default)]
 pub(crate) struct Counted {
     now: AtomicU64,
-    state: Mutex<State>,
+    state: Mutex<CountedState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct CountedState {
     /// The number of registered threads.
-    hands: usize,
-    waits: HashMap<ThreadId, Wait>,
+    threads: usize,
+    waiting: HashMap<ThreadId, Wait>,
     working: HashSet<ThreadId>,
     /// Grows whenever work begins or ends, and when time advances.
-    news: u64,
+    version: u64,
 }
 
 #[derive(Debug)]
 struct Wait {
     until: Option<Nanos>,
     /// The value of `news` when the thread last found no work.
-    seen: u64,
+    seen_version: u64,
 }
 
 impl Counted {
@@ -47,23 +47,23 @@ impl Counted {
     }
 
     /// Registers one more thread: time stands still until it waits, too.
-    pub(super) fn hire(&self) {
-        self.lock().hands += 1;
+    pub(super) fn register_thread(&self) {
+        self.lock().threads += 1;
     }
 
     /// Removes one thread.
-    pub(super) fn dismiss(&self) {
+    pub(super) fn unregister_thread(&self) {
         let mut state = self.lock();
-        state.hands = state.hands.saturating_sub(1);
+        state.threads = state.threads.saturating_sub(1);
         state.forget();
-        state.news += 1;
+        state.version += 1;
     }
 
     /// Marks this thread as busy.
-    pub(super) fn works(&self) {
+    pub(super) fn mark_busy(&self) {
         let mut state = self.lock();
         state.working.insert(thread::current().id());
-        state.news += 1;
+        state.version += 1;
     }
 
     /// Waits a moment for a notification, or for that time.
@@ -73,9 +73,9 @@ impl Counted {
         guard: MutexGuard<'a, T>,
         until: Option<Nanos>,
     ) -> MutexGuard<'a, T> {
-        self.enter(until);
-        let waited = news.wait_timeout(guard, LOOK);
-        self.lock().waits.remove(&thread::current().id());
+        self.begin_wait(until);
+        let waited = news.wait_timeout(guard, CHECK_INTERVAL);
+        self.lock().waiting.remove(&thread::current().id());
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
@@ -83,40 +83,47 @@ impl Counted {
     pub(super) fn spend(&self, time: Nanos) {
         let until = self.now().saturating_add(time);
         while self.now() < until {
-            self.enter(Some(until));
-            thread::sleep(LOOK);
+            self.begin_wait(Some(until));
+            thread::sleep(CHECK_INTERVAL);
         }
-        self.lock().waits.remove(&thread::current().id());
-        self.works();
+        self.lock().waiting.remove(&thread::current().id());
+        self.mark_busy();
     }
 
-    fn enter(&self, until: Option<Nanos>) {
+    fn begin_wait(&self, until: Option<Nanos>) {
         let mut state = self.lock();
         let this = thread::current().id();
         if state.working.remove(&this) {
-            state.news += 1;
+            state.version += 1;
         }
-        let seen = state.news;
-        state.waits.insert(this, Wait { until, seen });
-        if state.waits.len() < state.hands || state.waits.values().any(|wait| wait.seen != seen) {
+        let seen = state.version;
+        state.waiting.insert(
+            this,
+            Wait {
+                until,
+                seen_version: seen,
+            },
+        );
+        if state.waiting.len() < state.threads || state.waiting.values().any(|wait| wait.seen_version != seen)
+        {
             return;
         }
-        let next = state.waits.values().filter_map(|wait| wait.until).min();
+        let next = state.waiting.values().filter_map(|wait| wait.until).min();
         if let Some(next) = next.filter(|next| *next > self.now()) {
             self.now.store(next, Ordering::Release);
-            state.news += 1;
+            state.version += 1;
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, CountedState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl CountedState {
     fn forget(&mut self) {
         let this = thread::current().id();
         self.working.remove(&this);
-        self.waits.remove(&this);
+        self.waiting.remove(&this);
     }
 }

@@ -20,29 +20,29 @@ pub(super) struct Command {
     pub(super) neutral: Vec<u8>,
     /// The sequence number of a value that stays in force without its writer's authority, held or taken over;
     /// 0 if none does.
-    pub(super) alone: u64,
+    pub(super) held_sequence: u64,
     /// The instances for which that value stays in force. Only they end it.
-    pub(super) heirs: Vec<usize>,
+    pub(super) holders: Vec<usize>,
     /// The motor schemas that are bound to the command.
     pub(super) commanders: Vec<usize>,
 }
 
 /// What happens to the newest value of a command.
-enum Fate<'a> {
+enum CommandChange<'a> {
     /// The value is left as it is.
-    Stays,
+    Unchanged,
     /// The value stays in force without its writer, written at `time` and valid until `until`.
-    StandsAlone {
+    Hold {
         time: Nanos,
         until: Nanos,
         /// The instances for which it stays in force.
-        heirs: &'a [usize],
+        holders: &'a [usize],
     },
     Neutral,
 }
 
 /// The newest value of a command.
-struct Last {
+struct NewestCommand {
     writer: u32,
     sequence: u64,
     time: Nanos,
@@ -78,18 +78,18 @@ impl Commands {
     /// and becomes neutral if no heir is. Returns the drivers that received neutral values; all such methods
     /// return these.
     pub(super) fn take_over(&mut self, level: &[usize], heirs: &[usize], now: Nanos) -> Vec<usize> {
-        self.each(now, |command, last| {
+        self.update_each(now, |command, last| {
             if !command.belongs(last, level) {
-                Fate::Stays
+                CommandChange::Unchanged
             } else if command.is_bound(heirs) {
                 // Limits the time, which a slow loser or a hold may have set longer.
-                Fate::StandsAlone {
+                CommandChange::Hold {
                     time: last.time,
                     until: last.valid_until.min(now.saturating_add(command.validity())),
-                    heirs,
+                    holders: heirs,
                 }
             } else {
-                Fate::Neutral
+                CommandChange::Neutral
             }
         })
     }
@@ -97,31 +97,31 @@ impl Commands {
     /// Ends what an instance took over, after its first iteration. A command that the instance took over, is
     /// bound to and did not write becomes neutral. A command to which only schemas below it are bound becomes
     /// neutral if none of those could act.
-    pub(super) fn lapse(
+    pub(super) fn end_taken_over(
         &mut self,
         instance: usize,
         below: &[usize],
         could_act: impl Fn(usize) -> bool,
         now: Nanos,
     ) -> Vec<usize> {
-        self.each(now, |command, last| {
+        self.update_each(now, |command, last| {
             let mut awaits = command.commanders.iter().filter(|other| below.contains(other));
             let is_awaited = !command.is_bound(&[instance]) && awaits.any(|other| could_act(*other));
-            if command.stands_alone(last) && command.belongs(last, below) && !is_awaited {
-                Fate::Neutral
+            if command.is_held(last) && command.belongs(last, below) && !is_awaited {
+                CommandChange::Neutral
             } else {
-                Fate::Stays
+                CommandChange::Unchanged
             }
         })
     }
 
     /// Sends the neutral value to each command that belongs to a level.
     pub(super) fn brake(&mut self, level: &[usize], now: Nanos) -> Vec<usize> {
-        self.each(now, |command, last| {
+        self.update_each(now, |command, last| {
             if command.belongs(last, level) {
-                Fate::Neutral
+                CommandChange::Neutral
             } else {
-                Fate::Stays
+                CommandChange::Unchanged
             }
         })
     }
@@ -130,21 +130,21 @@ impl Commands {
     /// value that already stays in force without its writer does so no longer than before. A command that was
     /// taken over from elsewhere becomes neutral.
     pub(super) fn hold(&mut self, level: &[usize], now: Nanos, until: Nanos) -> Vec<usize> {
-        self.each(now, |command, last| {
+        self.update_each(now, |command, last| {
             if !command.belongs(last, level) || last.valid_until < now {
-                Fate::Stays
+                CommandChange::Unchanged
             } else if !level.contains(&last.writer()) {
-                Fate::Neutral
+                CommandChange::Neutral
             } else {
-                let longest = if command.stands_alone(last) {
+                let longest = if command.is_held(last) {
                     last.valid_until
                 } else {
                     Nanos::MAX
                 };
-                Fate::StandsAlone {
+                CommandChange::Hold {
                     time: now,
                     until: until.min(longest),
-                    heirs: level,
+                    holders: level,
                 }
             }
         })
@@ -163,19 +163,27 @@ impl Commands {
         drivers
     }
 
-    fn each<'a>(&mut self, now: Nanos, fate: impl Fn(&Command, &Last) -> Fate<'a>) -> Vec<usize> {
+    fn update_each<'a>(
+        &mut self,
+        now: Nanos,
+        fate: impl Fn(&Command, &NewestCommand) -> CommandChange<'a>,
+    ) -> Vec<usize> {
         let mut drivers = Vec::new();
         for command in &mut self.commands {
             let Some(last) = command.last() else {
                 continue;
             };
             match fate(command, &last) {
-                Fate::Stays => {}
-                Fate::StandsAlone { time, until, heirs } => {
-                    command.heirs = heirs.to_vec();
-                    command.stand_alone(&last, time, until);
+                CommandChange::Unchanged => {}
+                CommandChange::Hold {
+                    time,
+                    until,
+                    holders: heirs,
+                } => {
+                    command.holders = heirs.to_vec();
+                    command.hold_value(&last, time, until);
                 }
-                Fate::Neutral => {
+                CommandChange::Neutral => {
                     command.put_neutral(now);
                     drivers.push(command.driver);
                 }
@@ -185,7 +193,7 @@ impl Commands {
     }
 }
 
-impl Last {
+impl NewestCommand {
     fn writer(&self) -> usize {
         self.writer as usize
     }
@@ -199,9 +207,9 @@ impl Command {
     }
 
     /// The newest value, if any was written.
-    fn last(&mut self) -> Option<Last> {
+    fn last(&mut self) -> Option<NewestCommand> {
         let last = self.newest.latch().filter(|last| last.stamp.sequence > 0);
-        let last = last.map(|last| Last {
+        let last = last.map(|last| NewestCommand {
             writer: last.stamp.writer,
             sequence: last.stamp.sequence,
             time: last.stamp.time,
@@ -214,22 +222,22 @@ impl Command {
     /// Whether the newest value belongs to a level. It belongs to the level of its writer. A value that stays
     /// in force without its writer belongs to the levels of its heirs that are bound to the command, whatever
     /// schema wrote it.
-    fn belongs(&self, last: &Last, level: &[usize]) -> bool {
-        if !self.stands_alone(last) {
+    fn belongs(&self, last: &NewestCommand, level: &[usize]) -> bool {
+        if !self.is_held(last) {
             return level.contains(&last.writer());
         }
         let mut bound = self.commanders.iter();
-        bound.any(|commander| level.contains(commander) && self.heirs.contains(commander))
+        bound.any(|commander| level.contains(commander) && self.holders.contains(commander))
     }
 
     /// Whether the value was held or taken over.
-    fn stands_alone(&self, last: &Last) -> bool {
-        self.alone == last.sequence
+    fn is_held(&self, last: &NewestCommand) -> bool {
+        self.held_sequence == last.sequence
     }
 
     /// Keeps the newest value in force until `until` without its writer's authority.
-    fn stand_alone(&mut self, last: &Last, time: Nanos, until: Nanos) {
-        self.alone = last.sequence;
+    fn hold_value(&mut self, last: &NewestCommand, time: Nanos, until: Nanos) {
+        self.held_sequence = last.sequence;
         if until == last.valid_until {
             return;
         }
@@ -237,7 +245,7 @@ impl Command {
         self.newest.release();
         if let Some(bytes) = bytes {
             let put = self.variable.put(last.writer, &bytes, time, until);
-            self.alone = put.expect("it was published before");
+            self.held_sequence = put.expect("it was published before");
         }
     }
 

@@ -16,28 +16,28 @@ impl Engine {
     /// where an absence policy would hold it for a while (R9).
     pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
         let (done, moment) =
-            self.transact_told(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
+            self.transact_recorded(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
         let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
-        self.tell_turn(Turn::OPERATED, 0, way, moment);
-        self.all_operated(by, done, Operator::Stop)
+        self.record_turn(Turn::OPERATED, 0, way, moment);
+        self.report_operations(by, done, Operator::Stop)
     }
 
     /// Releases every root that was stopped with everything and was not also stopped individually.
     pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
-        let (done, moment) = self.transact_told(|hierarchy, now, out| hierarchy.release_all(now, out));
+        let (done, moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
         let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
-        self.tell_turn(Turn::OPERATED, 0, way, moment);
-        self.all_operated(by, done, Operator::Release)
+        self.record_turn(Turn::OPERATED, 0, way, moment);
+        self.report_operations(by, done, Operator::Release)
     }
 
     /// Repeats an operator's stop of everything, in a replay.
-    pub(crate) fn stop_all_again(&self) {
+    pub(crate) fn repeat_stop_all(&self) {
         // The original operator was informed of a refusal.
         let _ = self.transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
     }
 
     /// Repeats an operator's release of everything, in a replay.
-    pub(crate) fn release_all_again(&self) {
+    pub(crate) fn repeat_release_all(&self) {
         let _ = self.transact(|hierarchy, now, out| hierarchy.release_all(now, out));
     }
 
@@ -52,19 +52,19 @@ impl Engine {
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
         let roots = tops.flat_map(|group| group.members.iter().map(|root| super::schema(*root)));
-        by.clone_into(&mut self.held().everything);
+        by.clone_into(&mut self.holds().stop_all_operator);
         Ok(roots.collect())
     }
 
     /// Reports an operator's action on each affected schema.
-    fn all_operated(
+    fn report_operations(
         &self,
         by: &str,
         done: Result<Vec<SchemaId>, Refused>,
         operator: impl Fn(SchemaId) -> Operator,
     ) -> Result<(), String> {
         for id in done.map_err(|refused| refused.to_string())? {
-            self.operated(by, OperatorAction::Hierarchy(operator(id)));
+            self.report_operation(by, OperatorAction::Hierarchy(operator(id)));
         }
         Ok(())
     }

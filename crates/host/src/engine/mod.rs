@@ -6,10 +6,10 @@
 //! (R1, R7), whatever the threads do. The engine starts no thread and calls no plugin; it signals the
 //! executor through [`Bells`].
 
-mod apart;
+mod abandoned;
 mod authority;
 mod halt;
-mod left;
+mod isolation;
 mod observe;
 mod operate;
 mod panels;
@@ -28,25 +28,25 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
 use jde_board::{Board, Watch};
-use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
+use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
 
-use crate::apart::{Processes, Program};
 use crate::app::Application;
 use crate::build;
 use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
-use crate::meter::Meter;
-use crate::order::early;
+use crate::isolated::{ProcessTable, Program};
+use crate::metrics::InstanceMetrics;
 use crate::panels::Panels;
+use crate::transaction_observer::TransactionObserver;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
-use crate::witness::Witness;
+use crate::turn_order::staggers;
 use authority::Commands;
-use observe::{Groups, Later};
+use observe::{DeferredEvents, GroupStatistics};
 pub use observe::{decider_name, policy_name};
-use operate::Held;
-pub(crate) use services::Led;
-pub(crate) use transact::Begun;
+use operate::OperatorHolds;
+pub(crate) use services::FatherAction;
+pub(crate) use transact::IterationPermission;
 pub(crate) use wiring::Variables;
 
 /// Delivers signals to the runners of instances and sets the rules' timer.
@@ -55,16 +55,16 @@ pub(crate) use wiring::Variables;
 /// them. They also run under the engine's lock, so they must not call the engine. The threads that wait are
 /// notified once the lock is free: a notified thread may run before the notifier continues, and would
 /// otherwise block on the rules' lock.
-pub(crate) trait Bells: Send + Sync {
+pub(crate) trait Notifier: Send + Sync {
     /// Leaves a signal for an instance. Returns whether a thread must be notified.
-    fn leave(&self, instance: usize, signal: Signal) -> bool;
+    fn post(&self, instance: usize, signal: Signal) -> bool;
     /// Notifies the thread that takes the instance's turns.
-    fn call(&self, instance: usize);
+    fn notify(&self, instance: usize);
     /// Sets the next time at which the rules need [`Engine::tick`]. Returns whether a thread must be
     /// notified.
-    fn set_alarm(&self, next: Option<Nanos>) -> bool;
+    fn set_timer(&self, next: Option<Nanos>) -> bool;
     /// Notifies the thread that waits for that time.
-    fn call_alarm(&self);
+    fn notify_timer(&self);
 }
 
 /// A signal to an instance.
@@ -85,19 +85,19 @@ pub(crate) enum Signal {
     /// wait.
     Triggered,
     /// The instance must arbitrate (R4).
-    Asked {
+    ArbitrationRequested {
         group: GroupId,
         ticket: u64,
         level: Level,
     },
     /// The period was written.
-    Retimed,
+    PeriodChanged,
     /// A viewer opened the instance's panel.
-    Looked,
+    PanelOpened,
     /// A gesture on the panel is waiting.
-    Touched,
+    GestureQueued,
     /// Another build is waiting to take over at the instance's next turn.
-    Swapped,
+    BuildPending,
 }
 
 /// The shared part of a running application.
@@ -107,53 +107,53 @@ pub(crate) struct Engine {
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
     /// How much earlier than the last of the instances woken together each instance is due, ns.
-    early: Vec<Nanos>,
-    pub(crate) meters: Vec<Meter>,
+    staggers: Vec<Nanos>,
+    pub(crate) metrics: Vec<InstanceMetrics>,
     pub(crate) panels: Arc<Panels>,
-    pub(crate) builds: build::Register,
-    pub(crate) processes: Processes,
+    pub(crate) builds: build::BuildRegistry,
+    pub(crate) processes: ProcessTable,
     pub(crate) id: u64,
     /// Receives the turns, if they are recorded.
     pub(crate) journal: Option<Arc<Journal>>,
     /// While this is `Some`, requests of fathers are collected here. A replay carries them out at the time of
     /// the original requests.
-    put_off: Mutex<Option<Vec<Led>>>,
-    rules: Mutex<Rules>,
-    bells: OnceLock<Weak<dyn Bells>>,
+    deferred_actions: Mutex<Option<Vec<FatherAction>>>,
+    rules: Mutex<RulesState>,
+    notifier: OnceLock<Weak<dyn Notifier>>,
     outcome: Mutex<Option<Outcome>>,
     /// Whether there is an outcome. Checked far more often than it changes.
     concluded: AtomicBool,
     ended: Condvar,
     /// What operators have changed and not released. This lock is taken after the rules' lock, or alone.
-    held: Mutex<Held>,
-    later: Later,
+    holds: Mutex<OperatorHolds>,
+    deferred_events: DeferredEvents,
     /// The engine's own watches on variables, kept as long as the engine.
     watches: Mutex<Vec<Watch>>,
 }
 
 /// The state that only transactions change.
-pub(crate) struct Rules {
+pub(crate) struct RulesState {
     hierarchy: Hierarchy,
     effects: Vec<Effect>,
     observers: Vec<Box<dyn Observer>>,
-    witness: Option<Box<dyn Witness>>,
+    transaction_observer: Option<Box<dyn TransactionObserver>>,
     commands: Commands,
-    groups: Groups,
+    groups: GroupStatistics,
     /// Pairs of father and role whose last wake or sleep was refused. Only the first of consecutive refusals
     /// is reported.
-    unheard: BTreeSet<(usize, usize)>,
+    refused_requests: BTreeSet<(usize, usize)>,
     /// The timer that was last set through the bells.
     alarm: Option<Nanos>,
     /// What to notify once the lock is free.
-    calls: Calls,
+    notifications: PendingNotifications,
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
-    closing: Option<Vec<usize>>,
+    shutdown_order: Option<Vec<usize>>,
 }
 
 /// What to notify.
 #[derive(Default)]
-struct Calls {
+struct PendingNotifications {
     instances: Vec<usize>,
     alarm: bool,
 }
@@ -165,7 +165,7 @@ impl Engine {
         clock: Clock,
         observers: Vec<Box<dyn Observer>>,
         on_turn: Option<OnTurn>,
-        witness: Option<Box<dyn Witness>>,
+        witness: Option<Box<dyn TransactionObserver>>,
         apart: Option<Program>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
@@ -179,91 +179,95 @@ impl Engine {
         let board = Board::new();
         let (variables, ports, commands) =
             wiring::wire(&application, &board).map_err(|error| error.to_string())?;
-        let meters: Vec<Meter> = application.instances.iter().map(|_| Meter::default()).collect();
+        let meters: Vec<InstanceMetrics> = application
+            .instances
+            .iter()
+            .map(|_| InstanceMetrics::default())
+            .collect();
         for (meter, instance) in meters.iter().zip(&application.instances) {
             meter.period.store(instance.period_ns, Ordering::Relaxed);
         }
-        let groups = Groups::new(application.groups.len(), &hierarchy);
-        let rules = Rules {
+        let groups = GroupStatistics::new(application.groups.len(), &hierarchy);
+        let rules = RulesState {
             hierarchy,
             effects: Vec::new(),
             observers,
-            witness,
+            transaction_observer: witness,
             commands,
             groups,
-            unheard: BTreeSet::new(),
+            refused_requests: BTreeSet::new(),
             alarm: None,
-            calls: Calls::default(),
-            closing: None,
+            notifications: PendingNotifications::default(),
+            shutdown_order: None,
         };
-        let early = early(&application.instances, &clock);
+        let early = staggers(&application.instances, &clock);
         let panels = Arc::new(Panels::new(application.instances.len()));
-        let builds = build::Register::new(application.instances.len());
-        let processes = Processes::new(application.instances.len(), apart);
+        let builds = build::BuildRegistry::new(application.instances.len());
+        let processes = ProcessTable::new(application.instances.len(), apart);
         let engine = Arc::new(Self {
             application,
             board,
             variables,
             clock,
-            early,
-            meters,
+            staggers: early,
+            metrics: meters,
             panels,
             builds,
             processes,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
-            put_off: Mutex::default(),
+            deferred_actions: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),
             rules: Mutex::new(rules),
-            bells: OnceLock::new(),
+            notifier: OnceLock::new(),
             outcome: Mutex::new(None),
             concluded: AtomicBool::new(false),
             ended: Condvar::new(),
-            held: Mutex::default(),
-            later: Later::default(),
+            holds: Mutex::default(),
+            deferred_events: DeferredEvents::default(),
             watches: Mutex::default(),
         });
         Ok((engine, ports))
     }
 
     /// How much earlier than the last of the instances woken together this instance is due, ns.
-    pub(crate) fn early(&self, instance: usize) -> Nanos {
-        self.early[instance]
+    pub(crate) fn stagger(&self, instance: usize) -> Nanos {
+        self.staggers[instance]
     }
 
     /// Connects the executor, and lets publications signal its instances. Called once, before
     /// [`Self::start`].
-    pub(crate) fn attach(&self, bells: &Arc<dyn Bells>) {
-        self.keep(wiring::watch(self, bells));
+    pub(crate) fn attach(&self, bells: &Arc<dyn Notifier>) {
+        self.retain_watches(wiring::watch_triggers(self, bells));
         assert!(
-            self.bells.set(Arc::downgrade(bells)).is_ok(),
+            self.notifier.set(Arc::downgrade(bells)).is_ok(),
             "an engine has one executor"
         );
     }
 
     /// Keeps watches for as long as the engine lives.
-    pub(crate) fn keep(&self, watches: impl IntoIterator<Item = Watch>) {
+    pub(crate) fn retain_watches(&self, watches: impl IntoIterator<Item = Watch>) {
         let mut kept = self.watches.lock().unwrap_or_else(PoisonError::into_inner);
         kept.extend(watches);
     }
 
     pub(crate) fn start(&self) {
-        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.start(now, out));
-        self.tell_turn(Turn::STARTED, 0, 0, moment);
+        let ((), moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.start(now, out));
+        self.record_turn(Turn::STARTED, 0, 0, moment);
     }
 
     /// Runs the rules' timers that are due.
     pub(crate) fn tick(&self) {
-        let ((), moment) = self.transact_told(|hierarchy, now, out| {
-            self.excuse_the_idle(hierarchy, now);
+        let ((), moment) = self.transact_recorded(|hierarchy, now, out| {
+            self.excuse_unscheduled(hierarchy, now);
             hierarchy.tick(now, out);
         });
-        self.tell_turn(Turn::TICKED, 0, 0, moment);
+        self.record_turn(Turn::TICKED, 0, 0, moment);
     }
 
     /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other
     /// call of it runs, and it was not called to answer in the first half of its time. In that case its
     /// thread was notified and did not run, or no worker was free: the machine was late, not the father.
-    fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
+    fn excuse_unscheduled(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some((due, group)),
             _ => None,
@@ -271,10 +275,10 @@ impl Engine {
         for (due, group) in over.collect::<Vec<_>>() {
             let about = &self.application.groups[group.index()];
             let latest = due.saturating_sub(about.budget_ns / 2);
-            let asked = hierarchy.asked(group);
+            let asked = hierarchy.pending_arbitration(group);
             if about
                 .father
-                .is_some_and(|father| !self.meters[father].is_busy_with(asked, latest))
+                .is_some_and(|father| !self.metrics[father].is_busy_with(asked, latest))
             {
                 hierarchy.excuse(group);
             }
@@ -286,26 +290,31 @@ impl Engine {
     }
 
     /// Reports the result of a precondition.
-    pub(crate) fn checked(&self, instance: usize, check: Check) -> Moment {
+    pub(crate) fn report_check(&self, instance: usize, check: Check) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
             hierarchy.checked(now, schema(instance), check, out);
         };
-        self.transact_of(instance, told).1
+        self.transact_for(instance, told).1
     }
 
     /// Asks the rules for permission to iterate.
-    pub(crate) fn begin(&self, instance: usize) -> Begun {
+    pub(crate) fn request_iteration(&self, instance: usize) -> IterationPermission {
         self.transact_begin(instance, None, false).1
     }
 
     /// Asks for permission for the first iteration since the instance became WINNER. Refused if that
     /// iteration has begun already.
-    pub(crate) fn begin_first(&self, instance: usize) -> Begun {
+    pub(crate) fn request_first_iteration(&self, instance: usize) -> IterationPermission {
         self.transact_begin(instance, None, true).1
     }
 
     /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::begin_first`].
-    pub(crate) fn checked_and_begin(&self, instance: usize, check: Check, first: bool) -> (Moment, Begun) {
+    pub(crate) fn report_check_and_request(
+        &self,
+        instance: usize,
+        check: Check,
+        first: bool,
+    ) -> (Moment, IterationPermission) {
         self.transact_begin(instance, Some(check), first)
     }
 
@@ -315,14 +324,14 @@ impl Engine {
     }
 
     /// Reports the end of an iteration.
-    pub(crate) fn end(&self, instance: usize) -> Moment {
+    pub(crate) fn report_iteration_end(&self, instance: usize) -> Moment {
         self.transact_end(self.journal_of(instance), instance)
     }
 
     /// Reports that a call into the instance failed, and retracts the instance's exports. A driver that never
     /// completed an iteration ends the application, which cannot work without it.
-    pub(crate) fn faulted(&self, instance: usize, reason: String) -> Moment {
-        let meter = &self.meters[instance];
+    pub(crate) fn report_fault(&self, instance: usize, reason: String) -> Moment {
+        let meter = &self.metrics[instance];
         meter.faults.fetch_add(1, Ordering::Relaxed);
         tracing::error!(schema = self.name(instance), "faulted: {reason}");
         let kind = self.application.instances[instance].schema.kind;
@@ -335,14 +344,14 @@ impl Engine {
         // Retracting calls watchers, so no lock may be held. It precedes the restart, so that it retracts no
         // newer value.
         self.variables.retract_exports(instance);
-        self.transact_of(instance, |hierarchy, now, out| {
+        self.transact_for(instance, |hierarchy, now, out| {
             hierarchy.faulted(now, schema(instance), reason, out);
         })
         .1
     }
 
     /// The host itself panicked: brakes all actuators and ends the application.
-    pub(crate) fn panicked(&self) {
+    pub(crate) fn report_panic(&self) {
         self.brake_all();
         self.conclude(Outcome::Broken(String::from(
             "the host itself panicked; this is a fault of jde, please report it",
@@ -350,15 +359,15 @@ impl Engine {
     }
 
     /// Reports the answer of a father.
-    pub(crate) fn answered(&self, group: GroupId, ticket: u64, answer: Answer) -> Moment {
+    pub(crate) fn report_arbitration(&self, group: GroupId, ticket: u64, answer: ArbitrationReply) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-            hierarchy.answered(now, group, ticket, answer, out);
+            hierarchy.arbitrated(now, group, ticket, answer, out);
         };
-        self.transact_told(told).1
+        self.transact_recorded(told).1
     }
 
     /// Reports that a deadline was missed or met.
-    pub(crate) fn deadline(&self, instance: usize, met: bool) {
+    pub(crate) fn report_deadline(&self, instance: usize, met: bool) {
         self.transact(|hierarchy, _, out| {
             if met {
                 hierarchy.on_time(schema(instance), out);
@@ -388,7 +397,7 @@ impl Engine {
     }
 
     /// Blocks until the application concludes.
-    pub(crate) fn concluded(&self) -> Outcome {
+    pub(crate) fn wait_for_outcome(&self) -> Outcome {
         let slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
         let slot = self
             .ended
@@ -402,73 +411,76 @@ impl Engine {
     }
 
     /// The instances that act for a group: its members and all schemas below them.
-    fn below(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
+    fn group_subtree(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
         let members = &self.application.groups[group.index()].members;
         members
             .iter()
-            .flat_map(|member| with_below(hierarchy, schema(*member)))
+            .flat_map(|member| subtree_with(hierarchy, schema(*member)))
             .collect()
     }
 
     /// Signals an instance outside of the lock.
-    fn ring(&self, instance: usize, signal: Signal) {
-        if self.leave(instance, signal) {
-            self.call(instance);
+    fn send_signal(&self, instance: usize, signal: Signal) {
+        if self.post_signal(instance, signal) {
+            self.notify_instance(instance);
         }
     }
 
     /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
-    fn leave(&self, instance: usize, signal: Signal) -> bool {
-        self.bells().is_some_and(|bells| bells.leave(instance, signal))
+    fn post_signal(&self, instance: usize, signal: Signal) -> bool {
+        self.notifier().is_some_and(|bells| bells.post(instance, signal))
     }
 
-    fn call(&self, instance: usize) {
-        if let Some(bells) = self.bells() {
-            bells.call(instance);
+    fn notify_instance(&self, instance: usize) {
+        if let Some(bells) = self.notifier() {
+            bells.notify(instance);
         }
     }
 
     /// Signals an instance within a transaction; [`Self::unlock`] notifies its thread.
-    fn ring_within(&self, rules: &mut Rules, instance: usize, signal: Signal) {
-        if self.leave(instance, signal) {
-            rules.calls.instances.push(instance);
+    fn post_within(&self, rules: &mut RulesState, instance: usize, signal: Signal) {
+        if self.post_signal(instance, signal) {
+            rules.notifications.instances.push(instance);
         }
     }
 
     /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
-    fn unlock(&self, mut rules: MutexGuard<'_, Rules>) {
-        let none = rules.calls.instances.is_empty() && !rules.calls.alarm;
-        let calls = (!none).then(|| std::mem::take(&mut rules.calls));
+    fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
+        let none = rules.notifications.instances.is_empty() && !rules.notifications.alarm;
+        let calls = (!none).then(|| std::mem::take(&mut rules.notifications));
         drop(rules);
         if let Some(calls) = calls
-            && let Some(bells) = self.bells()
+            && let Some(bells) = self.notifier()
         {
-            calls.instances.iter().for_each(|instance| bells.call(*instance));
+            calls
+                .instances
+                .iter()
+                .for_each(|instance| bells.notify(*instance));
             if calls.alarm {
-                bells.call_alarm();
+                bells.notify_timer();
             }
         }
     }
 
-    fn bells(&self) -> Option<Arc<dyn Bells>> {
-        self.bells.get().and_then(Weak::upgrade)
+    fn notifier(&self) -> Option<Arc<dyn Notifier>> {
+        self.notifier.get().and_then(Weak::upgrade)
     }
 
-    fn tell(&self, rules: &mut Rules, event: &Event) {
+    fn notify_observers(&self, rules: &mut RulesState, event: &Event) {
         for observer in &mut rules.observers {
-            observer.hear(event);
+            observer.on_event(event);
         }
     }
 
     /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a
     /// poisoned lock only serves the shutdown.
-    fn lock(&self) -> MutexGuard<'_, Rules> {
+    fn lock(&self) -> MutexGuard<'_, RulesState> {
         self.rules.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// A schema and all schemas below it.
-fn with_below(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
+fn subtree_with(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
     let below = hierarchy.subtree(id).into_iter();
     std::iter::once(id).chain(below).map(SchemaId::index).collect()
 }

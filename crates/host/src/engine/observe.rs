@@ -6,50 +6,50 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, SchemaId};
 
-use super::{Engine, Rules, schema};
-use crate::chatter::{self, Chatter};
+use super::{Engine, RulesState, schema};
+use crate::chattering::{self, ChatterDetector};
 use crate::event::{Event, OperatorAction};
 use crate::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
 
 /// What is kept of every group.
-pub(crate) struct Groups {
-    groups: Vec<Group>,
+pub(crate) struct GroupStatistics {
+    groups: Vec<GroupStatistic>,
     /// The groups that chatter.
-    restless: Vec<usize>,
+    chattering: Vec<usize>,
 }
 
 #[derive(Clone, Default)]
-struct Group {
+struct GroupStatistic {
     switches: u64,
     worst: Nanos,
     /// Worst takeover that the contract allows (R17).
     allowed: Nanos,
     late: u64,
     last: Option<(u64, Switch)>,
-    chatter: Chatter<[Option<usize>; 2]>,
+    detector: ChatterDetector<[Option<usize>; 2]>,
     /// When the group began to chatter, and its number of switches at that time.
-    began: Option<(Nanos, u64)>,
+    chattering_since: Option<(Nanos, u64)>,
 }
 
-impl Groups {
+impl GroupStatistics {
     pub(super) fn new(count: usize, hierarchy: &Hierarchy) -> Self {
         let mut groups = Self {
-            groups: vec![Group::default(); count],
-            restless: Vec::new(),
+            groups: vec![GroupStatistic::default(); count],
+            chattering: Vec::new(),
         };
         for group in 0..count {
-            groups.agree(hierarchy, GroupId(group as u32));
+            groups.update_contract(hierarchy, GroupId(group as u32));
         }
         groups
     }
 
     /// Recomputes the contract of a group from the periods and policies in force now.
-    pub(super) fn agree(&mut self, hierarchy: &Hierarchy, group: GroupId) {
+    pub(super) fn update_contract(&mut self, hierarchy: &Hierarchy, group: GroupId) {
         self.groups[group.index()].allowed = hierarchy.allowed(group).unwrap_or_default();
     }
 
     /// Records a selection. Returns a further event if the group begins to chatter.
-    pub(super) fn decided(&mut self, record: &Record) -> Option<Event> {
+    pub(super) fn record_decision(&mut self, record: &Record) -> Option<Event> {
         if !record.changed {
             return None;
         }
@@ -65,34 +65,34 @@ impl Groups {
             latency: None,
         };
         group.last = Some((record.number, switch));
-        let between = chatter::pair(record)?;
-        let switches = group.chatter.switched(record.time, between)?;
-        group.began = Some((record.time, group.switches));
-        self.restless.push(number);
-        Some(Event::Chatters {
+        let between = chattering::switched_pair(record)?;
+        let switches = group.detector.record_switch(record.time, between)?;
+        group.chattering_since = Some((record.time, group.switches));
+        self.chattering.push(number);
+        Some(Event::ChatteringStarted {
             time: record.time,
             group: number,
-            between: group.chatter.between().unwrap_or(between),
+            between: group.detector.dominant_pair().unwrap_or(between),
             switches,
         })
     }
 
     /// Whether any group chatters. Rarely true, and checked in every transaction.
-    pub(super) fn is_restless(&self) -> bool {
-        !self.restless.is_empty()
+    pub(super) fn is_any_chattering(&self) -> bool {
+        !self.chattering.is_empty()
     }
 
     /// Advances the time. Returns an event for each group that has calmed down.
-    pub(super) fn calmed(&mut self, now: Nanos) -> Vec<Event> {
+    pub(super) fn advance(&mut self, now: Nanos) -> Vec<Event> {
         let groups = &mut self.groups;
         let calmed = self
-            .restless
-            .extract_if(.., |number| groups[*number].chatter.calmed(now));
+            .chattering
+            .extract_if(.., |number| groups[*number].detector.advance(now));
         let calmed: Vec<usize> = calmed.collect();
         let told = calmed.into_iter().filter_map(|number| {
             let group = &mut groups[number];
-            let (since, before) = group.began.take()?;
-            Some(Event::Calmed {
+            let (since, before) = group.chattering_since.take()?;
+            Some(Event::ChatteringEnded {
                 time: now,
                 group: number,
                 since,
@@ -102,7 +102,7 @@ impl Groups {
         told.collect()
     }
 
-    fn took(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {
+    fn record_takeover(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {
         let group = &mut self.groups[group.index()];
         group.worst = group.worst.max(latency);
         group.late += u64::from(late);
@@ -114,24 +114,24 @@ impl Groups {
 
 /// Events that the next transaction reports.
 #[derive(Default)]
-pub(super) struct Later {
+pub(super) struct DeferredEvents {
     /// Whether there are any; checked in every transaction.
-    any: AtomicBool,
+    has_events: AtomicBool,
     events: Mutex<Vec<Event>>,
 }
 
-impl Later {
-    fn put(&self, event: Event) {
+impl DeferredEvents {
+    fn push(&self, event: Event) {
         self.lock().push(event);
-        self.any.store(true, Release);
+        self.has_events.store(true, Release);
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        !self.any.load(Relaxed)
+        !self.has_events.load(Relaxed)
     }
 
     pub(super) fn take(&self) -> Vec<Event> {
-        if self.any.swap(false, Acquire) {
+        if self.has_events.swap(false, Acquire) {
             std::mem::take(&mut *self.lock())
         } else {
             Vec::new()
@@ -144,9 +144,9 @@ impl Later {
 }
 
 impl Engine {
-    pub(super) fn took(
+    pub(super) fn report_takeover(
         &self,
-        rules: &mut Rules,
+        rules: &mut RulesState,
         now: Nanos,
         group: GroupId,
         record: u64,
@@ -155,8 +155,8 @@ impl Engine {
     ) {
         let allowed = rules.groups.groups[group.index()].allowed;
         // In a replay, lateness was reported when it first happened.
-        let late = latency > allowed && !self.clock.is_past();
-        rules.groups.took(group, record, latency, late);
+        let late = latency > allowed && !self.clock.is_replayed();
+        rules.groups.record_takeover(group, record, latency, late);
         if late {
             tracing::warn!(
                 group = self.application.groups[group.index()].name,
@@ -166,7 +166,7 @@ impl Engine {
                 allowed as f64 / 1e6
             );
         }
-        let event = Event::Took {
+        let event = Event::TookOver {
             time: now,
             group: group.index(),
             record,
@@ -174,9 +174,9 @@ impl Engine {
             latency,
             allowed,
         };
-        self.tell(rules, &event);
+        self.notify_observers(rules, &event);
         if late {
-            let event = Event::Late {
+            let event = Event::TookOverLate {
                 time: now,
                 group: group.index(),
                 record,
@@ -184,31 +184,31 @@ impl Engine {
                 latency,
                 allowed,
             };
-            self.tell(rules, &event);
+            self.notify_observers(rules, &event);
         }
     }
 
     /// Reports an operator's action to the observers.
-    pub(super) fn operated(&self, by: &str, action: OperatorAction) {
+    pub(super) fn report_operation(&self, by: &str, action: OperatorAction) {
         let mut rules = self.lock();
         let event = Event::Operator {
             time: self.clock.now(),
             by: by.to_owned(),
             action,
         };
-        self.tell(&mut rules, &event);
+        self.notify_observers(&mut rules, &event);
     }
 
     /// Reports an event to the observers, outside a transaction.
     pub(crate) fn report(&self, event: &Event) {
         let mut rules = self.lock();
-        self.tell(&mut rules, event);
+        self.notify_observers(&mut rules, event);
     }
 
     /// Leaves an event for the next transaction to report. For publications, which do not take the rules'
     /// lock.
     pub(crate) fn report_later(&self, event: Event) {
-        self.later.put(event);
+        self.deferred_events.push(event);
     }
 
     /// A snapshot of all schemas and groups at this instant.
@@ -227,9 +227,9 @@ impl Engine {
         }
     }
 
-    fn schema_view(&self, rules: &Rules, number: usize) -> SchemaView {
+    fn schema_view(&self, rules: &RulesState, number: usize) -> SchemaView {
         let instance = &self.application.instances[number];
-        let meter = &self.meters[number];
+        let meter = &self.metrics[number];
         SchemaView {
             name: instance.name.clone(),
             type_name: format!(
@@ -243,23 +243,23 @@ impl Engine {
             health: rules.hierarchy.health(schema(number)).clone(),
             authority: rules.hierarchy.has_authority(schema(number)),
             period: meter.period.load(Relaxed),
-            measured: meter.measured(),
-            longest: meter.longest.load(Relaxed),
+            measured: meter.mean_period(),
+            longest: meter.longest_iteration.load(Relaxed),
             load: meter.load(),
             iterations: meter.iterations.load(Relaxed),
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
             restarts_left: rules.hierarchy.restarts_left(self.clock.now(), schema(number)),
-            left: meter.left.load(Relaxed),
-            operator: self.hold(&rules.hierarchy, number),
-            panel: self.panels.has(number),
+            left: meter.abandoned_calls.load(Relaxed),
+            operator: self.hold_view(&rules.hierarchy, number),
+            panel: self.panels.has_panel(number),
             reload: self.builds.view(number),
-            process: self.processes.number(number),
+            process: self.processes.pid(number),
         }
     }
 
-    fn group_view(&self, rules: &Rules, number: usize) -> GroupView {
+    fn group_view(&self, rules: &RulesState, number: usize) -> GroupView {
         let group = &self.application.groups[number];
         let kept = &rules.groups.groups[number];
         let id = GroupId(number as u32);
@@ -274,10 +274,10 @@ impl Engine {
             worst: kept.worst,
             allowed: kept.allowed,
             late: kept.late,
-            chatter: kept.began.map(|(since, _)| Chattering {
+            chatter: kept.chattering_since.map(|(since, _)| Chattering {
                 since,
-                between: kept.chatter.between().unwrap_or_default(),
-                switches: kept.chatter.count(),
+                between: kept.detector.dominant_pair().unwrap_or_default(),
+                switches: kept.detector.count(),
             }),
         }
     }

@@ -8,7 +8,7 @@ use jde_board::value::{self, Value};
 use jde_board::{Refused as NotTaken, Stamp, Variable};
 use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId};
 
-use super::{Engine, Rules, Signal};
+use super::{Engine, RulesState, Signal};
 use crate::event::OperatorAction;
 use crate::period;
 use crate::snapshot::{Hold, HoldKind};
@@ -19,11 +19,11 @@ pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 
 /// The actions of operators that were not released yet.
 #[derive(Default)]
-pub(super) struct Held {
+pub(super) struct OperatorHolds {
     /// The operator that last played, stopped or forced each schema.
-    hands: BTreeMap<usize, String>,
+    operators: BTreeMap<usize, String>,
     /// The operator that last stopped everything.
-    pub(super) everything: String,
+    pub(super) stop_all_operator: String,
     /// Schemas whose instances were ended by unloading.
     pub(super) unloaded: BTreeSet<usize>,
     values: Vec<Overwritten>,
@@ -33,29 +33,29 @@ pub(super) struct Held {
 struct Overwritten {
     owner: usize,
     variable: Arc<Variable>,
-    before: Before,
+    previous: PreviousValue,
     by: String,
 }
 
-struct Before {
+struct PreviousValue {
     writer: u32,
     bytes: Vec<u8>,
 }
 
-impl Held {
+impl OperatorHolds {
     /// Records the operator that plays, stops or forces a schema.
-    pub(super) fn hold(&mut self, instance: usize, by: &str) {
-        self.hands.insert(instance, by.to_owned());
+    pub(super) fn set_hold(&mut self, instance: usize, by: &str) {
+        self.operators.insert(instance, by.to_owned());
     }
 
     /// Whether this operator was the last to play, stop or force the schema.
     fn is_held_by(&self, instance: usize, by: &str) -> bool {
-        self.hands.get(&instance).is_some_and(|hand| hand == by)
+        self.operators.get(&instance).is_some_and(|hand| hand == by)
     }
 
     /// Forgets the hold on a schema.
-    pub(super) fn let_go(&mut self, instance: usize) {
-        self.hands.remove(&instance);
+    pub(super) fn remove_hold(&mut self, instance: usize) {
+        self.operators.remove(&instance);
         self.unloaded.remove(&instance);
     }
 }
@@ -63,27 +63,32 @@ impl Held {
 impl Engine {
     /// Plays, stops, forces or releases a schema.
     pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
-        let (done, moment) =
-            self.transact_told(|hierarchy, now, out| self.act(hierarchy, now, out, by, operator));
-        self.tell_turn(Turn::OPERATED, operator_on(operator), way(operator), moment);
+        let (done, moment) = self
+            .transact_recorded(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, by, operator));
+        self.record_turn(
+            Turn::OPERATED,
+            operated_schema(operator),
+            operator_code(operator),
+            moment,
+        );
         done?;
         if let Operator::Release(id) = operator {
-            self.give_back(id.index(), |_| true);
+            self.restore_values(id.index(), |_| true);
         }
-        self.operated(by, OperatorAction::Hierarchy(operator));
+        self.report_operation(by, OperatorAction::Hierarchy(operator));
         Ok(())
     }
 
     /// Repeats an operator's action on the hierarchy, in a replay. An action that was refused is refused
     /// again.
-    pub(crate) fn operate_again(&self, operator: Operator) {
+    pub(crate) fn repeat_operation(&self, operator: Operator) {
         // The original operator was informed of a refusal.
         let _: Result<(), String> =
-            self.transact(|hierarchy, now, out| self.act(hierarchy, now, out, "", operator));
+            self.transact(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, "", operator));
     }
 
     /// Repeats the release of one operator's hold, in a replay.
-    pub(crate) fn let_go_again(&self, instance: usize) {
+    pub(crate) fn repeat_undo(&self, instance: usize) {
         // The original operator was informed of a refusal.
         let _ = self.transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
     }
@@ -99,12 +104,12 @@ impl Engine {
         hierarchy
             .let_go(now, super::schema(instance), out)
             .map_err(|refused| refused.to_string())?;
-        self.held().let_go(instance);
+        self.holds().remove_hold(instance);
         Ok(())
     }
 
     /// Applies an operator's action to the hierarchy, and records the hold.
-    pub(super) fn act(
+    pub(super) fn apply_operation(
         &self,
         hierarchy: &mut Hierarchy,
         now: Nanos,
@@ -112,50 +117,50 @@ impl Engine {
         by: &str,
         operator: Operator,
     ) -> Result<(), String> {
-        let instance = operator_on(operator);
+        let instance = operated_schema(operator);
         if matches!(operator, Operator::Play(_)) && self.is_unloaded(instance) {
             return Err(format!("`{}` is unloaded; load it first", self.name(instance)));
         }
         hierarchy
             .operator(now, operator, out)
             .map_err(|refused| refused.to_string())?;
-        let mut held = self.held();
+        let mut held = self.holds();
         match operator {
-            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => held.hold(instance, by),
-            Operator::Release(_) => held.let_go(instance),
+            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => held.set_hold(instance, by),
+            Operator::Release(_) => held.remove_hold(instance),
         }
         Ok(())
     }
 
     /// Repeats an operator's write, in a replay.
-    pub(crate) fn put_again(&self, variable: &Arc<Variable>, bytes: &[u8]) {
+    pub(crate) fn repeat_write(&self, variable: &Arc<Variable>, bytes: &[u8]) {
         // Only writes that succeeded were recorded.
         let _ = variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX);
     }
 
     /// Undoes what one operator did to a schema.
-    pub(crate) fn let_go(&self, by: &str, instance: usize) -> Result<(), String> {
-        self.known(instance)?;
+    pub(crate) fn release_own(&self, by: &str, instance: usize) -> Result<(), String> {
+        self.check_schema(instance)?;
         let release = Operator::Release(super::schema(instance));
-        let (held, moment) = self.transact_told(|hierarchy, now, out| {
-            if !self.held().is_held_by(instance, by) {
+        let (held, moment) = self.transact_recorded(|hierarchy, now, out| {
+            if !self.holds().is_held_by(instance, by) {
                 return Ok(false);
             }
             self.undo(hierarchy, now, out, instance).map(|()| true)
         });
-        let way = if held == Ok(false) { 0 } else { Turn::LET_GO };
-        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        let way = if held == Ok(false) { 0 } else { Turn::UNDONE };
+        self.record_turn(Turn::OPERATED, instance, way, moment);
         let held = held?;
-        let given_back = self.give_back(instance, |writer| writer == by);
+        let given_back = self.restore_values(instance, |writer| writer == by);
         if held || given_back {
-            self.operated(by, OperatorAction::Hierarchy(release));
+            self.report_operation(by, OperatorAction::Hierarchy(release));
         }
         Ok(())
     }
 
     /// Changes a period, ns.
     pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
-        self.known(instance)?;
+        self.check_schema(instance)?;
         period::check(period).map_err(|error| error.to_string())?;
         let seconds = period as f64 / 1e9;
         let variable = self.variables.period(instance);
@@ -165,13 +170,13 @@ impl Engine {
             schema: instance,
             period,
         };
-        self.operated(by, action);
+        self.report_operation(by, action);
         Ok(())
     }
 
     /// Writes a modulation by name.
     pub(crate) fn modulate(&self, by: &str, instance: usize, name: &str, new: &Value) -> Result<(), String> {
-        self.known(instance)?;
+        self.check_schema(instance)?;
         let variable = self
             .board
             .get(&format!("{}.{name}", self.name(instance)))
@@ -195,7 +200,7 @@ impl Engine {
         }
         if Arc::ptr_eq(&variable, self.variables.period(instance)) {
             let seconds = bytes.try_into().map_or(f64::NAN, f64::from_ne_bytes);
-            let period = period::of_seconds(seconds).map_err(|error| error.to_string())?;
+            let period = period::from_seconds(seconds).map_err(|error| error.to_string())?;
             return self.retime(by, instance, period);
         }
         self.overwrite(by, instance, &variable, &bytes)
@@ -205,7 +210,7 @@ impl Engine {
             variable: name.to_owned(),
             value: new.to_string(),
         };
-        self.operated(by, action);
+        self.report_operation(by, action);
         Ok(())
     }
 
@@ -215,11 +220,11 @@ impl Engine {
         let bytes = newest_bytes(self.variables.period(instance))?;
         let seconds = f64::from_ne_bytes(bytes.try_into().ok()?);
         // An invalid period from a father leaves the period as it was.
-        period::of_seconds(seconds).ok()
+        period::from_seconds(seconds).ok()
     }
 
-    pub(crate) fn retimed(&self, instance: usize, period: Nanos) {
-        self.meters[instance]
+    pub(crate) fn apply_period(&self, instance: usize, period: Nanos) {
+        self.metrics[instance]
             .period
             .store(period, std::sync::atomic::Ordering::Relaxed);
         self.transact(|hierarchy, _, _| hierarchy.set_period(super::schema(instance), period));
@@ -233,27 +238,27 @@ impl Engine {
     pub(super) fn renew_contract(&self, group: GroupId) {
         let father = self.application.groups[group.index()].father;
         let above = father.and_then(|father| self.application.instances[father].group);
-        let Rules {
+        let RulesState {
             hierarchy, groups, ..
         } = &mut *self.lock();
-        groups.agree(hierarchy, group);
+        groups.update_contract(hierarchy, group);
         if let Some(above) = above {
-            groups.agree(hierarchy, GroupId(above as u32));
+            groups.update_contract(hierarchy, GroupId(above as u32));
         }
     }
 
     /// The hold of an operator on a schema, and the operator.
-    pub(super) fn hold(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
-        let held = self.held();
-        if let Some(kind) = held_to(hierarchy, super::schema(instance)) {
+    pub(super) fn hold_view(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
+        let held = self.holds();
+        if let Some(kind) = hold_kind(hierarchy, super::schema(instance)) {
             let unloaded = held.unloaded.contains(&instance);
             let kind = if unloaded { HoldKind::Unloaded } else { kind };
             let with_everything = hierarchy.is_stopped_with_all(super::schema(instance));
             // The operator is recorded in the transaction that causes the hold.
             let by = if with_everything && !unloaded {
-                held.everything.clone()
+                held.stop_all_operator.clone()
             } else {
-                held.hands.get(&instance).cloned().unwrap_or_default()
+                held.operators.get(&instance).cloned().unwrap_or_default()
             };
             return Some(Hold {
                 kind,
@@ -285,9 +290,9 @@ impl Engine {
         variable: &Arc<Variable>,
         bytes: &[u8],
     ) -> Result<(), NotTaken> {
-        let mut held = self.held();
+        let mut held = self.holds();
         let now = newest(variable);
-        self.put_told(owner, variable, OPERATOR, bytes)?;
+        self.write_recorded(owner, variable, OPERATOR, bytes)?;
         let place = held
             .values
             .iter()
@@ -297,12 +302,12 @@ impl Engine {
         // that no operator wrote.
         let before = match (now, earlier) {
             (Some(now), _) if now.writer != OPERATOR => Some(now),
-            (_, earlier) => earlier.map(|earlier| earlier.before),
+            (_, earlier) => earlier.map(|earlier| earlier.previous),
         };
         held.values.extend(before.map(|before| Overwritten {
             owner,
             variable: Arc::clone(variable),
-            before,
+            previous: before,
             by: by.to_owned(),
         }));
         Ok(())
@@ -310,14 +315,14 @@ impl Engine {
 
     /// Restores what the operators selected by `whose` overwrote at an instance. A value that a father has
     /// written since remains. Returns whether anything was restored.
-    pub(super) fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
-        let mut held = self.held();
+    pub(super) fn restore_values(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
+        let mut held = self.holds();
         let mut any = false;
         let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
         for value in held.values.extract_if(.., theirs) {
             if newest_writer(&value.variable) == OPERATOR {
-                let Before { writer, bytes } = &value.before;
-                let put = self.put_told(instance, &value.variable, *writer, bytes);
+                let PreviousValue { writer, bytes } = &value.previous;
+                let put = self.write_recorded(instance, &value.variable, *writer, bytes);
                 put.expect("it was in force before");
                 any = true;
             }
@@ -326,7 +331,7 @@ impl Engine {
     }
 
     /// Writes a value chosen by an operator, and records it as a turn.
-    fn put_told(
+    fn write_recorded(
         &self,
         owner: usize,
         variable: &Arc<Variable>,
@@ -345,19 +350,19 @@ impl Engine {
                 way: if put.is_ok() { Turn::WROTE } else { 0 },
                 detail: port.map_or(Turn::PERIOD, |port| port as u64),
                 checked: Moment { order, time },
-                ..Turn::of(Turn::OPERATED, owner)
+                ..Turn::new(Turn::OPERATED, owner)
             };
-            turn.inputs.resize(1)[0] = put.as_ref().map_or(Turn::NOTHING, |sequence| *sequence as u32);
-            journal.tell(&turn);
+            turn.inputs.resize(1)[0] = put.as_ref().map_or(Turn::NO_VALUE, |sequence| *sequence as u32);
+            journal.forward(&turn);
         }
         put.map(drop)
     }
 
-    pub(super) fn held(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(super) fn holds(&self) -> MutexGuard<'_, OperatorHolds> {
+        self.holds.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn known(&self, instance: usize) -> Result<(), String> {
+    pub(crate) fn check_schema(&self, instance: usize) -> Result<(), String> {
         let count = self.application.instances.len();
         if instance < count {
             return Ok(());
@@ -371,10 +376,10 @@ impl Engine {
     /// afterwards. Returns the drivers that have commands to carry out.
     pub(crate) fn brake_all(&self) -> Vec<usize> {
         let mut rules = self.lock();
-        rules.closing.get_or_insert_default();
+        rules.shutdown_order.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
         for driver in &drivers {
-            self.ring_within(&mut rules, *driver, Signal::Triggered);
+            self.post_within(&mut rules, *driver, Signal::Triggered);
         }
         self.unlock(rules);
         drivers
@@ -382,19 +387,19 @@ impl Engine {
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
     pub(crate) fn send_to_sleep(&self, instance: usize) {
-        self.ring(instance, Signal::Asleep);
+        self.send_signal(instance, Signal::Asleep);
     }
 
     /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
-        let moment = self.transact_over();
-        self.tell_turn(Turn::ENDED, 0, 0, moment);
-        self.lock().closing.replace(Vec::new()).unwrap_or_default()
+        let moment = self.transact_shutdown();
+        self.record_turn(Turn::ENDED, 0, 0, moment);
+        self.lock().shutdown_order.replace(Vec::new()).unwrap_or_default()
     }
 }
 
 /// An operator's action, as turns encode it.
-fn way(operator: Operator) -> u8 {
+fn operator_code(operator: Operator) -> u8 {
     match operator {
         Operator::Play(_) => Turn::PLAYED,
         Operator::Stop(_) => Turn::STOPPED,
@@ -404,14 +409,14 @@ fn way(operator: Operator) -> u8 {
 }
 
 /// The schema that an operator acted on.
-fn operator_on(operator: Operator) -> usize {
+fn operated_schema(operator: Operator) -> usize {
     match operator {
         Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id) => id.index(),
     }
 }
 
 /// What an operator holds a schema to in the hierarchy.
-fn held_to(hierarchy: &Hierarchy, id: SchemaId) -> Option<HoldKind> {
+fn hold_kind(hierarchy: &Hierarchy, id: SchemaId) -> Option<HoldKind> {
     let forced = hierarchy.group_of(id).and_then(|group| hierarchy.forced(group)) == Some(id);
     if hierarchy.is_stopped(id) {
         Some(HoldKind::Stopped)
@@ -424,8 +429,8 @@ fn held_to(hierarchy: &Hierarchy, id: SchemaId) -> Option<HoldKind> {
     }
 }
 
-fn newest(variable: &Arc<Variable>) -> Option<Before> {
-    variable.reader("host").latch().map(|latched| Before {
+fn newest(variable: &Arc<Variable>) -> Option<PreviousValue> {
+    variable.reader("host").latch().map(|latched| PreviousValue {
         writer: latched.stamp.writer,
         bytes: latched.bytes.to_vec(),
     })
@@ -436,7 +441,7 @@ fn newest_bytes(variable: &Arc<Variable>) -> Option<Vec<u8>> {
 }
 
 fn newest_writer(variable: &Arc<Variable>) -> u32 {
-    newest(variable).map_or(Stamp::NOBODY, |newest| newest.writer)
+    newest(variable).map_or(Stamp::NO_WRITER, |newest| newest.writer)
 }
 
 /// The number of a choice given by name; `None` if no choice has that name.

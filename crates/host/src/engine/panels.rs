@@ -7,7 +7,7 @@ use jde_panel::Gesture;
 
 use super::{Engine, Signal};
 use crate::event::{Event, OperatorAction};
-use crate::panels::{Look, News, Put, Refusal};
+use crate::panels::{DrawingCallback, GestureOutcome, PanelError, PanelViewGuard};
 
 impl Engine {
     /// Records whether an instance's build has a panel, and whether the panel can be touched. The contract
@@ -24,53 +24,58 @@ impl Engine {
     }
 
     /// Has a panel drawn for as long as the returned [`Look`] lives.
-    pub(crate) fn look(&self, schema: usize, rate: f64, news: News) -> Result<Look, Refusal> {
-        self.has_panel(schema)?;
-        let look = self.panels.look(schema, rate, news);
-        if !self.panels.is_there(schema) {
+    pub(crate) fn view_panel(
+        &self,
+        schema: usize,
+        rate: f64,
+        news: DrawingCallback,
+    ) -> Result<PanelViewGuard, PanelError> {
+        self.check_panel(schema)?;
+        let look = self.panels.add_viewer(schema, rate, news);
+        if !self.panels.has_instance(schema) {
             // No runner will report that.
-            self.panels.show_gone(schema, self.clock.now());
+            self.panels.publish_absence(schema, self.clock.now());
         }
-        self.ring(schema, Signal::Looked);
+        self.send_signal(schema, Signal::PanelOpened);
         Ok(look)
     }
 
     /// Keeps a gesture until the schema's next turn. A gesture that does not fit the drawn panel is refused.
     /// While the panel is not viewed there is nothing to compare with, and the schema receives the gesture
     /// unchecked.
-    pub(crate) fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
-        self.has_panel(schema)?;
-        gesture.check().map_err(Refusal::Wrong)?;
+    pub(crate) fn queue_gesture(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), PanelError> {
+        self.check_panel(schema)?;
+        gesture.check().map_err(PanelError::InvalidGesture)?;
         let name = || self.name(schema).to_owned();
         if !self.panels.is_touchable(schema) {
-            return Err(Refusal::Untouchable(name()));
+            return Err(PanelError::ReadOnly(name()));
         }
         if let Some(drawn) = self.panels.newest(schema)
             && let Ok(list) = &drawn.list
         {
-            list.takes(&gesture).map_err(Refusal::Wrong)?;
+            list.takes(&gesture).map_err(PanelError::InvalidGesture)?;
         }
-        match self.panels.put(schema, by, gesture) {
-            Put::Kept => self.ring(schema, Signal::Touched),
-            Put::Gone => return Err(Refusal::Gone(name())),
-            Put::Full => return Err(Refusal::Busy(name())),
+        match self.panels.push_gesture(schema, by, gesture) {
+            GestureOutcome::Queued => self.send_signal(schema, Signal::GestureQueued),
+            GestureOutcome::NoInstance => return Err(PanelError::NoInstance(name())),
+            GestureOutcome::Full => return Err(PanelError::QueueFull(name())),
         }
         Ok(())
     }
 
     /// Reports gestures that were accepted and never delivered, because their schema's instance ended first.
-    pub(crate) fn untouched(&self, schema: usize, count: usize) {
+    pub(crate) fn report_undelivered(&self, schema: usize, count: usize) {
         if count == 0 {
             return;
         }
-        self.meters[schema]
+        self.metrics[schema]
             .refused
             .fetch_add(count as u64, Ordering::Relaxed);
         let gestures = if count == 1 { "gesture" } else { "gestures" };
         self.report(&Event::Refused {
             time: self.clock.now(),
             schema,
-            what: format!(
+            description: format!(
                 "{count} {gestures} on its panel: it failed or was unloaded before it took them up"
             ),
         });
@@ -78,35 +83,35 @@ impl Engine {
 
     /// The first gesture that waits for a schema. Signals the schema again if there are more.
     pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
-        let (first, more) = self.panels.take(schema)?;
+        let (first, more) = self.panels.pop_gesture(schema)?;
         if more {
-            self.ring(schema, Signal::Touched);
+            self.send_signal(schema, Signal::GestureQueued);
         }
         Some(first)
     }
 
     /// Reports a gesture that is about to be delivered. Returns its number.
-    pub(crate) fn touched(&self, by: &str, schema: usize, gesture: &Gesture) -> u64 {
-        let number = self.panels.next_handed();
+    pub(crate) fn report_gesture(&self, by: &str, schema: usize, gesture: &Gesture) -> u64 {
+        let number = self.panels.next_delivery_number();
         let action = OperatorAction::Touch {
             schema,
             number,
             gesture: gesture.clone(),
         };
-        self.operated(by, action);
+        self.report_operation(by, action);
         number
     }
 
-    fn has_panel(&self, schema: usize) -> Result<(), Refusal> {
+    fn check_panel(&self, schema: usize) -> Result<(), PanelError> {
         let count = self.application.instances.len();
         if schema >= count {
-            return Err(Refusal::Nobody(schema, count));
+            return Err(PanelError::NoSuchSchema(schema, count));
         }
-        if self.clock.is_past() {
-            return Err(Refusal::Past);
+        if self.clock.is_replayed() {
+            return Err(PanelError::InReplay);
         }
-        if !self.panels.has(schema) {
-            return Err(Refusal::NoPanel(self.name(schema).to_owned()));
+        if !self.panels.has_panel(schema) {
+            return Err(PanelError::NoPanel(self.name(schema).to_owned()));
         }
         Ok(())
     }

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use super::{Engine, Signal, schema};
-use crate::build::{self, Build, BuildName, fit};
+use crate::build::{self, Build, BuildName, map_build};
 use crate::event::{Event, OperatorAction};
-use crate::plugin::Loaded;
-use crate::reload::{How, Order, Reload, Swap, Takeover};
+use crate::plugin::LoadedPlugin;
+use crate::reload::{Completion, PendingReload, ReloadOptions, Replacement, Swap};
 
 impl Engine {
     /// Orders another build of a schema's type, which takes over at the schema's next turn.
@@ -18,27 +18,27 @@ impl Engine {
         &self,
         by: &str,
         instance: usize,
-        with: &Loaded,
-        how: How,
-    ) -> Result<Reload, Vec<String>> {
-        let (build, notes) = self.fitting(instance, with)?;
+        with: &LoadedPlugin,
+        how: ReloadOptions,
+    ) -> Result<PendingReload, Vec<String>> {
+        let (build, notes) = self.check_build(instance, with)?;
         let action = OperatorAction::Reload {
             schema: instance,
             build: build.name.clone(),
         };
-        let order = Arc::new(Order::default());
+        let order = Arc::new(Completion::default());
         let swap = Swap {
             build: Arc::new(build),
-            how,
+            options: how,
             notes,
-            order: Arc::clone(&order),
+            completion: Arc::clone(&order),
         };
         self.builds
-            .await_turn(instance, swap)
+            .enqueue(instance, swap)
             .map_err(|reason| vec![reason])?;
-        self.operated(by, action);
-        self.ring(instance, Signal::Swapped);
-        Ok(Reload::new(&order))
+        self.report_operation(by, action);
+        self.send_signal(instance, Signal::BuildPending);
+        Ok(PendingReload::new(&order))
     }
 
     /// Checks that a build fits in place of the present one. Returns it with notes on what of it is not in
@@ -46,13 +46,13 @@ impl Engine {
     ///
     /// # Errors
     /// All reasons why it does not fit.
-    pub(crate) fn fitting(
+    pub(crate) fn check_build(
         &self,
         instance: usize,
-        with: &Loaded,
+        with: &LoadedPlugin,
     ) -> Result<(Build, Vec<String>), Vec<String>> {
-        self.known(instance).map_err(|error| vec![error])?;
-        if self.clock.is_past() {
+        self.check_schema(instance).map_err(|error| vec![error])?;
+        if self.clock.is_replayed() {
             return Err(vec![
                 "a replay of decisions has the builds of today from the start".to_owned(),
             ]);
@@ -66,7 +66,7 @@ impl Engine {
                 with.description.name
             ));
         }
-        let Some(number) = build::place(&with.description, &present.schema.name) else {
+        let Some(number) = build::schema_index(&with.description, &present.schema.name) else {
             let types: Vec<_> = with
                 .description
                 .schemas
@@ -85,7 +85,7 @@ impl Engine {
             wrong.push(error);
             None
         });
-        match fit(&self.application, instance, &with.description.schemas[number]) {
+        match map_build(&self.application, instance, &with.description.schemas[number]) {
             Ok(mut fit) if wrong.is_empty() => {
                 let notes = std::mem::take(&mut fit.notes);
                 Ok((Build::new(with.clone(), number, state, fit), notes))
@@ -99,12 +99,12 @@ impl Engine {
     }
 
     /// Whether an instance runs exactly this library, or is about to.
-    pub(crate) fn runs(&self, instance: usize, plugin: &Loaded) -> bool {
-        self.builds.of(instance).plugin.is_one_with(plugin)
+    pub(crate) fn is_running_build(&self, instance: usize, plugin: &LoadedPlugin) -> bool {
+        self.builds.current(instance).plugin.is_same_library(plugin)
     }
 
     /// Reports that a build took over.
-    pub(crate) fn reloaded(&self, instance: usize, takeover: &Takeover) {
+    pub(crate) fn report_reload(&self, instance: usize, takeover: &Replacement) {
         tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
         self.report(&Event::Reloaded {
             time: self.clock.now(),
@@ -114,46 +114,46 @@ impl Engine {
     }
 
     /// Reports that a build could not take over. The build before continues.
-    pub(crate) fn not_reloaded(&self, instance: usize, build: &BuildName, reason: &str) {
-        self.builds.never_was(instance, reason);
-        self.undone(instance, build.clone(), reason);
+    pub(crate) fn report_reload_failure(&self, instance: usize, build: &BuildName, reason: &str) {
+        self.builds.record_failure(instance, reason);
+        self.report_rollback(instance, build.clone(), reason);
     }
 
     /// Goes back to the build before if the present one is on trial. Returns whether it was.
-    pub(crate) fn give_up_build(&self, instance: usize, reason: &str) -> bool {
-        let given_up = self.builds.go_back(instance, reason);
+    pub(crate) fn roll_back_build(&self, instance: usize, reason: &str) -> bool {
+        let given_up = self.builds.roll_back(instance, reason);
         let was = given_up.is_some();
         if let Some(build) = given_up {
-            self.undone(instance, build, reason);
+            self.report_rollback(instance, build, reason);
         }
         was
     }
 
     /// Undoes a reload after a call was given up: the build before replaces a build that was taking over in
     /// that call or is on trial.
-    pub(super) fn interrupted(&self, instance: usize, reason: &str) {
-        let outcome = if let Some(coming) = self.builds.coming(instance) {
-            self.not_reloaded(instance, &coming, reason);
+    pub(super) fn interrupt_reload(&self, instance: usize, reason: &str) {
+        let outcome = if let Some(coming) = self.builds.incoming(instance) {
+            self.report_reload_failure(instance, &coming, reason);
             Err(reason.to_owned())
-        } else if self.give_up_build(instance, reason) {
+        } else if self.roll_back_build(instance, reason) {
             Err(reason.to_owned())
         } else {
             Ok(())
         };
-        self.builds.settle(instance, outcome);
+        self.builds.finish_swap(instance, outcome);
     }
 
     /// Reports that a faulted schema has new code. It wakes up if it is requested.
-    pub(crate) fn restored(&self, instance: usize) {
+    pub(crate) fn report_restored(&self, instance: usize) {
         self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
     }
 
-    fn undone(&self, instance: usize, build: BuildName, reason: &str) {
+    fn report_rollback(&self, instance: usize, build: BuildName, reason: &str) {
         tracing::warn!(
             schema = self.name(instance),
             "goes on with the build before {build}: {reason}"
         );
-        self.report(&Event::ReloadUndone {
+        self.report(&Event::ReloadRolledBack {
             time: self.clock.now(),
             schema: instance,
             build,

@@ -14,7 +14,7 @@ use crate::turn::{Moment, Turn};
 
 /// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lead {
+pub(crate) struct ChildRequest {
     pub(crate) father: usize,
     pub(crate) role: usize,
     pub(crate) child: usize,
@@ -23,9 +23,9 @@ pub(crate) struct Lead {
 
 /// What a father does within a call.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Led {
+pub(crate) enum FatherAction {
     /// It wakes a child or puts it to sleep.
-    Child(Lead),
+    Child(ChildRequest),
     /// It changes the policy of a group.
     Policy {
         father: usize,
@@ -34,16 +34,16 @@ pub(crate) enum Led {
     },
 }
 
-impl Led {
+impl FatherAction {
     /// The encoding in turns: the way, and the number of the child or group.
-    pub(crate) fn told(&self) -> (u8, u64) {
+    pub(crate) fn encode(&self) -> (u8, u64) {
         match *self {
-            Self::Child(Lead {
+            Self::Child(ChildRequest {
                 child, awake: true, ..
             }) => (Turn::WOKE, child as u64),
-            Self::Child(Lead {
+            Self::Child(ChildRequest {
                 child, awake: false, ..
-            }) => (Turn::LAID_DOWN, child as u64),
+            }) => (Turn::PUT_TO_SLEEP, child as u64),
             Self::Policy { group, .. } => (Turn::CHANGED_POLICY, group as u64),
         }
     }
@@ -51,28 +51,28 @@ impl Led {
 
 impl Engine {
     /// Wakes a child or puts it to sleep for its father. Returns a status of the ABI.
-    pub(crate) fn child_wakes(&self, father: usize, role: usize, awake: bool) -> i32 {
-        let child = match self.role(father, role) {
+    pub(crate) fn request_child(&self, father: usize, role: usize, awake: bool) -> i32 {
+        let child = match self.child_of_role(father, role) {
             Ok(child) => child,
             Err(status) => return status,
         };
-        let lead = Lead {
+        let lead = ChildRequest {
             father,
             role,
             child,
             awake,
         };
-        if let Some(later) = &mut *self.later() {
-            later.push(Led::Child(lead));
+        if let Some(later) = &mut *self.deferred_actions() {
+            later.push(FatherAction::Child(lead));
             let may = self.lock().hierarchy.has_authority(schema(father));
             return if may { raw::OK } else { raw::REFUSED };
         }
-        self.lead(lead)
+        self.apply_child_request(lead)
     }
 
     /// Carries out a father's request for a child at once.
-    pub(crate) fn lead(&self, lead: Lead) -> i32 {
-        let Lead {
+    pub(crate) fn apply_child_request(&self, lead: ChildRequest) -> i32 {
+        let ChildRequest {
             father,
             role,
             child,
@@ -85,14 +85,14 @@ impl Engine {
                 hierarchy.sleep(now, schema(father), schema(child), out)
             }
         });
-        self.tell_led(father, &Led::Child(lead), moment);
+        self.record_father_action(father, &FatherAction::Child(lead), moment);
         match result {
             Ok(()) => {
-                self.lock().unheard.remove(&(father, role));
+                self.lock().refused_requests.remove(&(father, role));
                 raw::OK
             }
             Err(refused) => {
-                let first = self.lock().unheard.insert((father, role));
+                let first = self.lock().refused_requests.insert((father, role));
                 self.count_refusal(father, first, || refused.to_string());
                 raw::REFUSED
             }
@@ -100,24 +100,24 @@ impl Engine {
     }
 
     /// From now on, requests of fathers are collected.
-    pub(crate) fn put_off(&self) {
-        *self.later() = Some(Vec::new());
+    pub(crate) fn defer_actions(&self) {
+        *self.deferred_actions() = Some(Vec::new());
     }
 
     /// Returns the collected requests. From now on they are carried out at once again.
-    pub(crate) fn taken_on(&self) -> Vec<Led> {
-        self.later().take().unwrap_or_default()
+    pub(crate) fn take_deferred_actions(&self) -> Vec<FatherAction> {
+        self.deferred_actions().take().unwrap_or_default()
     }
 
     /// State of a child, and whether it is faulted.
-    pub(crate) fn child(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
-        let number = self.role(father, role)?;
+    pub(crate) fn child_status(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
+        let number = self.child_of_role(father, role)?;
         let child = schema(number);
-        let asked = self.later().as_ref().and_then(|later| {
+        let asked = self.deferred_actions().as_ref().and_then(|later| {
             let mut asked = later.iter().rev();
             asked.find_map(|led| match led {
-                Led::Child(lead) if lead.child == number => Some(lead.awake),
-                Led::Child(_) | Led::Policy { .. } => None,
+                FatherAction::Child(lead) if lead.child == number => Some(lead.awake),
+                FatherAction::Child(_) | FatherAction::Policy { .. } => None,
             })
         });
         let rules = self.lock();
@@ -131,35 +131,37 @@ impl Engine {
         Ok((state, faulted))
     }
 
-    fn later(&self) -> MutexGuard<'_, Option<Vec<Led>>> {
-        self.put_off.lock().unwrap_or_else(PoisonError::into_inner)
+    fn deferred_actions(&self) -> MutexGuard<'_, Option<Vec<FatherAction>>> {
+        self.deferred_actions
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Changes the policy of the group in which that child competes, for the father.
     pub(crate) fn set_policy(&self, father: usize, role: usize, policy: Policy) -> i32 {
-        if let Err(status) = self.role(father, role) {
+        if let Err(status) = self.child_of_role(father, role) {
             return status;
         }
         let Some(Some(group)) = self.application.instances[father].child_groups.get(role).copied() else {
             return raw::BAD_ARGUMENT;
         };
-        let led = Led::Policy {
+        let led = FatherAction::Policy {
             father,
             group,
             policy,
         };
-        if let Some(later) = &mut *self.later() {
+        if let Some(later) = &mut *self.deferred_actions() {
             later.push(led);
             return raw::OK;
         }
-        self.carry_on(led)
+        self.apply_father_action(led)
     }
 
     /// Carries out a father's request at once. Returns a status of the ABI.
-    pub(crate) fn carry_on(&self, led: Led) -> i32 {
+    pub(crate) fn apply_father_action(&self, led: FatherAction) -> i32 {
         let (father, group, policy) = match led {
-            Led::Child(lead) => return self.lead(lead),
-            Led::Policy {
+            FatherAction::Child(lead) => return self.apply_child_request(lead),
+            FatherAction::Policy {
                 father,
                 group,
                 policy,
@@ -168,7 +170,7 @@ impl Engine {
         let (changed, moment) = self.transact_if_any(|hierarchy, now, out| {
             hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
         });
-        self.tell_led(father, &led, moment);
+        self.record_father_action(father, &led, moment);
         if changed.is_err() {
             return raw::BAD_ARGUMENT;
         }
@@ -177,21 +179,21 @@ impl Engine {
     }
 
     /// Records a father's request as a turn, if it had effects.
-    fn tell_led(&self, father: usize, led: &Led, moment: Moment) {
+    fn record_father_action(&self, father: usize, led: &FatherAction, moment: Moment) {
         if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
-            let (way, detail) = led.told();
-            journal.tell(&Turn {
+            let (way, detail) = led.encode();
+            journal.forward(&Turn {
                 way,
                 detail,
                 checked: moment,
-                ..Turn::of(Turn::LED, father)
+                ..Turn::new(Turn::FATHER_ACTED, father)
             });
         }
     }
 
     /// Reports a refused command (R7), or a command or a child's modulation that was not finite or out of
     /// range.
-    pub(crate) fn write_refused(&self, instance: usize, port: usize, why: &Refused, first: bool) {
+    pub(crate) fn report_refused_write(&self, instance: usize, port: usize, why: &Refused, first: bool) {
         self.count_refusal(instance, first, || {
             let port = &self.application.instances[instance].schema.ports[port];
             let kind = match port.role {
@@ -232,7 +234,7 @@ impl Engine {
 
     /// Counts a refusal, and reports only the first of consecutive ones.
     fn count_refusal(&self, instance: usize, first: bool, what: impl FnOnce() -> String) {
-        self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
+        self.metrics[instance].refused.fetch_add(1, Ordering::Relaxed);
         if !first {
             return;
         }
@@ -240,17 +242,17 @@ impl Engine {
         tracing::debug!(schema = self.name(instance), "{what}");
         let mut rules = self.lock();
         let time = self.clock.now();
-        self.tell(
+        self.notify_observers(
             &mut rules,
             &Event::Refused {
                 time,
                 schema: instance,
-                what,
+                description: what,
             },
         );
     }
 
-    fn role(&self, father: usize, role: usize) -> Result<usize, i32> {
+    fn child_of_role(&self, father: usize, role: usize) -> Result<usize, i32> {
         let children = &self.application.instances[father].children;
         children.get(role).ok_or(raw::BAD_ARGUMENT)?.ok_or(raw::UNBOUND)
     }

@@ -9,7 +9,7 @@ use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
-use super::{Bells, Engine, Signal, schema};
+use super::{Engine, Notifier, Signal, schema};
 use crate::app::parse;
 use crate::clock::Clock;
 use crate::event::{Event, Observer};
@@ -82,14 +82,14 @@ const TWO: &str = r#"
 
 /// Records all notifications, and checks at each whether the rules are unlocked.
 #[derive(Default)]
-struct Ears {
+struct CountingNotifier {
     engine: OnceLock<Weak<Engine>>,
-    left: AtomicUsize,
+    posted: AtomicUsize,
     called: AtomicUsize,
     alarms: AtomicUsize,
 }
 
-impl Ears {
+impl CountingNotifier {
     fn note(&self, count: &AtomicUsize) {
         let engine = self.engine.get().and_then(Weak::upgrade).unwrap();
         assert!(engine.rules.try_lock().is_ok(), "called under the rules' lock");
@@ -97,34 +97,35 @@ impl Ears {
     }
 }
 
-impl Bells for Ears {
-    fn leave(&self, _: usize, _: Signal) -> bool {
-        self.left.fetch_add(1, Ordering::Relaxed);
+impl Notifier for CountingNotifier {
+    fn post(&self, _: usize, _: Signal) -> bool {
+        self.posted.fetch_add(1, Ordering::Relaxed);
         true
     }
 
-    fn call(&self, _: usize) {
+    fn notify(&self, _: usize) {
         self.note(&self.called);
     }
 
-    fn set_alarm(&self, _: Option<Nanos>) -> bool {
+    fn set_timer(&self, _: Option<Nanos>) -> bool {
         true
     }
 
-    fn call_alarm(&self) {
+    fn notify_timer(&self) {
         self.note(&self.alarms);
     }
 }
 
 /// An engine of that application. Its clock stands still.
-fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Ears>) {
+fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<CountingNotifier>) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
     let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
-    let (engine, _ports) = Engine::new(application, Clock::standing(), observers, None, None, None).unwrap();
-    let ears = Arc::new(Ears::default());
+    let (engine, _ports) =
+        Engine::new(application, Clock::new_virtual(), observers, None, None, None).unwrap();
+    let ears = Arc::new(CountingNotifier::default());
     ears.engine.set(Arc::downgrade(&engine)).unwrap();
-    let bells: Arc<dyn Bells> = Arc::clone(&ears) as _;
+    let bells: Arc<dyn Notifier> = Arc::clone(&ears) as _;
     engine.attach(&bells);
     (engine, ears)
 }
@@ -136,7 +137,7 @@ fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
     // The number of notifications and alarms since the last call.
     let mut since = || {
         let [left, called, alarms] =
-            [&ears.left, &ears.called, &ears.alarms].map(|count| count.load(Ordering::Relaxed));
+            [&ears.posted, &ears.called, &ears.alarms].map(|count| count.load(Ordering::Relaxed));
         assert_eq!(left, called, "each that is left for is called");
         let now = [called, alarms];
         let grown = [0, 1].map(|place| now[place] - before[place]);
@@ -149,22 +150,22 @@ fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
             urgency: 0.0,
             cause: 0,
         };
-        engine.checked(instance, check);
+        engine.report_check(instance, check);
     };
 
     engine.start();
     assert_eq!(since()[0], 2, "both are awake");
     wants(1);
     assert_eq!(since()[0], 1, "it is the only one that wants");
-    let (may, _) = engine.begin(1);
+    let (may, _) = engine.request_iteration(1);
     assert!(may);
     wants(0);
     assert_eq!(since(), [0, 1], "it has to wait, but not for ever");
-    engine.end(1);
+    engine.report_iteration_end(1);
     assert_eq!(since()[0], 1, "it wins");
-    engine.faulted(0, String::from("it broke"));
+    engine.report_fault(0, String::from("it broke"));
     assert!(since()[1] > 0, "it is to be restarted");
-    engine.clock.set(3_600_000_000_000);
+    engine.clock.advance_to(3_600_000_000_000);
     engine.tick();
     assert!(since()[0] > 0, "it is");
 }
@@ -200,23 +201,23 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             cause: 0,
         };
         engine.start();
-        engine.checked(0, check);
+        engine.report_check(0, check);
         for role in [0, 1] {
-            engine.child_wakes(0, role, true);
+            engine.request_child(0, role, true);
         }
-        engine.checked(1, check);
-        engine.checked(2, check);
+        engine.report_check(1, check);
+        engine.report_check(2, check);
         if let Some(begun) = begun {
-            engine.clock.set(begun);
-            let asked = engine.lock().hierarchy.asked(GroupId(1));
-            engine.meters[0].take_up(asked.unwrap(), begun);
-            engine.meters[0].enter(begun);
+            engine.clock.advance_to(begun);
+            let asked = engine.lock().hierarchy.pending_arbitration(GroupId(1));
+            engine.metrics[0].begin_arbitration(asked.unwrap(), begun);
+            engine.metrics[0].begin_call(begun);
         }
         if returned {
             // The call has returned, but the answer is not reported yet.
-            engine.meters[0].leave();
+            engine.metrics[0].end_call();
         }
-        engine.clock.set(5 * MS);
+        engine.clock.advance_to(5 * MS);
         engine.tick();
         let rules = engine.lock();
         let decided = rules.hierarchy.winner(GroupId(1));
@@ -230,7 +231,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
 struct Stalls(mpsc::Sender<Nanos>);
 
 impl Observer for Stalls {
-    fn hear(&mut self, event: &Event) {
+    fn on_event(&mut self, event: &Event) {
         if let Event::Stalled { time, .. } = event {
             self.0.send(*time).unwrap();
         }
@@ -246,10 +247,10 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
         type = "engine-tests/report"
     "#;
     const SECOND: Nanos = 1_000_000_000;
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let (told, stalls) = mpsc::channel();
     let (engine, _ears) = engine(REPORTS, vec![Box::new(Stalls(told))]);
-    crate::mission::follow(&engine);
+    crate::mission::watch_mission(&engine);
     engine.start();
     let mut writer = engine.variables.of(0, 0).unwrap().writer(0, "report").unwrap();
     let mut publish = || {
@@ -262,7 +263,7 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
         writer.publish(now, now).unwrap();
     };
     publish();
-    engine.clock.set(20 * SECOND);
+    engine.clock.advance_to(20 * SECOND);
     let rules = engine.lock();
     std::thread::scope(|scope| scope.spawn(publish).join().unwrap());
     drop(rules);

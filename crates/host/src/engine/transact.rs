@@ -3,18 +3,18 @@
 use jde_abi::describe::Kind;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
 
-use super::{Engine, Rules, Signal, schema, with_below};
+use super::{Engine, RulesState, Signal, schema, subtree_with};
 use crate::event::Event;
+use crate::transaction_observer::{Transaction, TransactionInput};
 use crate::turn::{Journal, Moment, Turn};
-use crate::witness::{Seen, Step};
 
 /// Whether permission to iterate was given, and when it was asked for.
-pub(crate) type Begun = (bool, Moment);
+pub(crate) type IterationPermission = (bool, Moment);
 
 impl Engine {
     /// Runs `change` and carries out all its effects in order, before any other change.
     pub(super) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
-        self.transact_as(None, |_| Step::Told, change).0
+        self.transact_as(None, |_| TransactionInput::Other, change).0
     }
 
     /// Like [`Self::transact`], with a moment for the turns only if the change has effects. For changes that
@@ -36,21 +36,21 @@ impl Engine {
     }
 
     /// Like [`Self::transact`], with a moment for the turns.
-    pub(super) fn transact_told<R>(
+    pub(super) fn transact_recorded<R>(
         &self,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
-        self.transact_as(self.journal.as_deref(), |_| Step::Told, change)
+        self.transact_as(self.journal.as_deref(), |_| TransactionInput::Other, change)
     }
 
     /// Like [`Self::transact_told`], in a turn of an instance. The turns of drivers are not recorded: their
     /// exports show the results.
-    pub(super) fn transact_of<R>(
+    pub(super) fn transact_for<R>(
         &self,
         instance: usize,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
-        self.transact_as(self.journal_of(instance), |_| Step::Told, change)
+        self.transact_as(self.journal_of(instance), |_| TransactionInput::Other, change)
     }
 
     /// Reports the result of a precondition, if there is one, and then asks for permission to iterate. With
@@ -61,16 +61,23 @@ impl Engine {
         instance: usize,
         check: Option<Check>,
         first: bool,
-    ) -> (Moment, Begun) {
+    ) -> (Moment, IterationPermission) {
         let (id, journal) = (schema(instance), self.journal_of(instance));
         let mut rules = self.lock();
         let checked = check.map_or_else(Moment::default, |check| {
             let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
                 hierarchy.checked(now, id, check, out);
             };
-            self.transact_within(&mut rules, journal, |()| Step::Told, told).1
+            self.transact_within(&mut rules, journal, |()| TransactionInput::Other, told)
+                .1
         });
-        let step = |may: &bool| if *may { Step::Began(id) } else { Step::Told };
+        let step = |may: &bool| {
+            if *may {
+                TransactionInput::IterationBegan(id)
+            } else {
+                TransactionInput::Other
+            }
+        };
         let begun = self.transact_within(&mut rules, journal, step, |hierarchy, now, out| {
             (!first || hierarchy.is_taking(id)) && hierarchy.begin(now, id, out)
         });
@@ -83,7 +90,7 @@ impl Engine {
         let id = schema(instance);
         self.transact_as(
             journal,
-            |()| Step::Ended(id),
+            |()| TransactionInput::IterationEnded(id),
             |hierarchy, now, out| {
                 hierarchy.end(now, id, out);
             },
@@ -92,9 +99,10 @@ impl Engine {
     }
 
     /// Ends the application: puts every schema to sleep.
-    pub(super) fn transact_over(&self) -> Moment {
+    pub(super) fn transact_shutdown(&self) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
-        self.transact_as(self.journal.as_deref(), |()| Step::Over, told).1
+        self.transact_as(self.journal.as_deref(), |()| TransactionInput::Shutdown, told)
+            .1
     }
 
     /// The journal for an instance's turns; `None` for drivers.
@@ -106,7 +114,7 @@ impl Engine {
     fn transact_as<R>(
         &self,
         journal: Option<&Journal>,
-        step: impl FnOnce(&R) -> Step,
+        step: impl FnOnce(&R) -> TransactionInput,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
         let mut rules = self.lock();
@@ -118,111 +126,115 @@ impl Engine {
     /// Runs one of several consecutive transactions under one lock, with no other transaction between them.
     fn transact_within<R>(
         &self,
-        rules: &mut Rules,
+        rules: &mut RulesState,
         journal: Option<&Journal>,
-        step: impl FnOnce(&R) -> Step,
+        step: impl FnOnce(&R) -> TransactionInput,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
         let now = self.clock.now();
         let order = journal.map_or(0, Journal::next);
         let time = if order > 0 { now } else { 0 };
         let moment = Moment { order, time };
-        if !self.later.is_empty() {
-            for event in self.later.take() {
-                self.tell(rules, &event);
+        if !self.deferred_events.is_empty() {
+            for event in self.deferred_events.take() {
+                self.notify_observers(rules, &event);
             }
         }
-        if rules.groups.is_restless() {
-            for calmed in rules.groups.calmed(now) {
-                self.tell(rules, &calmed);
+        if rules.groups.is_any_chattering() {
+            for calmed in rules.groups.advance(now) {
+                self.notify_observers(rules, &calmed);
             }
         }
         // A change that panicked may have left effects behind.
         rules.effects.clear();
         let result = change(&mut rules.hierarchy, now, &mut rules.effects);
         // Most checks and permissions have no effects.
-        if !rules.effects.is_empty() || rules.witness.is_some() {
+        if !rules.effects.is_empty() || rules.transaction_observer.is_some() {
             self.carry_out(rules, now, step(&result));
         }
         let next = rules.hierarchy.next_timer();
         if rules.alarm != next
-            && let Some(bells) = self.bells()
+            && let Some(bells) = self.notifier()
         {
             rules.alarm = next;
-            rules.calls.alarm |= bells.set_alarm(next);
+            rules.notifications.alarm |= bells.set_timer(next);
         }
         (result, moment)
     }
 
     /// Carries out the effects of a transaction, and shows them to the witness.
-    fn carry_out(&self, rules: &mut Rules, now: Nanos, step: Step) {
+    fn carry_out(&self, rules: &mut RulesState, now: Nanos, step: TransactionInput) {
         let mut effects = std::mem::take(&mut rules.effects);
         // A copy, because carrying out consumes the effects.
-        let witnessed = rules.witness.is_some().then(|| effects.clone());
+        let witnessed = rules.transaction_observer.is_some().then(|| effects.clone());
         for effect in effects.drain(..) {
             self.apply(rules, now, effect);
         }
         if let Some(effects) = witnessed {
-            self.witness(rules, now, step, &effects);
+            self.notify_transaction_observer(rules, now, step, &effects);
         }
         rules.effects = effects;
     }
 
     /// Records a transaction that is not part of a schema's turn.
-    pub(super) fn tell_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
+    pub(super) fn record_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
         if let Some(journal) = &self.journal {
-            journal.tell(&Turn {
+            journal.forward(&Turn {
                 way,
                 checked,
-                ..Turn::of(kind, instance)
+                ..Turn::new(kind, instance)
             });
         }
     }
 
-    fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {
+    fn apply(&self, rules: &mut RulesState, now: Nanos, effect: Effect) {
         match effect {
-            Effect::Woken(id) => self.ring_within(rules, id.index(), Signal::Awake(now)),
-            Effect::Slept { id, .. } => match &mut rules.closing {
+            Effect::Woken(id) => self.post_within(rules, id.index(), Signal::Awake(now)),
+            Effect::Slept { id, .. } => match &mut rules.shutdown_order {
                 Some(order) => order.push(id.index()),
-                None => self.ring_within(rules, id.index(), Signal::Asleep),
+                None => self.post_within(rules, id.index(), Signal::Asleep),
             },
             Effect::TakesOver { group, id } => {
-                let level = self.below(&rules.hierarchy, group);
-                let heirs = with_below(&rules.hierarchy, id);
+                let level = self.group_subtree(&rules.hierarchy, group);
+                let heirs = subtree_with(&rules.hierarchy, id);
                 let drivers = rules.commands.take_over(&level, &heirs, now);
-                self.carry_commands(rules, &drivers);
+                self.signal_drivers(rules, &drivers);
             }
             Effect::Lapsed(id) => {
-                let below = with_below(&rules.hierarchy, id);
+                let below = subtree_with(&rules.hierarchy, id);
                 let could_act = |other| rules.hierarchy.could_act(schema(other));
-                let drivers = rules.commands.lapse(id.index(), &below, could_act, now);
-                self.carry_commands(rules, &drivers);
+                let drivers = rules.commands.end_taken_over(id.index(), &below, could_act, now);
+                self.signal_drivers(rules, &drivers);
             }
-            Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
+            Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id.index()),
             Effect::Granted(_) => {}
             Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
-            Effect::Promoted(id) => self.ring_within(rules, id.index(), Signal::Promoted),
+            Effect::Promoted(id) => self.post_within(rules, id.index(), Signal::Promoted),
             Effect::Demoted(_) => {}
-            Effect::Ask { group, ticket, level } => {
+            Effect::Arbitrate { group, ticket, level } => {
                 if let Some(father) = self.application.groups[group.index()].father {
-                    self.ring_within(rules, father, Signal::Asked { group, ticket, level });
+                    self.post_within(
+                        rules,
+                        father,
+                        Signal::ArbitrationRequested { group, ticket, level },
+                    );
                 }
             }
             Effect::Brake { group } => {
-                let level = self.below(&rules.hierarchy, group);
+                let level = self.group_subtree(&rules.hierarchy, group);
                 let drivers = rules.commands.brake(&level, now);
-                self.carry_commands(rules, &drivers);
+                self.signal_drivers(rules, &drivers);
             }
             Effect::Hold { group, until } => {
-                let level = self.below(&rules.hierarchy, group);
+                let level = self.group_subtree(&rules.hierarchy, group);
                 let drivers = rules.commands.hold(&level, now, until);
-                self.carry_commands(rules, &drivers);
+                self.signal_drivers(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
                 tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
-                self.tell(
+                self.notify_observers(
                     rules,
-                    &Event::Changed {
+                    &Event::StateChanged {
                         time: now,
                         schema: id.index(),
                         from,
@@ -231,9 +243,9 @@ impl Engine {
                 );
             }
             Effect::Health { id, health } => {
-                self.tell(
+                self.notify_observers(
                     rules,
-                    &Event::Health {
+                    &Event::HealthChanged {
                         time: now,
                         schema: id.index(),
                         health,
@@ -241,34 +253,42 @@ impl Engine {
                 );
             }
             Effect::Decided(record) => {
-                let more = rules.groups.decided(&record);
-                self.tell(rules, &Event::Decided(record));
+                let more = rules.groups.record_decision(&record);
+                self.notify_observers(rules, &Event::Decided(record));
                 if let Some(more) = more {
-                    self.tell(rules, &more);
+                    self.notify_observers(rules, &more);
                 }
             }
-            Effect::Took {
+            Effect::TookOver {
                 group,
                 record,
                 id,
                 latency,
-            } => self.took(rules, now, group, record, id, latency),
+            } => self.report_takeover(rules, now, group, record, id, latency),
         }
     }
 
     /// Signals drivers to carry out at once commands that cannot wait for their period.
-    fn carry_commands(&self, rules: &mut Rules, drivers: &[usize]) {
+    fn signal_drivers(&self, rules: &mut RulesState, drivers: &[usize]) {
         for driver in drivers {
-            self.ring_within(rules, *driver, Signal::Triggered);
+            self.post_within(rules, *driver, Signal::Triggered);
         }
     }
 
-    fn witness(&self, rules: &mut Rules, began: Nanos, step: Step, effects: &[Effect]) {
-        let Rules {
-            witness, hierarchy, ..
+    fn notify_transaction_observer(
+        &self,
+        rules: &mut RulesState,
+        began: Nanos,
+        step: TransactionInput,
+        effects: &[Effect],
+    ) {
+        let RulesState {
+            transaction_observer: witness,
+            hierarchy,
+            ..
         } = rules;
         if let Some(witness) = witness {
-            witness.see(&Seen {
+            witness.on_transaction(&Transaction {
                 began,
                 done: self.clock.now(),
                 step,

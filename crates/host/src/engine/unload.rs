@@ -14,46 +14,46 @@ use crate::turn::Turn;
 impl Engine {
     /// Puts a schema to sleep and ends its instance. Its variables stay.
     pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
-        self.known(instance)?;
-        let (done, moment) = self.transact_told(|hierarchy, now, out| {
+        self.check_schema(instance)?;
+        let (done, moment) = self.transact_recorded(|hierarchy, now, out| {
             self.refuse_needed(hierarchy, instance)?;
-            self.put_away(hierarchy, now, out, by, instance)
+            self.unload_within(hierarchy, now, out, by, instance)
         });
         let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
-        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        self.record_turn(Turn::OPERATED, instance, way, moment);
         if done? {
-            self.call(instance);
+            self.notify_instance(instance);
         }
-        self.operated(by, OperatorAction::Unload { schema: instance });
+        self.report_operation(by, OperatorAction::Unload { schema: instance });
         Ok(())
     }
 
     /// Repeats an operator's unloading, in a replay. Refused unloadings were not recorded.
-    pub(crate) fn unload_again(&self, instance: usize) {
-        let done = self.transact(|hierarchy, now, out| self.put_away(hierarchy, now, out, "", instance));
+    pub(crate) fn repeat_unload(&self, instance: usize) {
+        let done = self.transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, "", instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
         if done == Ok(true) {
-            self.call(instance);
+            self.notify_instance(instance);
         }
     }
 
     /// Releases an unloaded schema. Lets a faulted schema try again, with all restarts that its policy
     /// grants. The schema gets a new instance when it wakes up, which is at once if it is requested.
     pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
-        self.known(instance)?;
+        self.check_schema(instance)?;
         let (done, moment) =
-            self.transact_told(|hierarchy, now, out| self.put_back(hierarchy, now, out, instance));
+            self.transact_recorded(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
         let way = if done.is_ok() { Turn::LOADED } else { 0 };
-        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        self.record_turn(Turn::OPERATED, instance, way, moment);
         done?;
-        self.operated(by, OperatorAction::Load { schema: instance });
+        self.report_operation(by, OperatorAction::Load { schema: instance });
         Ok(())
     }
 
     /// Repeats an operator's loading, in a replay.
-    pub(crate) fn load_again(&self, instance: usize) {
+    pub(crate) fn repeat_load(&self, instance: usize) {
         // The original operator was informed of a refusal.
-        let _ = self.transact(|hierarchy, now, out| self.put_back(hierarchy, now, out, instance));
+        let _ = self.transact(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
     }
 
     /// Whether the schema faulted and was not restarted since.
@@ -63,11 +63,11 @@ impl Engine {
 
     /// Whether an operator unloaded the schema.
     pub(crate) fn is_unloaded(&self, instance: usize) -> bool {
-        self.held().unloaded.contains(&instance)
+        self.holds().unloaded.contains(&instance)
     }
 
     /// Unloads within a transaction. Returns whether to notify the instance's thread after it.
-    fn put_away(
+    fn unload_within(
         &self,
         hierarchy: &mut Hierarchy,
         now: Nanos,
@@ -75,13 +75,13 @@ impl Engine {
         by: &str,
         instance: usize,
     ) -> Result<bool, String> {
-        self.act(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
-        self.held().unloaded.insert(instance);
+        self.apply_operation(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
+        self.holds().unloaded.insert(instance);
         // The instance may be asleep already; it ends as soon as it is.
-        Ok(self.leave(instance, Signal::Unloaded))
+        Ok(self.post_signal(instance, Signal::Unloaded))
     }
 
-    fn put_back(
+    fn load_within(
         &self,
         hierarchy: &mut Hierarchy,
         now: Nanos,

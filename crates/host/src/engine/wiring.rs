@@ -8,11 +8,11 @@ use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
 use jde_types::Value;
 
 use super::authority::{Command, Commands};
-use super::{Bells, Engine, Signal};
-use crate::apart::MOST_SENT;
-use crate::app::{Application, Binding, ChildTarget, Source};
-use crate::history::Aligned;
-use crate::instance::{Port, Ports};
+use super::{Engine, Notifier, Signal};
+use crate::app::{Application, Binding, ChildTarget, ImportSource};
+use crate::history::AlignedBytes;
+use crate::instance::{BoundPort, Ports};
+use crate::isolated::MAX_INLINE_BYTES;
 use crate::period;
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
@@ -43,10 +43,12 @@ impl Variables {
     }
 
     /// The variable that an import reads.
-    pub(crate) fn source(&self, source: Source) -> &Arc<Variable> {
+    pub(crate) fn source(&self, source: ImportSource) -> &Arc<Variable> {
         match source {
-            Source::Here(instance, port) => self.of(instance, port).expect("imports are bound to variables"),
-            Source::Elsewhere(remote) => &self.remotes[remote],
+            ImportSource::Local(instance, port) => {
+                self.of(instance, port).expect("imports are bound to variables")
+            }
+            ImportSource::Remote(remote) => &self.remotes[remote],
         }
     }
 
@@ -61,7 +63,7 @@ pub(super) fn wire(
     application: &Application,
     board: &Board,
 ) -> Result<(Variables, Vec<Ports>, Commands), Error> {
-    let users = Users::count(application);
+    let users = UsageCounts::count(application);
     let mut variables = Variables {
         ports: Vec::new(),
         periods: Vec::new(),
@@ -88,7 +90,7 @@ pub(super) fn wire(
                     continue;
                 }
             };
-            let declare = if users.apart[number][place] && port.value_type.bytes > MOST_SENT {
+            let declare = if users.isolated[number][place] && port.value_type.bytes > MAX_INLINE_BYTES {
                 Board::declare_shared
             } else {
                 Board::declare
@@ -132,9 +134,9 @@ pub(super) fn wire(
         })?);
     }
     let remotes = application.remotes.iter().zip(&users.remote_readers);
-    for ((remote, readers), apart) in remotes.zip(&users.remote_apart) {
+    for ((remote, readers), apart) in remotes.zip(&users.remote_isolated) {
         let (owner, name) = remote.parts();
-        let declare = if *apart && remote.value_type.bytes > MOST_SENT {
+        let declare = if *apart && remote.value_type.bytes > MAX_INLINE_BYTES {
             Board::declare_shared
         } else {
             Board::declare
@@ -164,7 +166,7 @@ pub(super) fn wire(
 }
 
 /// Signals an instance for each import that re-evaluates its precondition (R12), and for its period.
-pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
+pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<Watch> {
     let mut watches = Vec::new();
     for (number, instance) in engine.application.instances.iter().enumerate() {
         let ring = |signal: fn() -> Signal| {
@@ -172,8 +174,8 @@ pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
             move || {
                 if let Some(bells) = bells.upgrade() {
                     let signal = signal();
-                    if bells.leave(number, signal) {
-                        bells.call(number);
+                    if bells.post(number, signal) {
+                        bells.notify(number);
                     }
                 }
             }
@@ -189,7 +191,7 @@ pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
             }
         }
         let period = engine.variables.period(number);
-        watches.push(period.watch(ring(|| Signal::Retimed)));
+        watches.push(period.watch(ring(|| Signal::PeriodChanged)));
     }
     watches
 }
@@ -199,8 +201,8 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
     let id = number as u32;
     let variable =
         |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
-    let wish = |variable: &Arc<Variable>| -> Result<Port, Error> {
-        Ok(Port::Wish {
+    let wish = |variable: &Arc<Variable>| -> Result<BoundPort, Error> {
+        Ok(BoundPort::ForeignOutput {
             writer: variable.writer(id, &instance.name)?,
             refused: false,
         })
@@ -210,15 +212,15 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
         ports.push(match binding {
             Binding::Import { source: None, .. }
             | Binding::Actuator { target: None }
-            | Binding::ChildModulation { target: None } => Port::Unbound,
+            | Binding::ChildModulation { target: None } => BoundPort::Unbound,
             Binding::Import {
                 source: Some(source), ..
-            } => Port::Input(variables.source(*source).reader(&instance.name)),
+            } => BoundPort::Input(variables.source(*source).reader(&instance.name)),
             Binding::Modulation { .. } => {
                 let reader = variable((number, place)).reader(&instance.name);
                 match instance.schema.ports[place].role {
-                    Role::Modulation { fixed: true, .. } => Port::Fixed(reader),
-                    _ => Port::Input(reader),
+                    Role::Modulation { fixed: true, .. } => BoundPort::Fixed(reader),
+                    _ => BoundPort::Input(reader),
                 }
             }
             Binding::Command => {
@@ -226,13 +228,13 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
                     unreachable!("a command is bound as one")
                 };
                 let reader = variable((number, place)).reader(&instance.name);
-                Port::Command {
+                BoundPort::Command {
                     reader,
-                    neutral: Aligned::new(neutral),
+                    neutral: AlignedBytes::new(neutral),
                     in_force: None,
                 }
             }
-            Binding::Export => Port::Output(variable((number, place)).writer(id, &instance.name)?),
+            Binding::Export => BoundPort::Output(variable((number, place)).writer(id, &instance.name)?),
             Binding::Actuator { target: Some(target) } => wish(variable(*target))?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Port(child, port)),
@@ -262,8 +264,8 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
                 newest: variable.reader("host"),
                 variable,
                 neutral: neutral.clone(),
-                alone: 0,
-                heirs: Vec::new(),
+                held_sequence: 0,
+                holders: Vec::new(),
                 commanders: commanders
                     .filter(|(_, other)| other.bindings.contains(&target))
                     .map(|(i, _)| i)
@@ -275,16 +277,16 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
 }
 
 /// The number of readers and writers of each variable, and whether one of them has a process of its own.
-struct Users {
+struct UsageCounts {
     readers: Vec<Vec<usize>>,
     writers: Vec<Vec<usize>>,
     period_writers: Vec<usize>,
     remote_readers: Vec<usize>,
-    apart: Vec<Vec<bool>>,
-    remote_apart: Vec<bool>,
+    isolated: Vec<Vec<bool>>,
+    remote_isolated: Vec<bool>,
 }
 
-impl Users {
+impl UsageCounts {
     fn count(application: &Application) -> Self {
         let zeros = || {
             application
@@ -298,30 +300,30 @@ impl Users {
             writers: zeros(),
             period_writers: vec![0; application.instances.len()],
             remote_readers: vec![0; application.remotes.len()],
-            apart: application
+            isolated: application
                 .instances
                 .iter()
                 .map(|instance| vec![instance.isolate.is_some(); instance.bindings.len()])
                 .collect(),
-            remote_apart: vec![false; application.remotes.len()],
+            remote_isolated: vec![false; application.remotes.len()],
         };
         for (number, instance) in application.instances.iter().enumerate() {
             let apart = instance.isolate.is_some();
             for (place, binding) in instance.bindings.iter().enumerate() {
                 match binding {
                     Binding::Import {
-                        source: Some(Source::Here(owner, port)),
+                        source: Some(ImportSource::Local(owner, port)),
                         ..
                     } => {
                         users.readers[*owner][*port] += 1;
-                        users.apart[*owner][*port] |= apart;
+                        users.isolated[*owner][*port] |= apart;
                     }
                     Binding::Import {
-                        source: Some(Source::Elsewhere(remote)),
+                        source: Some(ImportSource::Remote(remote)),
                         ..
                     } => {
                         users.remote_readers[*remote] += 1;
-                        users.remote_apart[*remote] |= apart;
+                        users.remote_isolated[*remote] |= apart;
                     }
                     Binding::Modulation { .. } | Binding::Command => users.readers[number][place] += 1,
                     Binding::Actuator {
@@ -331,7 +333,7 @@ impl Users {
                         target: Some(ChildTarget::Port(owner, port)),
                     } => {
                         users.writers[*owner][*port] += 1;
-                        users.apart[*owner][*port] |= apart;
+                        users.isolated[*owner][*port] |= apart;
                     }
                     Binding::ChildModulation {
                         target: Some(ChildTarget::Period(owner)),

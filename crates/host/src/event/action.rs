@@ -73,7 +73,7 @@ impl OperatorAction {
 
     /// Returns the action in words, given the schema's name: "played goon", "set vff.gain to 0.5".
     #[must_use]
-    pub fn words(&self, name: &str) -> String {
+    pub fn description(&self, name: &str) -> String {
         match self {
             Self::Hierarchy(Operator::Play(_)) => format!("played {name}"),
             Self::Hierarchy(Operator::Stop(_)) => format!("stopped {name}"),

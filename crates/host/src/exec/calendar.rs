@@ -6,9 +6,9 @@ use jde_core::Nanos;
 
 /// A turn may begin up to a thousandth of its period after its deadline, if that saves a sleep between two
 /// turns.
-const SHARE: Nanos = 1000;
+const LEEWAY_DIVISOR: Nanos = 1000;
 /// The greatest such delay, ns: the default timer slack of a Linux thread.
-const MOST: Nanos = 50_000;
+const MAX_LEEWAY: Nanos = 50_000;
 
 /// Deadlines by time, and each instance's own.
 pub(super) struct Calendar {
@@ -27,33 +27,33 @@ impl Calendar {
     }
 
     /// Sets the only deadline of an instance. Its turn may wait for others up to `leeway`, ns.
-    pub(super) fn put(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
-        self.take_out(instance);
+    pub(super) fn set_due(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
+        self.remove(instance);
         self.entries.extend(due.map(|due| (due, instance)));
         self.due[instance] = due;
         self.leeway[instance] = leeway;
     }
 
     /// Removes the deadline of an instance.
-    pub(super) fn take_out(&mut self, instance: usize) {
+    pub(super) fn remove(&mut self, instance: usize) {
         if let Some(due) = self.due[instance].take() {
             self.entries.remove(&(due, instance));
         }
     }
 
     /// Removes and returns the instance that is due first, if it is due by now.
-    pub(super) fn take(&mut self, now: Nanos) -> Option<usize> {
+    pub(super) fn pop_due(&mut self, now: Nanos) -> Option<usize> {
         let &(due, instance) = self.entries.first()?;
         if due > now {
             return None;
         }
-        self.take_out(instance);
+        self.remove(instance);
         Some(instance)
     }
 
     /// When a worker must be ready: at the first deadline, or at a later one if no instance's leeway ends
     /// before it.
-    pub(super) fn next(&self) -> Option<Nanos> {
+    pub(super) fn next_wakeup(&self) -> Option<Nanos> {
         let mut latest = Nanos::MAX;
         let mut next = None;
         for &(due, instance) in &self.entries {
@@ -69,7 +69,7 @@ impl Calendar {
 
 /// How long a turn of that period may wait for others, ns.
 pub(super) fn leeway(period: Nanos) -> Nanos {
-    (period / SHARE).min(MOST)
+    (period / LEEWAY_DIVISOR).min(MAX_LEEWAY)
 }
 
 #[cfg(test)]
@@ -82,7 +82,7 @@ mod tests {
     fn calendar(entries: &[(Nanos, Nanos)]) -> Calendar {
         let mut calendar = Calendar::new(entries.len());
         for (instance, (due, leeway)) in entries.iter().enumerate() {
-            calendar.put(instance, Some(*due), *leeway);
+            calendar.set_due(instance, Some(*due), *leeway);
         }
         calendar
     }
@@ -90,37 +90,37 @@ mod tests {
     #[test]
     fn who_is_due_comes_out_in_order_and_once() {
         let mut calendar = calendar(&[(30, 0), (10, 0), (20, 0)]);
-        assert_eq!(calendar.take(9), None);
-        assert_eq!(calendar.take(20), Some(1));
-        assert_eq!(calendar.take(20), Some(2));
-        assert_eq!(calendar.take(29), None);
-        calendar.put(0, Some(40), 0);
-        assert_eq!(calendar.take(39), None, "it has another deadline now");
-        calendar.take_out(0);
-        assert_eq!(calendar.take(Nanos::MAX), None);
-        assert_eq!(calendar.next(), None);
+        assert_eq!(calendar.pop_due(9), None);
+        assert_eq!(calendar.pop_due(20), Some(1));
+        assert_eq!(calendar.pop_due(20), Some(2));
+        assert_eq!(calendar.pop_due(29), None);
+        calendar.set_due(0, Some(40), 0);
+        assert_eq!(calendar.pop_due(39), None, "it has another deadline now");
+        calendar.remove(0);
+        assert_eq!(calendar.pop_due(Nanos::MAX), None);
+        assert_eq!(calendar.next_wakeup(), None);
     }
 
     #[test]
     fn r11_nobody_waits_longer_than_its_leeway_for_others() {
-        let near = |second, leeway| calendar(&[(MS, 10), (MS + second, leeway)]).next();
+        let near = |second, leeway| calendar(&[(MS, 10), (MS + second, leeway)]).next_wakeup();
         assert_eq!(near(10, 10), Some(MS + 10), "both at once");
         assert_eq!(near(11, 10), Some(MS), "the first would be too late");
         assert_eq!(
-            calendar(&[(MS, 10)]).next(),
+            calendar(&[(MS, 10)]).next_wakeup(),
             Some(MS),
             "there is nobody to wait for"
         );
         let hurried = calendar(&[(MS, 10), (MS + 1, 1), (MS + 3, 10)]);
-        assert_eq!(hurried.next(), Some(MS + 1), "the second has little");
+        assert_eq!(hurried.next_wakeup(), Some(MS + 1), "the second has little");
         let busy = calendar(&[(MS, 0), (MS + 1, 10)]);
-        assert_eq!(busy.next(), Some(MS), "the first has none");
+        assert_eq!(busy.next_wakeup(), Some(MS), "the first has none");
     }
 
     #[test]
     fn r11_the_leeway_is_a_thousandth_of_the_period_and_never_long() {
         assert_eq!(leeway(MS), 1000);
-        assert_eq!(leeway(50 * MS), MOST);
-        assert_eq!(leeway(3_600_000 * MS), MOST);
+        assert_eq!(leeway(50 * MS), MAX_LEEWAY);
+        assert_eq!(leeway(3_600_000 * MS), MAX_LEEWAY);
     }
 }

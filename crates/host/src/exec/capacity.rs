@@ -11,61 +11,61 @@ use jde_core::Nanos;
 /// may take longer than expected.
 pub(super) const GRACE: Nanos = 500_000;
 /// Workers that were not needed for this time leave, ns.
-const LINGER: Nanos = 1_000_000_000;
+const IDLE_TIMEOUT: Nanos = 1_000_000_000;
 
 /// The workers that have not hung.
 pub(super) struct Capacity {
     /// The number at the start, and the least later.
-    start: usize,
+    min_workers: usize,
     /// The greatest number: one for each schema, and a free one.
-    most: usize,
+    max_workers: usize,
     workers: usize,
     /// Workers in no turn, including those not started yet.
     free: usize,
     /// Workers in a turn that was expected to be short.
-    brief: usize,
+    short_turns: usize,
     /// Until when the newest of these is waited for.
-    back: Nanos,
+    expected_return: Nanos,
     /// The fewest free workers since `since`.
-    fewest: usize,
+    min_free: usize,
     since: Nanos,
 }
 
 impl Capacity {
     pub(super) fn new(workers: usize, schemas: usize) -> Self {
         Self {
-            start: workers,
-            most: schemas + 1,
+            min_workers: workers,
+            max_workers: schemas + 1,
             workers,
             free: workers,
-            brief: 0,
-            back: 0,
-            fewest: workers,
+            short_turns: 0,
+            expected_return: 0,
+            min_free: workers,
             since: 0,
         }
     }
 
     /// Until when a free worker leaves due work to others, because it is the last one and another is about to
     /// return.
-    pub(super) fn leaves_it(&self, now: Nanos) -> Option<Nanos> {
-        (self.free == 1 && self.brief > 0 && now < self.back).then_some(self.back)
+    pub(super) fn deferred_until(&self, now: Nanos) -> Option<Nanos> {
+        (self.free == 1 && self.short_turns > 0 && now < self.expected_return).then_some(self.expected_return)
     }
 
     /// A free worker starts a turn. Returns how many workers to start.
-    pub(super) fn begin(&mut self, now: Nanos, brief: bool) -> usize {
+    pub(super) fn begin_turn(&mut self, now: Nanos, brief: bool) -> usize {
         // All workers that were expected back are still busy. As many instances may be due, and each would
         // find no free worker.
-        let hired = match (self.free, self.brief) {
+        let hired = match (self.free, self.short_turns) {
             (1, 0) => 1,
             (1, _) => self.workers,
             _ => 0,
         }
-        .min(self.most.saturating_sub(self.workers));
+        .min(self.max_workers.saturating_sub(self.workers));
         self.free -= 1;
-        self.fewest = self.fewest.min(self.free);
+        self.min_free = self.min_free.min(self.free);
         if brief {
-            self.brief += 1;
-            self.back = now.saturating_add(GRACE);
+            self.short_turns += 1;
+            self.expected_return = now.saturating_add(GRACE);
         }
         self.free += hired;
         self.workers += hired;
@@ -73,33 +73,33 @@ impl Capacity {
     }
 
     /// A turn ended, or was given up and a new worker replaces its worker.
-    pub(super) fn end(&mut self, brief: bool) {
+    pub(super) fn end_turn(&mut self, brief: bool) {
         self.free += 1;
-        self.brief -= usize::from(brief);
+        self.short_turns -= usize::from(brief);
     }
 
     /// Removes workers that the system refused to start, or that leave.
-    pub(super) fn lacks(&mut self, workers: usize) {
+    pub(super) fn remove_workers(&mut self, workers: usize) {
         self.free -= workers;
         self.workers -= workers;
     }
 
     /// Until when an idle worker stays at least; `None` if there are no more workers than at the start.
-    pub(super) fn stays(&self, now: Nanos) -> Option<Nanos> {
-        (self.workers > self.start).then(|| now.saturating_add(LINGER))
+    pub(super) fn idle_until(&self, now: Nanos) -> Option<Nanos> {
+        (self.workers > self.min_workers).then(|| now.saturating_add(IDLE_TIMEOUT))
     }
 
     /// Whether a free worker leaves: others were free all the time.
-    pub(super) fn goes(&mut self, now: Nanos) -> bool {
-        if now < self.since.saturating_add(LINGER) {
+    pub(super) fn try_retire(&mut self, now: Nanos) -> bool {
+        if now < self.since.saturating_add(IDLE_TIMEOUT) {
             return false;
         }
-        let goes = self.workers > self.start && self.fewest > 1;
+        let goes = self.workers > self.min_workers && self.min_free > 1;
         if goes {
-            self.lacks(1);
-            self.fewest -= 1;
+            self.remove_workers(1);
+            self.min_free -= 1;
         } else {
-            (self.fewest, self.since) = (self.free, now);
+            (self.min_free, self.since) = (self.free, now);
         }
         goes
     }
@@ -112,20 +112,20 @@ mod tests {
     #[test]
     fn the_last_takes_nothing_while_somebody_is_about_to_come_back() {
         let mut capacity = Capacity::new(2, 100);
-        assert_eq!(capacity.leaves_it(7), None, "there are two");
-        assert_eq!(capacity.begin(7, true), 0);
-        assert_eq!(capacity.leaves_it(7), Some(7 + GRACE));
-        assert_eq!(capacity.leaves_it(7 + GRACE), None, "that one stays away");
-        capacity.end(true);
-        assert_eq!(capacity.begin(8, false), 0);
-        assert_eq!(capacity.leaves_it(8), None, "nobody knows when that is over");
+        assert_eq!(capacity.deferred_until(7), None, "there are two");
+        assert_eq!(capacity.begin_turn(7, true), 0);
+        assert_eq!(capacity.deferred_until(7), Some(7 + GRACE));
+        assert_eq!(capacity.deferred_until(7 + GRACE), None, "that one stays away");
+        capacity.end_turn(true);
+        assert_eq!(capacity.begin_turn(8, false), 0);
+        assert_eq!(capacity.deferred_until(8), None, "nobody knows when that is over");
     }
 
     #[test]
     fn somebody_is_free_however_many_are_in_turns() {
         let mut capacity = Capacity::new(2, 100);
         for turn in 0..100 {
-            assert_eq!(capacity.begin(0, false), usize::from(turn > 0));
+            assert_eq!(capacity.begin_turn(0, false), usize::from(turn > 0));
         }
         assert_eq!((capacity.workers, capacity.free), (101, 1));
     }
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn there_are_never_more_than_schemas_and_one() {
         let mut capacity = Capacity::new(2, 5);
-        (0..5).for_each(|turn| _ = capacity.begin(turn * 2 * GRACE, true));
+        (0..5).for_each(|turn| _ = capacity.begin_turn(turn * 2 * GRACE, true));
         assert_eq!((capacity.workers, capacity.free), (6, 1));
     }
 
@@ -142,10 +142,10 @@ mod tests {
         let mut capacity = Capacity::new(2, 100);
         let (mut now, mut waited) = (0, 0);
         for _ in 0..100 {
-            if let Some(back) = capacity.leaves_it(now) {
+            if let Some(back) = capacity.deferred_until(now) {
                 (now, waited) = (back, waited + 1);
             }
-            capacity.begin(now, true);
+            capacity.begin_turn(now, true);
         }
         assert_eq!(waited, 6, "2, 4, 8, 16, 32 and 64 were too few");
     }
@@ -153,20 +153,20 @@ mod tests {
     #[test]
     fn those_who_were_not_needed_for_long_go() {
         let mut capacity = Capacity::new(2, 100);
-        (0..5).for_each(|_| _ = capacity.begin(0, false));
-        (0..5).for_each(|_| capacity.end(false));
+        (0..5).for_each(|_| _ = capacity.begin_turn(0, false));
+        (0..5).for_each(|_| capacity.end_turn(false));
         assert_eq!((capacity.workers, capacity.free), (6, 6));
-        assert!(capacity.stays(0) > Some(0));
-        assert!(!capacity.goes(LINGER - 1));
-        assert!(!capacity.goes(LINGER), "all were needed");
-        capacity.begin(LINGER, false);
-        capacity.end(false);
-        let gone = (0..10).filter(|_| capacity.goes(2 * LINGER)).count();
+        assert!(capacity.idle_until(0) > Some(0));
+        assert!(!capacity.try_retire(IDLE_TIMEOUT - 1));
+        assert!(!capacity.try_retire(IDLE_TIMEOUT), "all were needed");
+        capacity.begin_turn(IDLE_TIMEOUT, false);
+        capacity.end_turn(false);
+        let gone = (0..10).filter(|_| capacity.try_retire(2 * IDLE_TIMEOUT)).count();
         assert_eq!(
             (gone, capacity.workers),
             (4, 2),
             "nobody goes of those from the start"
         );
-        assert_eq!(capacity.stays(0), None);
+        assert_eq!(capacity.idle_until(0), None);
     }
 }

@@ -9,17 +9,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_core::Nanos;
 
-use crate::engine::{Bells, Engine, Signal};
+use crate::engine::{Engine, Notifier, Signal};
 use crate::event::Outcome;
 use crate::inbox::Inbox;
-use crate::order::order;
 use crate::runner::Runner;
+use crate::turn_order::turn_order;
 
 /// Signals in the order in which they arrived, and the time of the rules' next timer.
-pub(crate) struct Queue {
+pub(crate) struct SignalQueue {
     signals: Mutex<VecDeque<(usize, Signal)>>,
     /// Whether signals may wait. Checked after every turn, which rarely causes one.
-    waits: AtomicBool,
+    has_signals: AtomicBool,
     /// [`NEVER`] if no timer runs.
     alarm: AtomicU64,
 }
@@ -28,9 +28,9 @@ pub(crate) struct Queue {
 const NEVER: Nanos = Nanos::MAX;
 
 /// All runners on one thread.
-pub(crate) struct Lockstep {
+pub(crate) struct LockstepExecutor {
     engine: Arc<Engine>,
-    queue: Arc<Queue>,
+    queue: Arc<SignalQueue>,
     runners: Vec<Runner>,
     due: Vec<Option<Nanos>>,
     /// The last instant at which each instance was triggered, and how often at that instant.
@@ -39,67 +39,67 @@ pub(crate) struct Lockstep {
     order: Vec<usize>,
 }
 
-impl Bells for Queue {
+impl Notifier for SignalQueue {
     /// Several values that arrive before their reader has run trigger it once, as in real time.
-    fn leave(&self, instance: usize, signal: Signal) -> bool {
+    fn post(&self, instance: usize, signal: Signal) -> bool {
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
         let waits =
             |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
         if !(matches!(signal, Signal::Triggered) && signals.iter().any(waits)) {
             signals.push_back((instance, signal));
-            self.waits.store(true, Ordering::Release);
+            self.has_signals.store(true, Ordering::Release);
         }
         false
     }
 
     /// No thread waits: the thread that left the signal runs the turn.
-    fn call(&self, _: usize) {}
+    fn notify(&self, _: usize) {}
 
     /// Kept here, so that an instant need not query the rules for it.
-    fn set_alarm(&self, next: Option<Nanos>) -> bool {
+    fn set_timer(&self, next: Option<Nanos>) -> bool {
         self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
         false
     }
 
-    fn call_alarm(&self) {}
+    fn notify_timer(&self) {}
 }
 
-impl Default for Queue {
+impl Default for SignalQueue {
     fn default() -> Self {
         Self {
             signals: Mutex::default(),
-            waits: AtomicBool::default(),
+            has_signals: AtomicBool::default(),
             alarm: AtomicU64::new(NEVER),
         }
     }
 }
 
-impl Queue {
+impl SignalQueue {
     /// When the rules' next timer is due.
-    fn timer(&self) -> Option<Nanos> {
+    fn next_timer(&self) -> Option<Nanos> {
         Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER)
     }
 
     pub(crate) fn pop(&self) -> Option<(usize, Signal)> {
-        if !self.waits.load(Ordering::Acquire) {
+        if !self.has_signals.load(Ordering::Acquire) {
             return None;
         }
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
         let signal = signals.pop_front();
         if signal.is_none() {
             // Under the lock, so that a later signal sets the flag later.
-            self.waits.store(false, Ordering::Release);
+            self.has_signals.store(false, Ordering::Release);
         }
         signal
     }
 }
 
-impl Lockstep {
+impl LockstepExecutor {
     pub(crate) fn new(engine: Arc<Engine>, runners: Vec<Runner>) -> Self {
-        let queue = Arc::new(Queue::default());
-        let bells: Arc<dyn Bells> = Arc::clone(&queue) as _;
+        let queue = Arc::new(SignalQueue::default());
+        let bells: Arc<dyn Notifier> = Arc::clone(&queue) as _;
         engine.attach(&bells);
-        let order = order(&engine.application.instances);
+        let order = turn_order(&engine.application.instances);
         let due = vec![None; runners.len()];
         let triggered = vec![(0, 0); runners.len()];
         Self {
@@ -114,17 +114,17 @@ impl Lockstep {
 
     pub(crate) fn start(&mut self) {
         self.engine.start();
-        self.settle();
+        self.process_signals();
     }
 
     /// Runs until virtual time is `end`, or the application concludes.
     pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
-        self.settle();
+        self.process_signals();
         loop {
             if let Some(outcome) = self.engine.outcome() {
                 return Some(outcome);
             }
-            let timer = self.queue.timer();
+            let timer = self.queue.next_timer();
             let Some(now) = self
                 .due
                 .iter()
@@ -134,19 +134,19 @@ impl Lockstep {
                 .min()
                 .filter(|now| *now <= end)
             else {
-                self.engine.clock.set(end);
+                self.engine.clock.advance_to(end);
                 return None;
             };
-            self.engine.clock.set(now);
+            self.engine.clock.advance_to(now);
             if timer.is_some_and(|timer| timer <= now) {
                 self.engine.tick();
-                self.settle();
+                self.process_signals();
             }
             for place in 0..self.order.len() {
                 let number = self.order[place];
                 if self.due[number].is_some_and(|due| due <= now) {
-                    self.turn(number, Inbox::default());
-                    self.settle();
+                    self.take_turn(number, Inbox::default());
+                    self.process_signals();
                 }
             }
             self.draw_asleep();
@@ -156,34 +156,34 @@ impl Lockstep {
     /// Brakes, puts everything to sleep, children before fathers, and ends the instances in reverse order.
     pub(crate) fn shut_down(&mut self) {
         self.engine.brake_all();
-        self.settle();
+        self.process_signals();
         for number in self.engine.put_to_sleep() {
             let mut inbox = Inbox::default();
-            inbox.put(Signal::Asleep);
-            self.turn(number, inbox);
-            self.settle();
+            inbox.push(Signal::Asleep);
+            self.take_turn(number, inbox);
+            self.process_signals();
         }
         self.runners.iter_mut().rev().for_each(Runner::destroy);
         self.engine.builds.close();
     }
 
     /// Processes all signals that the last call caused, at the same instant.
-    fn settle(&mut self) {
+    fn process_signals(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
             // A turn for a viewer would change the run, since without a viewer it does not occur.
-            let for_eyes = matches!(signal, Signal::Looked);
-            if for_eyes || matches!(signal, Signal::Triggered) && self.goes_round(number) {
+            let for_eyes = matches!(signal, Signal::PanelOpened);
+            if for_eyes || matches!(signal, Signal::Triggered) && self.is_trigger_loop(number) {
                 continue;
             }
             let mut inbox = Inbox::default();
-            inbox.put(signal);
-            self.turn(number, inbox);
+            inbox.push(signal);
+            self.take_turn(number, inbox);
         }
     }
 
     /// Draws the viewed panels of sleeping schemas. It takes no virtual time and has no effects.
     fn draw_asleep(&mut self) {
-        if self.engine.panels.is_any_looked_at() {
+        if self.engine.panels.has_viewers() {
             for runner in &mut self.runners {
                 runner.draw_asleep();
             }
@@ -192,7 +192,7 @@ impl Lockstep {
 
     /// Whether an instance was triggered at this instant more often than the longest chain of schemas allows.
     /// Then schemas trigger each other in a circle, which would never end in virtual time.
-    fn goes_round(&mut self, number: usize) -> bool {
+    fn is_trigger_loop(&mut self, number: usize) -> bool {
         let now = self.engine.clock.now();
         let (instant, times) = &mut self.triggered[number];
         if *instant != now {
@@ -202,7 +202,7 @@ impl Lockstep {
         *times > self.runners.len()
     }
 
-    fn turn(&mut self, number: usize, inbox: Inbox) {
-        self.due[number] = self.runners[number].turn(inbox);
+    fn take_turn(&mut self, number: usize, inbox: Inbox) {
+        self.due[number] = self.runners[number].take_turn(inbox);
     }
 }

@@ -3,8 +3,8 @@
 
 mod calendar;
 mod capacity;
-mod ending;
 pub(crate) mod lockstep;
 pub(crate) mod pool;
+mod shutdown;
 pub(crate) mod supervisor;
 pub(crate) mod threads;

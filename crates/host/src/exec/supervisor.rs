@@ -9,17 +9,17 @@ use jde_core::Nanos;
 
 use crate::engine::Engine;
 use crate::event::{Event, Outcome};
-use crate::instance::Left;
+use crate::instance::AbandonedInstance;
 
 /// By default, a call hangs if it takes more than this many times its budget and more than [`HUNG_LEAST`].
 const HUNG_BUDGETS: u64 = 10;
 /// No call hangs sooner by its budget: a loaded machine may delay a thread for some tenths of a second.
-const HUNG_LEAST: Duration = Duration::from_secs(1);
+const MIN_HANG_TIME: Duration = Duration::from_secs(1);
 /// The longest time between two checks of running calls, ns: a hung call is detected within a quarter of a
 /// second.
-const LOOK: Nanos = 250_000_000;
+const MAX_CHECK_INTERVAL: Nanos = 250_000_000;
 /// How long an instance may take to fall asleep at the end before it is left behind.
-pub(super) const REST: Duration = Duration::from_secs(1);
+pub(super) const REST_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The time of the rules' next timer, and whether the supervisor must stop.
 #[derive(Default)]
@@ -29,17 +29,22 @@ pub(crate) struct Alarm {
 }
 
 /// An executor, as the supervisor sees it.
-pub(crate) trait Crew: Send + Sync {
+pub(crate) trait ThreadExecutor: Send + Sync {
     /// Waits until an instance has nothing to do. Returns false if it still had after `within`.
-    fn settled(&self, instance: usize, within: Duration) -> bool;
+    fn wait_until_idle(&self, instance: usize, within: Duration) -> bool;
     /// Gives up the call of an instance that runs since `since`, and puts another runner in its place. `tell`
     /// runs before the replacement and receives the bytes of shared values that the call keeps. Returns
     /// false, without running `tell`, if the call cannot be given up now.
-    fn relieve(&self, engine: &Arc<Engine>, instance: usize, since: Nanos, tell: &mut dyn FnMut(u64))
-    -> bool;
+    fn replace_runner(
+        &self,
+        engine: &Arc<Engine>,
+        instance: usize,
+        since: Nanos,
+        tell: &mut dyn FnMut(u64),
+    ) -> bool;
     /// Ends all instances in reverse order, and the threads. Returns the instances that are inside a call and
     /// are left behind.
-    fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize>;
+    fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize>;
 }
 
 impl Alarm {
@@ -55,31 +60,36 @@ impl Alarm {
         sooner
     }
 
-    pub(crate) fn call(&self) {
+    pub(crate) fn notify(&self) {
         self.changed.notify_all();
     }
 
     pub(crate) fn stop(&self) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
-        self.call();
+        self.notify();
     }
 }
 
 /// Supervises until the alarm is stopped.
-pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit: Option<Nanos>) {
+pub(crate) fn supervise(
+    engine: &Arc<Engine>,
+    crew: &dyn ThreadExecutor,
+    alarm: &Alarm,
+    limit: Option<Nanos>,
+) {
     sharpen_timers();
-    let mut reported = vec![None; engine.meters.len()];
-    let look = look(engine);
+    let mut reported = vec![None; engine.metrics.len()];
+    let look = check_interval(engine);
     loop {
         let now = engine.clock.now();
         if limit.is_some_and(|limit| now >= limit) {
             engine.conclude(Outcome::TimeUp);
         }
         if engine.next_timer().is_some_and(|timer| timer <= now) {
-            engine.clock.works();
+            engine.clock.mark_busy();
             engine.tick();
         }
-        look_for_hung(engine, crew, now, &mut reported);
+        detect_hung_calls(engine, crew, now, &mut reported);
         let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.1 {
             return;
@@ -96,36 +106,36 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
 
 /// Stops actuators first, then puts schemas to sleep, children before fathers, and then ends them in reverse
 /// order.
-pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
+pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn ThreadExecutor) {
     for driver in engine.brake_all() {
-        if !crew.settled(driver, REST) {
+        if !crew.wait_until_idle(driver, REST_TIMEOUT) {
             tracing::error!(
                 schema = engine.name(driver),
-                "did not carry out the last brake within {REST:?}"
+                "did not carry out the last brake within {REST_TIMEOUT:?}"
             );
         }
     }
     let order = engine.put_to_sleep();
     // Schemas put to sleep earlier may still be in that call.
-    for instance in (0..engine.meters.len()).rev() {
+    for instance in (0..engine.metrics.len()).rev() {
         if !order.contains(&instance) {
-            crew.settled(instance, REST);
+            crew.wait_until_idle(instance, REST_TIMEOUT);
         }
     }
     for instance in order {
         engine.send_to_sleep(instance);
-        if !crew.settled(instance, REST) && engine.processes.has(instance) {
+        if !crew.wait_until_idle(instance, REST_TIMEOUT) && engine.processes.has_process(instance) {
             let why = "its process was ended while it was inside its last call";
             engine.processes.kill(instance, why, true);
         }
-        if !crew.settled(instance, REST) {
+        if !crew.wait_until_idle(instance, REST_TIMEOUT) {
             tracing::error!(
                 schema = engine.name(instance),
-                "is still inside a call after {REST:?} and is left behind"
+                "is still inside a call after {REST_TIMEOUT:?} and is left behind"
             );
         }
     }
-    for instance in crew.dismiss(engine) {
+    for instance in crew.end_all(engine) {
         tracing::error!(
             schema = engine.name(instance),
             "never returned from its last call"
@@ -134,7 +144,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
         engine.report(&Event::Hung {
             time,
             schema: instance,
-            since: engine.meters[instance].running_since().unwrap_or(time),
+            since: engine.metrics[instance].running_since().unwrap_or(time),
         });
     }
     engine.builds.close();
@@ -142,13 +152,13 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
 
 /// Runs a thread's body, and ends the instance of a call that was given up in it. A panic in the body is a
 /// fault of the host: it brakes all actuators and ends the application.
-pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
+pub(crate) fn run_guarded(engine: &Engine, body: impl FnOnce()) {
     let Err(payload) = catch_unwind(AssertUnwindSafe(body)) else {
         return;
     };
-    match Left::of(payload) {
-        Ok(left) => engine.came_back(left),
-        Err(_) => engine.panicked(),
+    match AbandonedInstance::from_payload(payload) {
+        Ok(left) => engine.end_abandoned(left),
+        Err(_) => engine.report_panic(),
     }
 }
 
@@ -160,13 +170,18 @@ pub(crate) fn sharpen_timers() {
     }
 }
 
-fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &mut [Option<Nanos>]) {
-    for (number, meter) in engine.meters.iter().enumerate() {
+fn detect_hung_calls(
+    engine: &Arc<Engine>,
+    crew: &dyn ThreadExecutor,
+    now: Nanos,
+    reported: &mut [Option<Nanos>],
+) {
+    for (number, meter) in engine.metrics.iter().enumerate() {
         let Some(since) = meter.running_since() else {
             continue;
         };
         let took = now.saturating_sub(since);
-        if took <= patience(engine, number) {
+        if took <= hang_timeout(engine, number) {
             continue;
         }
         if reported[number].replace(since) != Some(since) {
@@ -177,33 +192,37 @@ fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &m
             });
         }
         let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
-        if engine.room(number).is_some() {
+        if engine.process_config(number).is_some() {
             // The call returns once its process is dead, and its runner handles the death.
             engine.processes.kill(number, &reason, false);
             // Even the kernel cannot kill a process that waits in it for a device that is gone.
-            if took > patience(engine, number).saturating_add(engine.clock.of_machine(HUNG_LEAST)) {
-                engine.hung(number, reason);
+            if took
+                > hang_timeout(engine, number).saturating_add(engine.clock.scale_machine_time(MIN_HANG_TIME))
+            {
+                engine.report_hung_call(number, reason);
             }
             continue;
         }
-        let mut tell = |kept| engine.left_behind(number, since, reason.clone(), kept);
+        let mut tell = |kept| engine.report_abandoned_call(number, since, reason.clone(), kept);
         // The level selects again even if the replacement must wait.
-        if !crew.relieve(engine, number, since, &mut tell) {
-            engine.hung(number, reason);
+        if !crew.replace_runner(engine, number, since, &mut tell) {
+            engine.report_hung_call(number, reason);
         }
     }
 }
 
 /// How long a call may take before it counts as hung, in the application's time, ns.
-fn patience(engine: &Engine, number: usize) -> Nanos {
+fn hang_timeout(engine: &Engine, number: usize) -> Nanos {
     let instance = &engine.application.instances[number];
-    let least = || engine.clock.of_machine(HUNG_LEAST);
+    let least = || engine.clock.scale_machine_time(MIN_HANG_TIME);
     let by_budget = || instance.budget_ns.saturating_mul(HUNG_BUDGETS).max(least());
     instance.hang_ns.unwrap_or_else(by_budget)
 }
 
 /// How often running calls are checked: four times within the shortest patience, ns.
-fn look(engine: &Engine) -> Nanos {
-    let patiences = (0..engine.meters.len()).map(|number| patience(engine, number));
-    patiences.min().map_or(LOOK, |least| (least / 4).min(LOOK))
+fn check_interval(engine: &Engine) -> Nanos {
+    let patiences = (0..engine.metrics.len()).map(|number| hang_timeout(engine, number));
+    patiences
+        .min()
+        .map_or(MAX_CHECK_INTERVAL, |least| (least / 4).min(MAX_CHECK_INTERVAL))
 }

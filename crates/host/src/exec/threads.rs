@@ -7,60 +7,60 @@ use std::time::Duration;
 
 use jde_core::Nanos;
 
-use super::ending;
-use super::supervisor::{Alarm, Crew, guarded};
-use crate::engine::{Bells, Engine, Signal};
+use super::shutdown;
+use super::supervisor::{Alarm, ThreadExecutor, run_guarded};
+use crate::engine::{Engine, Notifier, Signal};
 use crate::inbox::Inbox;
-use crate::runner::{Line, Runner};
+use crate::runner::{CallHandle, Runner};
 
 /// One mailbox and one thread for each instance.
 pub(crate) struct Threads {
-    seats: Vec<Arc<Seat>>,
+    instances: Vec<Arc<InstanceThread>>,
     alarm: Arc<Alarm>,
 }
 
-struct Seat {
-    mail: Mutex<Mail>,
-    news: Condvar,
+struct InstanceThread {
+    mailbox: Mutex<Mailbox>,
+    signalled: Condvar,
     idle: Condvar,
     /// The runner and its thread. A runner that hangs is replaced.
-    holder: Mutex<Holder>,
+    runner: Mutex<ThreadRunner>,
 }
 
-struct Holder {
+struct ThreadRunner {
     runner: Arc<Mutex<Runner>>,
-    line: Line,
+    call_handle: CallHandle,
     thread: Option<JoinHandle<()>>,
 }
 
 #[derive(Default)]
-struct Mail {
+struct Mailbox {
     inbox: Inbox,
     /// Its thread takes a turn, and looks here before it waits again.
     busy: bool,
-    leave: bool,
+    is_stopping: bool,
     /// The number of threads that wait until there is nothing to do. Usually none, and notifying none still
     /// costs a system call.
     settling: usize,
 }
 
-impl Bells for Threads {
-    fn leave(&self, instance: usize, signal: Signal) -> bool {
-        let mut mail = lock(&self.seats[instance].mail);
-        mail.inbox.put(signal);
+impl Notifier for Threads {
+    fn post(&self, instance: usize, signal: Signal) -> bool {
+        let mut mail = lock(&self.instances[instance].mailbox);
+        mail.inbox.push(signal);
         !mail.busy
     }
 
-    fn call(&self, instance: usize) {
-        self.seats[instance].news.notify_one();
+    fn notify(&self, instance: usize) {
+        self.instances[instance].signalled.notify_one();
     }
 
-    fn set_alarm(&self, next: Option<Nanos>) -> bool {
+    fn set_timer(&self, next: Option<Nanos>) -> bool {
         self.alarm.set(next)
     }
 
-    fn call_alarm(&self) {
-        self.alarm.call();
+    fn notify_timer(&self) {
+        self.alarm.notify();
     }
 }
 
@@ -70,17 +70,19 @@ impl Threads {
         runners: Vec<Runner>,
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
-        let seats = runners.into_iter().map(|runner| Arc::new(Seat::new(runner)));
+        let seats = runners
+            .into_iter()
+            .map(|runner| Arc::new(InstanceThread::new(runner)));
         let threads = Arc::new(Self {
-            seats: seats.collect(),
+            instances: seats.collect(),
             alarm,
         });
-        for (number, seat) in threads.seats.iter().enumerate() {
-            let runner = Arc::clone(&lock(&seat.holder).runner);
+        for (number, seat) in threads.instances.iter().enumerate() {
+            let runner = Arc::clone(&lock(&seat.runner).runner);
             match spawn(engine, number, seat, move || Some(runner)) {
-                Ok(thread) => lock(&seat.holder).thread = Some(thread),
+                Ok(thread) => lock(&seat.runner).thread = Some(thread),
                 Err(error) => {
-                    threads.dismiss(engine);
+                    threads.end_all(engine);
                     return Err(error);
                 }
             }
@@ -89,12 +91,12 @@ impl Threads {
     }
 }
 
-impl Crew for Threads {
-    fn settled(&self, instance: usize, within: Duration) -> bool {
-        let seat = &self.seats[instance];
-        let mut mail = lock(&seat.mail);
+impl ThreadExecutor for Threads {
+    fn wait_until_idle(&self, instance: usize, within: Duration) -> bool {
+        let seat = &self.instances[instance];
+        let mut mail = lock(&seat.mailbox);
         mail.settling += 1;
-        let waiting = |mail: &mut Mail| mail.busy || !mail.inbox.is_empty();
+        let waiting = |mail: &mut Mailbox| mail.busy || !mail.inbox.is_empty();
         let (mut mail, _) = seat
             .idle
             .wait_timeout_while(mail, within, waiting)
@@ -105,14 +107,14 @@ impl Crew for Threads {
 
     /// The replacement thread is started before the call is given up: if the system refuses it, the schema
     /// stays as it is.
-    fn relieve(
+    fn replace_runner(
         &self,
         engine: &Arc<Engine>,
         instance: usize,
         since: Nanos,
         tell: &mut dyn FnMut(u64),
     ) -> bool {
-        let seat = &self.seats[instance];
+        let seat = &self.instances[instance];
         let (hand_over, takes) = mpsc::channel();
         let thread = match spawn(engine, instance, seat, move || takes.recv().ok()) {
             Ok(thread) => thread,
@@ -121,37 +123,37 @@ impl Crew for Threads {
                 return false;
             }
         };
-        let line = lock(&seat.holder).line.clone();
+        let line = lock(&seat.runner).call_handle.clone();
         let Some(runner) = line.give_up(since, tell) else {
             return false;
         };
-        let line = runner.line();
+        let line = runner.call_handle();
         let runner = Arc::new(Mutex::new(runner));
         // The hung thread is not joined. If its call ever returns, it ends the remains of the instance and
         // exits.
-        *lock(&seat.holder) = Holder {
+        *lock(&seat.runner) = ThreadRunner {
             runner: Arc::clone(&runner),
-            line,
+            call_handle: line,
             thread: Some(thread),
         };
-        lock(&seat.mail).busy = false;
+        lock(&seat.mailbox).busy = false;
         // The new thread waits for this.
         let _ = hand_over.send(runner);
         true
     }
 
-    fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize> {
-        for seat in &self.seats {
-            lock(&seat.mail).leave = true;
-            seat.news.notify_all();
+    fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize> {
+        for seat in &self.instances {
+            lock(&seat.mailbox).is_stopping = true;
+            seat.signalled.notify_all();
         }
-        let seats = self.seats.iter().enumerate().rev();
-        let lost = ending::end(
+        let seats = self.instances.iter().enumerate().rev();
+        let lost = shutdown::end_all(
             engine,
-            seats.map(|(number, seat)| (number, Arc::clone(&lock(&seat.holder).runner))),
+            seats.map(|(number, seat)| (number, Arc::clone(&lock(&seat.runner).runner))),
         );
-        for (number, seat) in self.seats.iter().enumerate() {
-            let thread = lock(&seat.holder).thread.take();
+        for (number, seat) in self.instances.iter().enumerate() {
+            let thread = lock(&seat.runner).thread.take();
             if let Some(thread) = thread.filter(|_| !lost.contains(&number)) {
                 // The thread only has to see `leave`. `guarded` has reported its panics.
                 let _ = thread.join();
@@ -161,14 +163,14 @@ impl Crew for Threads {
     }
 }
 
-impl Seat {
+impl InstanceThread {
     fn new(runner: Runner) -> Self {
         Self {
-            mail: Mutex::default(),
-            news: Condvar::new(),
+            mailbox: Mutex::default(),
+            signalled: Condvar::new(),
             idle: Condvar::new(),
-            holder: Mutex::new(Holder {
-                line: runner.line(),
+            runner: Mutex::new(ThreadRunner {
+                call_handle: runner.call_handle(),
                 runner: Arc::new(Mutex::new(runner)),
                 thread: None,
             }),
@@ -179,19 +181,19 @@ impl Seat {
         super::supervisor::sharpen_timers();
         let mut due = None;
         loop {
-            let Some(inbox) = self.next(engine, due) else {
+            let Some(inbox) = self.next_turn(engine, due) else {
                 return;
             };
-            due = lock(runner).turn(inbox);
+            due = lock(runner).take_turn(inbox);
         }
     }
 
     /// Waits for signals or for the deadline. Returns `None` when the thread must leave.
-    fn next(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
-        let mut mail = lock(&self.mail);
+    fn next_turn(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
+        let mut mail = lock(&self.mailbox);
         mail.busy = false;
         loop {
-            if mail.leave {
+            if mail.is_stopping {
                 return None;
             }
             if !mail.inbox.is_empty() {
@@ -200,12 +202,12 @@ impl Seat {
             if mail.settling > 0 {
                 self.idle.notify_all();
             }
-            if due.is_some_and(|due| engine.clock.until(due).is_zero()) {
+            if due.is_some_and(|due| engine.clock.duration_until(due).is_zero()) {
                 break;
             }
-            mail = engine.clock.wait(&self.news, mail, due);
+            mail = engine.clock.wait(&self.signalled, mail, due);
         }
-        engine.clock.works();
+        engine.clock.mark_busy();
         mail.busy = true;
         Some(std::mem::take(&mut mail.inbox))
     }
@@ -215,21 +217,21 @@ impl Seat {
 fn spawn(
     engine: &Arc<Engine>,
     number: usize,
-    seat: &Arc<Seat>,
+    seat: &Arc<InstanceThread>,
     runner: impl FnOnce() -> Option<Arc<Mutex<Runner>>> + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
     let (engine, seat) = (Arc::clone(engine), Arc::clone(seat));
-    engine.clock.hire();
+    engine.clock.register_thread();
     // The system shows 15 bytes of a thread's name. The instance's name is the most useful in `top` and a
     // debugger.
     let thread = Builder::new().name(engine.name(number).to_owned());
     thread.spawn(move || {
-        guarded(&engine, || {
+        run_guarded(&engine, || {
             if let Some(runner) = runner() {
                 seat.run(&engine, &runner);
             }
         });
-        engine.clock.dismiss();
+        engine.clock.unregister_thread();
     })
 }
 

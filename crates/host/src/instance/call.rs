@@ -16,43 +16,43 @@ use jde_abi::raw;
 use jde_board::Variable;
 use jde_core::{Nanos, Policy};
 
-use super::desk::Desk;
+use super::port_access::PortAccess;
 use super::ports::{PortError, Ports, View};
 use super::{Scratch, state_number};
-use crate::build::{Build, Way};
+use crate::build::{Build, PortMapping};
 use crate::engine::Engine;
 
 /// A call in progress: what a [`raw::Context`] really is.
-pub(crate) struct Call<'a> {
+pub(crate) struct CallContext<'a> {
     pub(crate) engine: &'a Arc<Engine>,
     pub(crate) number: usize,
     pub(crate) name: &'a CStr,
     pub(crate) build: &'a Build,
-    pub(super) desk: &'a Desk,
+    pub(super) port_access: &'a PortAccess,
     pub(super) scratch: &'a mut Scratch,
     /// The reason that the plugin set.
     pub(crate) failure: Option<String>,
     /// The result of its first query of the time.
-    pub(crate) told: Option<Nanos>,
-    pub(super) leave: Leave,
+    pub(crate) first_time: Option<Nanos>,
+    pub(super) permissions: Permissions,
 }
 
 /// What a call may change.
-pub(super) enum Leave {
+pub(super) enum Permissions {
     /// Whatever its authority allows.
     All,
     /// Its exports: it is put to sleep or woken up while it is replaced.
-    Exports,
+    ExportsOnly,
     /// Nothing; with the first change that it tried.
-    Nothing(Option<String>),
+    ReadOnly(Option<String>),
 }
 
 /// Ports and roles have the numbers of the build.
-impl Call<'_> {
+impl CallContext<'_> {
     /// Shows the value of an input, the same until the ports are released.
     pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
         let clock = &self.engine.clock;
-        let shown = self.desk.ports(|ports| {
+        let shown = self.port_access.with_ports(|ports| {
             let view = view(self.build, ports, port, || clock.now()).map_err(|error| status(&error))?;
             Ok(show(&view))
         });
@@ -61,18 +61,18 @@ impl Call<'_> {
 
     /// Shows the memory for the next value of an output.
     pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
-        if let Some(Way::Bound(port)) = self.build.way(port) {
+        if let Some(PortMapping::Bound(port)) = self.build.mapping(port) {
             // A missing authority is reported at the publication, as always.
             if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
                 return Err(raw::REFUSED);
             }
         }
-        let lent = self.desk.ports(|ports| {
-            let room = match self.build.way(port) {
-                Some(Way::Bound(port)) => ports.loan(*port),
-                Some(Way::Unbound) => Err(PortError::Unbound),
-                Some(Way::Unheard(bytes)) => Ok(self.scratch.room(port, *bytes)),
-                Some(Way::Fixed { .. }) | None => Err(PortError::WrongPort),
+        let lent = self.port_access.with_ports(|ports| {
+            let room = match self.build.mapping(port) {
+                Some(PortMapping::Bound(port)) => ports.loan(*port),
+                Some(PortMapping::Unbound) => Err(PortError::Unbound),
+                Some(PortMapping::Discarded(bytes)) => Ok(self.scratch.buffer(port, *bytes)),
+                Some(PortMapping::Fixed { .. }) | None => Err(PortError::WrongPort),
             };
             room.map(show).map_err(|error| status(&error))
         });
@@ -81,24 +81,29 @@ impl Call<'_> {
 
     /// Publishes the loan, measured at `time`; 0 means now.
     pub(crate) fn publish(&mut self, port: u32, time: Nanos) -> i32 {
-        let port = match self.build.way(port) {
-            Some(Way::Bound(port)) => *port,
-            Some(Way::Unbound) => return raw::UNBOUND,
-            Some(Way::Unheard(_)) if self.scratch.has(port) => return self.unheard(),
-            Some(Way::Unheard(_) | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+        let port = match self.build.mapping(port) {
+            Some(PortMapping::Bound(port)) => *port,
+            Some(PortMapping::Unbound) => return raw::UNBOUND,
+            Some(PortMapping::Discarded(_)) if self.scratch.is_loaned(port) => {
+                return self.discarded_status();
+            }
+            Some(PortMapping::Discarded(_) | PortMapping::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
         };
         if self.refuses_port(port) {
             return raw::REFUSED;
         }
         let now = self.engine.clock.now();
         let time = if time == 0 { now } else { time };
-        let period = self.engine.meters[self.number].period.load(Ordering::Relaxed);
-        match self.desk.ports(|ports| ports.publish(port, time, now, period)) {
+        let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
+        match self
+            .port_access
+            .with_ports(|ports| ports.publish(port, time, now, period))
+        {
             None => raw::REFUSED,
             Some(Ok(())) => raw::OK,
             Some(Err(error)) => {
                 if let PortError::Refused { why, first } = &error {
-                    self.engine.write_refused(self.number, port, why, *first);
+                    self.engine.report_refused_write(self.number, port, why, *first);
                 }
                 match status(&error) {
                     // A build for an older ABI does not know that status.
@@ -110,15 +115,15 @@ impl Call<'_> {
     }
 
     pub(crate) fn retract(&mut self, port: u32) -> i32 {
-        let port = match self.build.way(port) {
-            Some(Way::Bound(port)) => *port,
-            Some(Way::Unheard(_)) => return self.unheard(),
-            Some(Way::Unbound | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+        let port = match self.build.mapping(port) {
+            Some(PortMapping::Bound(port)) => *port,
+            Some(PortMapping::Discarded(_)) => return self.discarded_status(),
+            Some(PortMapping::Unbound | PortMapping::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
         };
         if self.refuses_all(|call| format!("take `{}` back", call.port_name(port))) {
             return raw::REFUSED;
         }
-        match self.desk.ports(|ports| ports.retract(port)) {
+        match self.port_access.with_ports(|ports| ports.retract(port)) {
             None => raw::REFUSED,
             Some(Ok(())) => raw::OK,
             Some(Err(error)) => status(&error),
@@ -129,14 +134,14 @@ impl Call<'_> {
         if self.refuses(|_| String::from("wake a child")) {
             return raw::REFUSED;
         }
-        self.ask(child, |role| self.engine.child_wakes(self.number, role, true))
+        self.request_change(child, |role| self.engine.request_child(self.number, role, true))
     }
 
     pub(crate) fn sleep(&mut self, child: u32) -> i32 {
         if self.refuses(|_| String::from("put a child to sleep")) {
             return raw::REFUSED;
         }
-        self.ask(child, |role| self.engine.child_wakes(self.number, role, false))
+        self.request_change(child, |role| self.engine.request_child(self.number, role, false))
     }
 
     /// State and health of a child.
@@ -147,7 +152,7 @@ impl Call<'_> {
             faulted: 0,
             reserved: 0,
         };
-        let done = self.ask(child, |role| match self.engine.child(self.number, role) {
+        let done = self.request_change(child, |role| match self.engine.child_status(self.number, role) {
             Err(status) => status,
             Ok((state, faulted)) => {
                 status.state = state_number(state);
@@ -173,28 +178,28 @@ impl Call<'_> {
         if self.refuses(|_| String::from("change a policy")) {
             return raw::REFUSED;
         }
-        self.ask(child, |role| self.engine.set_policy(self.number, role, policy))
+        self.request_change(child, |role| self.engine.set_policy(self.number, role, policy))
     }
 
     pub(crate) fn now(&mut self) -> Nanos {
         let now = self.engine.clock.now();
-        self.told.get_or_insert(now);
+        self.first_time.get_or_insert(now);
         now
     }
 
     pub(crate) fn log(&mut self, level: u32, text: &str) {
         // Messages of a call that was given up are discarded.
-        if !self.desk.is_closed() {
+        if !self.port_access.is_closed() {
             self.engine.log(self.number, level, text);
         }
     }
 
     /// The variable behind a port, if there is one; and whether the port writes it.
     pub(crate) fn variable(&self, port: u32) -> Option<(Arc<Variable>, bool)> {
-        let Some(Way::Bound(port)) = self.build.way(port) else {
+        let Some(PortMapping::Bound(port)) = self.build.mapping(port) else {
             return None;
         };
-        let found = self.desk.ports(|ports| {
+        let found = self.port_access.with_ports(|ports| {
             let (variable, writes) = ports.variable(*port)?;
             Some((Arc::clone(variable), writes))
         });
@@ -203,39 +208,41 @@ impl Call<'_> {
 
     /// The number of releases of its ports. A value read before a release is not shown after it.
     pub(crate) fn releases(&self) -> u64 {
-        self.desk.ports(|ports| ports.releases()).unwrap_or_default()
+        self.port_access
+            .with_ports(|ports| ports.releases())
+            .unwrap_or_default()
     }
 
     /// Whether the call may change nothing.
-    pub(crate) fn changes_nothing(&self) -> bool {
-        matches!(self.leave, Leave::Nothing(_))
+    pub(crate) fn is_read_only(&self) -> bool {
+        matches!(self.permissions, Permissions::ReadOnly(_))
     }
 
     /// Whether this call may not act on other schemas.
     fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
-        match self.leave {
-            Leave::All => false,
-            Leave::Exports => true,
-            Leave::Nothing(_) => self.refuses_all(what),
+        match self.permissions {
+            Permissions::All => false,
+            Permissions::ExportsOnly => true,
+            Permissions::ReadOnly(_) => self.refuses_all(what),
         }
     }
 
     /// Whether this call may not even write its exports.
     fn refuses_all(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
-        if let Leave::Nothing(None) = self.leave {
+        if let Permissions::ReadOnly(None) = self.permissions {
             let what = what(self);
-            self.leave = Leave::Nothing(Some(what));
+            self.permissions = Permissions::ReadOnly(Some(what));
         }
-        self.changes_nothing()
+        self.is_read_only()
     }
 
     /// Whether this call may not write that port of the application.
     fn refuses_port(&mut self, port: usize) -> bool {
-        if let Leave::All = self.leave {
+        if let Permissions::All = self.permissions {
             return false;
         }
         let what = |call: &Self| format!("write `{}`", call.port_name(port));
-        match self.desk.ports(|ports| ports.is_wish(port)) {
+        match self.port_access.with_ports(|ports| ports.is_foreign_output(port)) {
             None => true,
             Some(true) => self.refuses(what),
             Some(false) => self.refuses_all(what),
@@ -256,14 +263,14 @@ impl Call<'_> {
     }
 
     /// The result of writing an export that the application does not have.
-    fn unheard(&self) -> i32 {
-        self.desk.ports(|_| raw::OK).unwrap_or(raw::REFUSED)
+    fn discarded_status(&self) -> i32 {
+        self.port_access.with_ports(|_| raw::OK).unwrap_or(raw::REFUSED)
     }
 
     /// Requests a change of a child from the rules; refused if the call was given up. It cannot be given up
     /// until this returns.
-    fn ask(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
-        let asked = self.desk.ports(|_| match self.role(child) {
+    fn request_change(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
+        let asked = self.port_access.with_ports(|_| match self.role(child) {
             Ok(role) => body(role),
             Err(status) => status,
         });
@@ -278,17 +285,17 @@ fn view<'a>(
     port: u32,
     now: impl Fn() -> Nanos,
 ) -> Result<View<'a>, PortError> {
-    match build.way(port) {
-        Some(Way::Bound(port)) => ports.read(*port, now),
-        Some(Way::Unbound) => Err(PortError::Unbound),
-        Some(Way::Fixed { value, neutral }) => Ok(View {
+    match build.mapping(port) {
+        Some(PortMapping::Bound(port)) => ports.read(*port, now),
+        Some(PortMapping::Unbound) => Err(PortError::Unbound),
+        Some(PortMapping::Fixed { value, neutral }) => Ok(View {
             bytes: value.bytes(),
             time: if *neutral { now() } else { 0 },
             sequence: 0,
             writer: u32::MAX,
             neutral: *neutral,
         }),
-        Some(Way::Unheard(_)) | None => Err(PortError::WrongPort),
+        Some(PortMapping::Discarded(_)) | None => Err(PortError::WrongPort),
     }
 }
 

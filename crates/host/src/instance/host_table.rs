@@ -12,7 +12,7 @@ use std::ptr::null;
 use jde_abi::raw::{self, Context, Host};
 use jde_abi::table;
 
-use super::call::Call;
+use super::call::CallContext;
 
 /// The table given to every instance.
 pub(super) static HOST: Host = Host {
@@ -42,12 +42,12 @@ pub(super) static HOST: Host = Host {
 ///
 /// # Safety
 /// `context` is the one given to the present call of an instance, on this thread.
-unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut Call<'_>) -> R) -> R {
+unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut CallContext<'_>) -> R) -> R {
     // SAFETY: by the contract of `Host`, the context is the one that `Instance::enter` made, and nothing else
     // uses it meanwhile.
-    let call = unsafe { &mut *context.cast::<Call<'_>>() };
+    let call = unsafe { &mut *context.cast::<CallContext<'_>>() };
     catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or_else(|_| {
-        call.engine.panicked();
+        call.engine.report_panic();
         broken
     })
 }
@@ -161,11 +161,15 @@ unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
 
 unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, 0, |call| u32::from(call.engine.clock.is_everybodys())) }
+    unsafe {
+        within(context, 0, |call| {
+            u32::from(call.engine.clock.has_wall_clock_speed())
+        })
+    }
 }
 
 /// Longest text that is accepted from a plugin, bytes.
-const LONGEST: u64 = 64 << 10;
+const MAX_TEXT_BYTES: u64 = 64 << 10;
 
 /// Copies a text of a plugin, at most [`LONGEST`] bytes of it.
 ///
@@ -176,6 +180,6 @@ pub(crate) unsafe fn text_of(text: *const c_char, length: u64) -> String {
         return String::new();
     }
     // SAFETY: the caller vouches for the length.
-    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(LONGEST) as usize) };
+    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
     String::from_utf8_lossy(bytes).into_owned()
 }

@@ -7,12 +7,12 @@
 use jde_abi::{raw, state};
 
 use super::body::Body;
-use super::call::{Call, Leave};
-use super::{Instance, outcome};
+use super::call::{CallContext, Permissions};
+use super::{Instance, call_result};
 
 /// The memory that an instance has saved.
 #[derive(Clone, Debug)]
-pub(crate) struct Remembered {
+pub(crate) struct SavedMemory {
     pub(crate) version: u32,
     pub(crate) bytes: Vec<u8>,
 }
@@ -29,44 +29,44 @@ pub(crate) fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, Strin
 
 impl Instance {
     /// Saves the instance's memory. `None` if its build cannot save.
-    pub(crate) fn save(&mut self) -> Result<Option<Remembered>, String> {
+    pub(crate) fn save(&mut self) -> Result<Option<SavedMemory>, String> {
         let Some(table) = self.build.state else {
             return Ok(None);
         };
         self.release();
         let mut kept = Ok(Vec::new());
-        let done = self.changing_nothing("save", |body, call| {
+        let done = self.call_read_only("save", |body, call| {
             let status;
             (status, kept) = body.save(call);
             status
         });
         self.release();
         done?;
-        Ok(Some(Remembered {
+        Ok(Some(SavedMemory {
             version: table.version,
             bytes: kept?,
         }))
     }
 
     /// Restores what another build saved. Returns whether its build can.
-    pub(crate) fn restore(&mut self, remembered: &Remembered) -> Result<bool, String> {
+    pub(crate) fn restore(&mut self, remembered: &SavedMemory) -> Result<bool, String> {
         if self.build.state.is_none() {
             return Ok(false);
         }
         self.release();
-        let done = self.changing_nothing("restore", |body, call| body.restore(call, remembered));
+        let done = self.call_read_only("restore", |body, call| body.restore(call, remembered));
         self.release();
         done.map(|()| true)
     }
 
     /// Wakes it up in the place of another. The schema was awake, so the values latched at its awakening stay
     /// (R8).
-    pub(crate) fn rise(&mut self) -> Result<(), String> {
+    pub(crate) fn awake_in_place(&mut self) -> Result<(), String> {
         self.release();
         let result = match self.table.awake {
             Some(_) => {
-                let (status, failure, _) = self.call_as(Leave::Exports, Body::awake);
-                outcome("awake", status, failure)
+                let (status, failure, _) = self.call_with(Permissions::ExportsOnly, Body::awake);
+                call_result("awake", status, failure)
             }
             None => Ok(()),
         };
@@ -75,10 +75,10 @@ impl Instance {
     }
 
     /// Puts it to sleep, so that another takes its place.
-    pub(crate) fn recline(&mut self) -> Result<(), String> {
+    pub(crate) fn sleep_in_place(&mut self) -> Result<(), String> {
         self.release();
         let failure = match self.table.sleep {
-            Some(_) => self.call_as(Leave::Exports, Body::sleep).1,
+            Some(_) => self.call_with(Permissions::ExportsOnly, Body::sleep).1,
             None => None,
         };
         self.release();
@@ -86,7 +86,7 @@ impl Instance {
     }
 
     /// The build of the instance.
-    pub(crate) fn build(&self) -> &crate::build::Shared {
+    pub(crate) fn build(&self) -> &crate::build::SharedBuild {
         &self.build
     }
 
@@ -95,17 +95,19 @@ impl Instance {
         self.panel.map(|panel| panel.touch.is_some())
     }
 
-    fn changing_nothing(
+    fn call_read_only(
         &mut self,
         what: &str,
-        call: impl FnOnce(&mut Body, &mut Call<'_>) -> i32,
+        call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> i32,
     ) -> Result<(), String> {
-        let (status, failure, leave) = self.call_as(Leave::Nothing(None), call);
+        let (status, failure, leave) = self.call_with(Permissions::ReadOnly(None), call);
         match leave {
-            Leave::Nothing(Some(tried)) => {
+            Permissions::ReadOnly(Some(tried)) => {
                 Err(format!("it tried to {tried} in {what}, which changes nothing"))
             }
-            Leave::Nothing(None) | Leave::All | Leave::Exports => outcome(what, status, failure),
+            Permissions::ReadOnly(None) | Permissions::All | Permissions::ExportsOnly => {
+                call_result(what, status, failure)
+            }
         }
     }
 }

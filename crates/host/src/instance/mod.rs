@@ -4,15 +4,15 @@
 //! The owner of an [`Instance`] runs it. Calls never overlap, because each takes it by `&mut`. Only [`Body`]
 //! knows whether its functions run in this process or in one of their own.
 
+mod abandoned;
 mod body;
 mod call;
-mod desk;
-mod here;
 mod host_table;
-mod left;
+mod in_process;
 mod memory;
+mod port_access;
 mod ports;
-mod remains;
+mod retained;
 mod scratch;
 
 use std::ffi::CString;
@@ -24,49 +24,51 @@ use jde_panel::{Gesture, List};
 
 use crate::build;
 use crate::engine::Engine;
-use crate::plugin::Functions;
+use crate::plugin::SchemaFunctions;
 use crate::turn::{self, INPUTS, Turn};
+pub(crate) use abandoned::AbandonedInstance;
 use body::Body;
-pub(crate) use call::Call;
-use call::Leave;
-pub(crate) use desk::Desk;
-pub(crate) use here::{Candidate, Given, Here, Question, Verdict, panel_of};
+pub(crate) use call::CallContext;
+use call::Permissions;
 pub(crate) use host_table::text_of;
-pub(crate) use left::Left;
-pub(crate) use memory::{Remembered, memory_of};
-pub(crate) use ports::{Port, Ports, Shown, Wrote};
+pub(crate) use in_process::{
+    ArbitrationQuery, CandidateChild, InProcessInstance, PluginContext, Verdict, panel_of,
+};
+pub(crate) use memory::{SavedMemory, memory_of};
+pub(crate) use port_access::PortAccess;
+pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};
 use scratch::Scratch;
 
 /// An instance that was created, and the desk at which it finds its ports.
 pub(crate) struct Instance {
     number: usize,
     name: CString,
-    build: build::Shared,
-    table: Functions,
+    build: build::SharedBuild,
+    table: SchemaFunctions,
     panel: Option<raw::Panel>,
     /// `None` before the creation and after the end.
     body: Option<Body>,
-    desk: Arc<Desk>,
+    port_access: Arc<PortAccess>,
     scratch: Scratch,
     engine: Arc<Engine>,
     /// The last call, if turns are recorded.
-    called: turn::Call,
+    last_call: turn::Call,
     /// The values read since the last release before that call, if turns are recorded.
     inputs: Vec<u32>,
 }
 
 /// The parts of a turn that do not fit in [`Turn`].
 #[derive(Default)]
-pub(crate) struct Beyond {
+pub(crate) struct TurnOverflow {
     /// Its ports beyond [`INPUTS`].
     pub(crate) ports: Vec<u32>,
     /// What it wrote, in a replay.
-    pub(crate) wrote: Vec<Wrote>,
+    pub(crate) wrote: Vec<PortWrite>,
 }
 
 /// The result of a check.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Answer {
+pub(crate) struct CheckResult {
     pub(crate) ready: bool,
     pub(crate) urgency: f64,
     /// Time of the newest value that the check read.
@@ -78,8 +80,8 @@ impl Instance {
     pub(crate) fn create(
         engine: &Arc<Engine>,
         number: usize,
-        build: &build::Shared,
-        desk: &Arc<Desk>,
+        build: &build::SharedBuild,
+        desk: &Arc<PortAccess>,
     ) -> Result<Self, String> {
         let table = build.table;
         let name =
@@ -91,13 +93,14 @@ impl Instance {
             table,
             panel: panel_of(&table),
             body: None,
-            desk: Arc::clone(desk),
+            port_access: Arc::clone(desk),
             scratch: Scratch::default(),
             engine: Arc::clone(engine),
-            called: turn::Call::default(),
+            last_call: turn::Call::default(),
             inputs: Vec::new(),
         };
-        let ((), failure, _) = instance.enter(Leave::All, |body, call| *body = Body::create(call));
+        let ((), failure, _) =
+            instance.call_optional(Permissions::All, |body, call| *body = Body::create(call));
         if instance.body.is_none() {
             return Err(failure.unwrap_or_else(|| String::from("its create returned null without a reason")));
         }
@@ -105,10 +108,10 @@ impl Instance {
     }
 
     pub(crate) fn awake(&mut self) -> Result<(), String> {
-        self.desk.renew();
-        self.begin();
+        self.port_access.relatch();
+        self.begin_turn();
         let result = match self.table.awake {
-            Some(_) => self.result("awake", Body::awake),
+            Some(_) => self.call_checked("awake", Body::awake),
             None => Ok(()),
         };
         self.release();
@@ -116,34 +119,36 @@ impl Instance {
     }
 
     /// Evaluates the precondition with the newest values, which stay for the iteration that follows (R8).
-    pub(crate) fn check(&mut self) -> Result<Answer, String> {
-        self.begin();
+    pub(crate) fn check(&mut self) -> Result<CheckResult, String> {
+        self.begin_turn();
         let (mut ready, mut urgency) = (true, 0.0);
         if self.table.check.is_some() {
-            self.result("check", |body, call| {
+            self.call_checked("check", |body, call| {
                 let status;
                 (status, ready, urgency) = body.check(call);
                 status
             })?;
         }
-        Ok(Answer {
+        Ok(CheckResult {
             ready,
             urgency,
-            newest: self.desk.newest(),
+            newest: self.port_access.newest(),
         })
     }
 
     pub(crate) fn iterate(&mut self) -> Result<(), String> {
-        self.result("iterate", Body::iterate)
+        self.call_checked("iterate", Body::iterate)
     }
 
     /// Draws the panel from the values read since the last release. `None` if there is no panel.
     pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
         self.panel?;
-        let ((status, list), failure, leave) = self.call_as(Leave::Nothing(None), Body::draw);
+        let ((status, list), failure, leave) = self.call_with(Permissions::ReadOnly(None), Body::draw);
         Some(match leave {
-            Leave::Nothing(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
-            Leave::Nothing(None) | Leave::All | Leave::Exports => outcome("draw", status, failure).and(list),
+            Permissions::ReadOnly(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
+            Permissions::ReadOnly(None) | Permissions::All | Permissions::ExportsOnly => {
+                call_result("draw", status, failure).and(list)
+            }
         })
     }
 
@@ -152,8 +157,8 @@ impl Instance {
         if self.panel.is_none_or(|panel| panel.touch.is_none()) {
             return Ok(());
         }
-        self.begin();
-        let result = self.result("touch", |body, call| body.touch(call, by, gesture));
+        self.begin_turn();
+        let result = self.call_checked("touch", |body, call| body.touch(call, by, gesture));
         self.release();
         result
     }
@@ -163,10 +168,10 @@ impl Instance {
         if self.table.arbitrate.is_none() {
             return Err(String::from("it has no arbitration of its own"));
         }
-        self.begin();
-        let question = self.question(level);
+        self.begin_turn();
+        let question = self.arbitration_query(level);
         let mut verdict = Verdict::default();
-        let answer = self.result("arbitrate", |body, call| {
+        let answer = self.call_checked("arbitrate", |body, call| {
             let status;
             (status, verdict) = body.arbitrate(call, &question);
             status
@@ -185,7 +190,7 @@ impl Instance {
     }
 
     pub(crate) fn sleep(&mut self) -> Result<(), String> {
-        self.begin();
+        self.begin_turn();
         let (_, failure) = match self.table.sleep {
             Some(_) => self.call(Body::sleep),
             None => ((), None),
@@ -200,41 +205,41 @@ impl Instance {
     }
 
     /// Whether the rules must be informed of a failure: not once they know that its process died.
-    pub(crate) fn is_to_tell(&self) -> bool {
-        self.body.as_ref().is_none_or(Body::is_to_tell)
+    pub(crate) fn claim_failure_report(&self) -> bool {
+        self.body.as_ref().is_none_or(Body::claim_failure_report)
     }
 
     /// Returns the last call. Copies what it read and wrote to `turn`, and what does not fit there to
     /// `beyond`. All are empty unless turns are recorded.
-    pub(crate) fn called(&self, turn: &mut Turn, beyond: &mut Beyond) -> turn::Call {
+    pub(crate) fn copy_last_call(&self, turn: &mut Turn, beyond: &mut TurnOverflow) -> turn::Call {
         let told = turn.inputs.resize(self.inputs.len().min(INPUTS));
         let (first, rest) = self.inputs.split_at(told.len());
         told.copy_from_slice(first);
         beyond.ports.clear();
         beyond.ports.extend_from_slice(rest);
-        if self.engine.clock.is_past() {
-            let wrote = self.desk.ports(Ports::take_wrote);
+        if self.engine.clock.is_replayed() {
+            let wrote = self.port_access.with_ports(Ports::take_writes);
             beyond.wrote.extend(wrote.into_iter().flatten());
         }
-        self.called
+        self.last_call
     }
 
     /// Releases the values read. Called after the turn, so that the panel shows what the iteration saw.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn release_values(&mut self) {
         self.release();
     }
 
     /// Starts a turn: the record of earlier calls is cleared.
-    fn begin(&mut self) {
+    fn begin_turn(&mut self) {
         self.release();
-        self.inputs.fill(Turn::UNSEEN);
-        if self.engine.clock.is_past() {
-            self.desk.ports(Ports::take_wrote);
+        self.inputs.fill(Turn::UNUSED);
+        if self.engine.clock.is_replayed() {
+            self.port_access.with_ports(Ports::take_writes);
         }
     }
 
     fn release(&mut self) {
-        self.desk.release();
+        self.port_access.release();
     }
 
     /// Ends it. This is a call like any other: it may hang and be given up.
@@ -242,38 +247,38 @@ impl Instance {
         self.release();
         match self.body.take() {
             None => {}
-            Some(Body::Here(here)) => self.end_here(here),
+            Some(Body::InProcess(here)) => self.end_in_process(here),
             // Its process can be ended whatever it does.
-            Some(Body::Apart(apart)) => apart.destroy(&self.engine, self.number),
+            Some(Body::Isolated(apart)) => apart.destroy(&self.engine, self.number),
         }
     }
 
-    fn end_here(&self, here: Here) {
-        if self.desk.is_closed() {
+    fn end_in_process(&self, here: InProcessInstance) {
+        if self.port_access.is_closed() {
             // An earlier call was given up, and this is the rest of its instance.
             return drop(here);
         }
         let start = self.engine.clock.now();
-        self.desk.enter(start);
-        let meter = &self.engine.meters[self.number];
-        meter.enter(start);
+        self.port_access.begin_call(start);
+        let meter = &self.engine.metrics[self.number];
+        meter.begin_call(start);
         drop(here);
-        if self.desk.leave(|_| ()) {
-            meter.leave();
+        if self.port_access.end_call(|_| ()) {
+            meter.end_call();
         } else if !std::thread::panicking() {
-            Left::new(self.number, start, None, &self.desk).leave();
+            AbandonedInstance::new(self.number, start, None, &self.port_access).unwind();
         }
     }
 
     /// The level as the father sees it, by the roles of his build.
-    fn question(&self, level: &Level) -> Question {
+    fn arbitration_query(&self, level: &Level) -> ArbitrationQuery {
         let roles = &self.engine.application.instances[self.number].children;
         let role = |id: jde_core::SchemaId| {
             let role = roles.iter().position(|child| *child == Some(id.index()))?;
             Some(self.build.own_role(role)? as u32)
         };
         let candidates = level.candidates.iter().filter_map(|candidate| {
-            Some(Candidate {
+            Some(CandidateChild {
                 child: role(candidate.id)?,
                 state: state_number(candidate.state),
                 ready: candidate.ready,
@@ -281,7 +286,7 @@ impl Instance {
             })
         });
         let group = &self.engine.application.groups[level.group.index()].name;
-        Question {
+        ArbitrationQuery {
             case: match level.case {
                 Case::Collision => raw::COLLISION,
                 Case::Absence => raw::ABSENCE,
@@ -293,71 +298,71 @@ impl Instance {
         }
     }
 
-    fn result(
+    fn call_checked(
         &mut self,
         what: &str,
-        call: impl FnOnce(&mut Body, &mut Call<'_>) -> i32,
+        call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> i32,
     ) -> Result<(), String> {
         let (status, failure) = self.call(call);
-        outcome(what, status, failure)
+        call_result(what, status, failure)
     }
 
     /// Calls with a context that lives as long as the call. Also returns the reason that the plugin set, if
     /// any.
-    fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut Call<'_>) -> R) -> (R, Option<String>) {
-        let (result, failure, _) = self.call_as(Leave::All, call);
+    fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> R) -> (R, Option<String>) {
+        let (result, failure, _) = self.call_with(Permissions::All, call);
         (result, failure)
     }
 
     /// Like [`Self::call`], with fewer permissions. Also returns what the call tried against them.
-    fn call_as<R>(
+    fn call_with<R>(
         &mut self,
-        leave: Leave,
-        call: impl FnOnce(&mut Body, &mut Call<'_>) -> R,
-    ) -> (R, Option<String>, Leave) {
-        self.enter(leave, |body, context| call(body_of(body), context))
+        leave: Permissions,
+        call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> R,
+    ) -> (R, Option<String>, Permissions) {
+        self.call_optional(leave, |body, context| call(expect_body(body), context))
     }
 
     /// Like [`Self::call_as`], for a call that may create the instance. Does not return if the call was given
     /// up, so that nothing that depends on it happens: the thread unwinds to where [`Left`] is handled.
-    fn enter<R>(
+    fn call_optional<R>(
         &mut self,
-        leave: Leave,
-        call: impl FnOnce(&mut Option<Body>, &mut Call<'_>) -> R,
-    ) -> (R, Option<String>, Leave) {
+        leave: Permissions,
+        call: impl FnOnce(&mut Option<Body>, &mut CallContext<'_>) -> R,
+    ) -> (R, Option<String>, Permissions) {
         let engine = &self.engine;
-        let meter = &engine.meters[self.number];
-        let mut context = Call {
+        let meter = &engine.metrics[self.number];
+        let mut context = CallContext {
             engine,
             number: self.number,
             name: &self.name,
             build: &self.build,
-            desk: &self.desk,
+            port_access: &self.port_access,
             scratch: &mut self.scratch,
             failure: None,
-            told: None,
-            leave,
+            first_time: None,
+            permissions: leave,
         };
         let start = engine.clock.now();
-        let after = context.desk.enter(start);
-        meter.enter(start);
+        let after = context.port_access.begin_call(start);
+        meter.begin_call(start);
         let result = call(&mut self.body, &mut context);
         let failure = context.failure.take();
-        let told = context.told;
-        let leave = context.leave;
-        let returned = self.desk.leave(|ports| {
+        let told = context.first_time;
+        let leave = context.permissions;
+        let returned = self.port_access.end_call(|ports| {
             ports.discard_loans();
-            if let (Some(after), Some(looks)) = (after, ports.looks()) {
+            if let (Some(after), Some(looks)) = (after, ports.read_log()) {
                 let (after, time) = looks.last.unwrap_or((after, start));
                 let clock = told.unwrap_or(start);
-                self.called = turn::Call { after, time, clock };
+                self.last_call = turn::Call { after, time, clock };
                 self.inputs.clone_from(&looks.inputs);
             }
         });
         if !returned {
-            Left::new(self.number, start, self.body.take(), &self.desk).leave();
+            AbandonedInstance::new(self.number, start, self.body.take(), &self.port_access).unwind();
         }
-        meter.leave();
+        meter.end_call();
         self.scratch.discard();
         (result, failure, leave)
     }
@@ -369,12 +374,12 @@ impl Drop for Instance {
     }
 }
 
-fn body_of(body: &mut Option<Body>) -> &mut Body {
+fn expect_body(body: &mut Option<Body>) -> &mut Body {
     body.as_mut()
         .expect("only the end takes the body, and the instance with it")
 }
 
-fn outcome(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {
+fn call_result(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {
     match (status, failure) {
         (raw::OK, _) => Ok(()),
         (raw::PANICKED, reason) => Err(format!(

@@ -4,32 +4,32 @@ use std::ffi::c_void;
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_board::{Parted, Reader, Refused, Stamp, Variable, Writer};
+use jde_board::{DetachedLoan, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
 
-use crate::history::{Aligned, History, Old};
-use crate::turn::{Journal, Told, Turn};
+use crate::history::{AlignedBytes, HistoricValue, History};
+use crate::turn::{Journal, RecordedTurn, Turn};
 
 /// All ports of an instance, by number.
 #[derive(Default)]
 pub(crate) struct Ports {
-    pub(super) ports: Vec<Port>,
+    pub(super) ports: Vec<BoundPort>,
     /// What was read, kept only if turns are recorded.
-    looks: Option<Looks>,
+    read_log: Option<ReadLog>,
     /// What was written since the last query, kept only in a replay.
-    wrote: Option<Vec<Wrote>>,
+    write_log: Option<Vec<PortWrite>>,
     /// Counts the releases. A value read before a release is not shown after it.
     releases: u64,
     /// Whether a value was read since the last release.
-    holds: bool,
+    has_reads: bool,
     /// The number of unpublished loans. Separated loans count until loans are discarded.
-    lent: usize,
+    loan_count: usize,
     /// Loans separated from their writers, which a call that is about to be given up may still write to.
-    pub(super) loaned: Vec<Parted>,
+    pub(super) separated_loans: Vec<DetachedLoan>,
 }
 
 /// What was read since the last release.
-pub(crate) struct Looks {
+pub(crate) struct ReadLog {
     journal: Arc<Journal>,
     /// Encoded as [`Turn::inputs`].
     pub(crate) inputs: Vec<u32>,
@@ -38,7 +38,7 @@ pub(crate) struct Looks {
 }
 
 /// What a port is bound to.
-pub(crate) enum Port {
+pub(crate) enum BoundPort {
     /// Nothing.
     Unbound,
     /// An import or a modulation.
@@ -46,11 +46,11 @@ pub(crate) enum Port {
     /// A modulation that shows its value at the schema's awakening (R8).
     Fixed(Reader),
     /// An import or a modulation that shows recorded values, in a replay.
-    Again(Again),
+    Recorded(RecordedInput),
     /// A driver's command, with the neutral value that it shows while no command is in force.
     Command {
         reader: Reader,
-        neutral: Aligned,
+        neutral: AlignedBytes,
         /// Whether the latched command was in force when it was first read: this holds until the release
         /// (R8).
         in_force: Option<bool>,
@@ -58,7 +58,7 @@ pub(crate) enum Port {
     /// An export.
     Output(Writer),
     /// A driver's command or a child's modulation.
-    Wish {
+    ForeignOutput {
         writer: Writer,
         /// Whether the last write was refused. Only the first of consecutive refusals is reported.
         refused: bool,
@@ -66,16 +66,16 @@ pub(crate) enum Port {
 }
 
 /// An input that shows recorded values.
-pub(crate) struct Again {
+pub(crate) struct RecordedInput {
     pub(super) history: Arc<History>,
     /// The number of the value, as turns encode it.
-    pub(super) wanted: u32,
+    pub(super) number: u32,
     /// Its result since the last release.
-    pub(super) held: Option<Option<Arc<Old>>>,
+    pub(super) resolved: Option<Option<Arc<HistoricValue>>>,
 }
 
 /// What a port has written.
-pub(crate) struct Wrote {
+pub(crate) struct PortWrite {
     pub(crate) port: usize,
     /// The number of the value.
     pub(crate) number: u64,
@@ -85,13 +85,13 @@ pub(crate) struct Wrote {
 
 /// What an input has shown since the last release.
 #[derive(Clone)]
-pub(crate) enum Shown {
+pub(crate) enum ShownValue {
     /// It was not read.
-    Unseen,
+    NotRead,
     /// There was no value.
-    Nothing,
+    NoValue,
     /// This value.
-    Value(Arc<Old>),
+    Value(Arc<HistoricValue>),
 }
 
 /// What a port shows.
@@ -143,47 +143,49 @@ pub(crate) enum PortError {
 }
 
 impl Ports {
-    pub(crate) fn new(ports: Vec<Port>) -> Self {
+    pub(crate) fn new(ports: Vec<BoundPort>) -> Self {
         Self {
             ports,
-            looks: None,
-            wrote: None,
+            read_log: None,
+            write_log: None,
             releases: 0,
-            holds: false,
-            lent: 0,
-            loaned: Vec::new(),
+            has_reads: false,
+            loan_count: 0,
+            separated_loans: Vec::new(),
         }
     }
 
     /// Records every read from now on.
-    pub(crate) fn follow(&mut self, journal: &Arc<Journal>) {
-        self.looks = Some(Looks {
+    pub(crate) fn record_reads(&mut self, journal: &Arc<Journal>) {
+        self.read_log = Some(ReadLog {
             journal: Arc::clone(journal),
-            inputs: vec![Turn::UNSEEN; self.ports.len()],
+            inputs: vec![Turn::UNUSED; self.ports.len()],
             last: None,
         });
     }
 
     /// Starts a call, in which nothing was read yet. Returns the last transaction, if turns are recorded.
     pub(crate) fn enter(&mut self) -> Option<u64> {
-        let looks = self.looks.as_mut()?;
+        let looks = self.read_log.as_mut()?;
         looks.last = None;
         Some(looks.journal.last())
     }
 
     /// What was read since the last release, if turns are recorded.
-    pub(crate) fn looks(&self) -> Option<&Looks> {
-        self.looks.as_ref()
+    pub(crate) fn read_log(&self) -> Option<&ReadLog> {
+        self.read_log.as_ref()
     }
 
     /// The variable that a port is bound to, and whether the port writes it.
     pub(crate) fn variable(&self, port: usize) -> Option<(&Arc<Variable>, bool)> {
         match self.ports.get(port)? {
-            Port::Unbound | Port::Again(_) => None,
-            Port::Input(reader) | Port::Fixed(reader) | Port::Command { reader, .. } => {
+            BoundPort::Unbound | BoundPort::Recorded(_) => None,
+            BoundPort::Input(reader) | BoundPort::Fixed(reader) | BoundPort::Command { reader, .. } => {
                 Some((reader.variable(), false))
             }
-            Port::Output(writer) | Port::Wish { writer, .. } => Some((writer.variable(), true)),
+            BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } => {
+                Some((writer.variable(), true))
+            }
         }
     }
 
@@ -193,72 +195,75 @@ impl Ports {
     }
 
     /// What was written since the last call of this function, in a replay.
-    pub(crate) fn take_wrote(&mut self) -> Vec<Wrote> {
-        self.wrote.as_mut().map(std::mem::take).unwrap_or_default()
+    pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
+        self.write_log.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Makes the inputs show values of the past instead of the newest, and keeps what the ports write.
-    pub(crate) fn look_back(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
-        self.wrote = Some(Vec::new());
+    pub(crate) fn read_from_history(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
+        self.write_log = Some(Vec::new());
         for port in &mut self.ports {
-            if let Port::Input(reader) | Port::Fixed(reader) = port {
-                *port = Port::Again(Again {
+            if let BoundPort::Input(reader) | BoundPort::Fixed(reader) = port {
+                *port = BoundPort::Recorded(RecordedInput {
                     history: history(reader),
-                    wanted: Turn::UNSEEN,
-                    held: None,
+                    number: Turn::UNUSED,
+                    resolved: None,
                 });
             }
         }
     }
 
     /// Makes the inputs show what they showed in that turn; the newest values without a turn.
-    pub(crate) fn recall(&mut self, turn: Option<&Told>) {
+    pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
-            if let Port::Again(again) = port {
-                again.wanted = turn.map_or(Turn::UNSEEN, |turn| turn.port(number));
+            if let BoundPort::Recorded(again) = port {
+                again.number = turn.map_or(Turn::UNUSED, |turn| turn.port(number));
             }
         }
     }
 
     /// What the inputs show now, by their numbers.
-    pub(crate) fn shown(&self) -> Vec<Shown> {
+    pub(crate) fn shown_values(&self) -> Vec<ShownValue> {
         let shown = self.ports.iter().map(|port| match port {
-            Port::Again(again) => again.held.clone().map_or(Shown::Unseen, Shown::from),
-            Port::Unbound
-            | Port::Input(_)
-            | Port::Fixed(_)
-            | Port::Command { .. }
-            | Port::Output(_)
-            | Port::Wish { .. } => Shown::Unseen,
+            BoundPort::Recorded(again) => again
+                .resolved
+                .clone()
+                .map_or(ShownValue::NotRead, ShownValue::from),
+            BoundPort::Unbound
+            | BoundPort::Input(_)
+            | BoundPort::Fixed(_)
+            | BoundPort::Command { .. }
+            | BoundPort::Output(_)
+            | BoundPort::ForeignOutput { .. } => ShownValue::NotRead,
         });
         shown.collect()
     }
 
     /// The value of an input, the same until [`Self::release`]. Calls `now` only if the time matters.
     pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
-        self.holds = true;
+        self.has_reads = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
-            Port::Unbound => Err(PortError::Unbound),
-            Port::Output(_) | Port::Wish { .. } => Err(PortError::WrongPort),
-            Port::Input(reader) | Port::Fixed(reader) => {
+            BoundPort::Unbound => Err(PortError::Unbound),
+            BoundPort::Output(_) | BoundPort::ForeignOutput { .. } => Err(PortError::WrongPort),
+            BoundPort::Input(reader) | BoundPort::Fixed(reader) => {
                 let latched = reader.latch();
-                if let Some(looks) = &mut self.looks {
-                    looks.look(port, latched.map(|latched| latched.stamp.sequence), now());
+                if let Some(looks) = &mut self.read_log {
+                    looks.record_read(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
                 let latched = latched.ok_or(PortError::NoValue)?;
                 Ok(View::of(latched.bytes, &latched.stamp))
             }
-            Port::Again(again) => {
-                let Again {
+            BoundPort::Recorded(again) => {
+                let RecordedInput {
                     history,
-                    wanted,
-                    held,
+                    number: wanted,
+                    resolved: held,
                 } = again;
                 let old = held.get_or_insert_with(|| history.find(*wanted));
                 let old = old.as_ref().ok_or(PortError::NoValue)?;
                 Ok(View::of(old.bytes(), &old.stamp))
             }
-            Port::Command {
+            BoundPort::Command {
                 reader,
                 neutral,
                 in_force,
@@ -286,12 +291,13 @@ impl Ports {
     /// The memory for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
-            Port::Unbound => Err(PortError::Unbound),
-            Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {
-                Err(PortError::WrongPort)
-            }
-            Port::Output(writer) | Port::Wish { writer, .. } => {
-                self.lent += usize::from(!writer.is_lent());
+            BoundPort::Unbound => Err(PortError::Unbound),
+            BoundPort::Input(_)
+            | BoundPort::Fixed(_)
+            | BoundPort::Recorded(_)
+            | BoundPort::Command { .. } => Err(PortError::WrongPort),
+            BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } => {
+                self.loan_count += usize::from(!writer.is_loaned());
                 Ok(writer.loan())
             }
         }
@@ -313,37 +319,42 @@ impl Ports {
         let number = port;
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
         let mut bytes = None;
-        if let Port::Output(writer) | Port::Wish { writer, .. } = port
-            && writer.is_lent()
+        if let BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } = port
+            && writer.is_loaned()
         {
             // Nothing is loaned afterwards, whether the publication succeeds or not.
-            self.lent -= 1;
-            bytes = self.wrote.as_ref().map(|_| writer.loan().to_vec());
+            self.loan_count -= 1;
+            bytes = self.write_log.as_ref().map(|_| writer.loan().to_vec());
         }
         let published = match port {
-            Port::Unbound => return Err(PortError::Unbound),
-            Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {
+            BoundPort::Unbound => return Err(PortError::Unbound),
+            BoundPort::Input(_)
+            | BoundPort::Fixed(_)
+            | BoundPort::Recorded(_)
+            | BoundPort::Command { .. } => {
                 return Err(PortError::WrongPort);
             }
-            Port::Output(writer) => writer.publish(time, now).map_err(failed),
-            Port::Wish { writer, refused } => match writer.publish_for(time, now, period.saturating_mul(2)) {
-                Ok(sequence) => {
-                    *refused = false;
-                    Ok(sequence)
+            BoundPort::Output(writer) => writer.publish(time, now).map_err(failed),
+            BoundPort::ForeignOutput { writer, refused } => {
+                match writer.publish_for(time, now, period.saturating_mul(2)) {
+                    Ok(sequence) => {
+                        *refused = false;
+                        Ok(sequence)
+                    }
+                    Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
+                    Err(why) => Err(PortError::Refused {
+                        why,
+                        first: !std::mem::replace(refused, true),
+                    }),
                 }
-                Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
-                Err(why) => Err(PortError::Refused {
-                    why,
-                    first: !std::mem::replace(refused, true),
-                }),
-            },
+            }
         };
         match &published {
-            Ok(sequence) => self.note(number, Some(*sequence), bytes),
+            Ok(sequence) => self.record_write(number, Some(*sequence), bytes),
             Err(PortError::Refused {
                 why: Refused::NoAuthority,
                 ..
-            }) => self.note(number, None, None),
+            }) => self.record_write(number, None, None),
             Err(_) => {}
         }
         published.map(drop)
@@ -351,35 +362,35 @@ impl Ports {
 
     /// Records that a port has written a value of that number; without a number, that the write was refused
     /// or the value retracted.
-    fn note(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
-        if let Some(looks) = &mut self.looks
+    fn record_write(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
+        if let Some(looks) = &mut self.read_log
             && let Some(told) = looks.inputs.get_mut(port)
         {
-            *told = number.map_or(Turn::NOTHING, |number| number as u32);
+            *told = number.map_or(Turn::NO_VALUE, |number| number as u32);
             // It is part of one turn, and forgotten at the next release.
-            self.holds = true;
+            self.has_reads = true;
         }
-        if let (Some(wrote), Some(number)) = (&mut self.wrote, number) {
-            wrote.push(Wrote { port, number, bytes });
+        if let (Some(wrote), Some(number)) = (&mut self.write_log, number) {
+            wrote.push(PortWrite { port, number, bytes });
         }
     }
 
     /// Whether the port writes another schema's variable: a command or a child's modulation.
-    pub(crate) fn is_wish(&self, port: usize) -> bool {
-        matches!(self.ports.get(port), Some(Port::Wish { .. }))
+    pub(crate) fn is_foreign_output(&self, port: usize) -> bool {
+        matches!(self.ports.get(port), Some(BoundPort::ForeignOutput { .. }))
     }
 
     /// Retracts the newest value of an export.
     pub(crate) fn retract(&mut self, port: usize) -> Result<(), PortError> {
         match self.ports.get_mut(port) {
-            Some(Port::Output(writer)) => {
+            Some(BoundPort::Output(writer)) => {
                 writer.retract();
                 let newest = writer.variable().newest();
-                if let Some(wrote) = &mut self.wrote {
+                if let Some(wrote) = &mut self.write_log {
                     let (number, bytes) = (newest, None);
-                    wrote.push(Wrote { port, number, bytes });
+                    wrote.push(PortWrite { port, number, bytes });
                 }
-                self.note(port, None, None);
+                self.record_write(port, None, None);
                 Ok(())
             }
             _ => Err(PortError::WrongPort),
@@ -389,28 +400,31 @@ impl Ports {
     /// Releases every value read. The next read shows the newest.
     pub(crate) fn release(&mut self) {
         self.releases += 1;
-        self.holds = false;
+        self.has_reads = false;
         for port in &mut self.ports {
             match port {
-                Port::Input(reader) => reader.release(),
-                Port::Again(again) => again.held = None,
-                Port::Command { reader, in_force, .. } => {
+                BoundPort::Input(reader) => reader.release(),
+                BoundPort::Recorded(again) => again.resolved = None,
+                BoundPort::Command { reader, in_force, .. } => {
                     reader.release();
                     *in_force = None;
                 }
-                Port::Unbound | Port::Fixed(_) | Port::Output(_) | Port::Wish { .. } => {}
+                BoundPort::Unbound
+                | BoundPort::Fixed(_)
+                | BoundPort::Output(_)
+                | BoundPort::ForeignOutput { .. } => {}
             }
         }
-        if let Some(looks) = &mut self.looks {
-            looks.inputs.fill(Turn::UNSEEN);
+        if let Some(looks) = &mut self.read_log {
+            looks.inputs.fill(Turn::UNUSED);
             looks.last = None;
         }
     }
 
     /// Releases all values when the schema awakes, and latches those that stay while it is awake.
-    pub(crate) fn renew(&mut self) {
+    pub(crate) fn relatch(&mut self) {
         for port in &mut self.ports {
-            if let Port::Fixed(reader) = port {
+            if let BoundPort::Fixed(reader) = port {
                 reader.release();
                 reader.latch();
             }
@@ -419,25 +433,29 @@ impl Ports {
     }
 
     /// Whether a value was read since the last release.
-    pub(crate) fn holds(&self) -> bool {
-        self.holds
+    pub(crate) fn has_reads(&self) -> bool {
+        self.has_reads
     }
 
     /// Whether there are unpublished loans.
-    pub(crate) fn lends(&self) -> bool {
-        self.lent > 0
+    pub(crate) fn has_loans(&self) -> bool {
+        self.loan_count > 0
     }
 
     /// Discards unpublished loans.
     pub(crate) fn discard_loans(&mut self) {
-        if std::mem::take(&mut self.lent) == 0 {
+        if std::mem::take(&mut self.loan_count) == 0 {
             return;
         }
-        self.loaned.clear();
+        self.separated_loans.clear();
         for port in &mut self.ports {
             match port {
-                Port::Output(writer) | Port::Wish { writer, .. } => writer.discard(),
-                Port::Unbound | Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {}
+                BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } => writer.discard(),
+                BoundPort::Unbound
+                | BoundPort::Input(_)
+                | BoundPort::Fixed(_)
+                | BoundPort::Recorded(_)
+                | BoundPort::Command { .. } => {}
             }
         }
     }
@@ -445,26 +463,29 @@ impl Ports {
     /// Time of the newest value read since the last release; 0 without one.
     pub(crate) fn newest(&self) -> Nanos {
         let times = self.ports.iter().filter_map(|port| match port {
-            Port::Input(reader) | Port::Command { reader, .. } => {
+            BoundPort::Input(reader) | BoundPort::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.stamp.time)
             }
-            Port::Again(again) => again.held.as_ref()?.as_ref().map(|old| old.stamp.time),
-            Port::Unbound | Port::Fixed(_) | Port::Output(_) | Port::Wish { .. } => None,
+            BoundPort::Recorded(again) => again.resolved.as_ref()?.as_ref().map(|old| old.stamp.time),
+            BoundPort::Unbound
+            | BoundPort::Fixed(_)
+            | BoundPort::Output(_)
+            | BoundPort::ForeignOutput { .. } => None,
         });
         times.max().unwrap_or(0)
     }
 }
 
-impl From<Option<Arc<Old>>> for Shown {
-    fn from(held: Option<Arc<Old>>) -> Self {
-        held.map_or(Self::Nothing, Self::Value)
+impl From<Option<Arc<HistoricValue>>> for ShownValue {
+    fn from(held: Option<Arc<HistoricValue>>) -> Self {
+        held.map_or(Self::NoValue, Self::Value)
     }
 }
 
-impl Looks {
-    fn look(&mut self, port: usize, sequence: Option<u64>, now: Nanos) {
-        if let Some(input @ &mut Turn::UNSEEN) = self.inputs.get_mut(port) {
-            *input = sequence.map_or(Turn::NOTHING, |sequence| sequence as u32);
+impl ReadLog {
+    fn record_read(&mut self, port: usize, sequence: Option<u64>, now: Nanos) {
+        if let Some(input @ &mut Turn::UNUSED) = self.inputs.get_mut(port) {
+            *input = sequence.map_or(Turn::NO_VALUE, |sequence| sequence as u32);
             self.last = Some((self.journal.last(), now));
         }
     }

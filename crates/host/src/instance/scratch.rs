@@ -2,27 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use crate::history::Aligned;
+use crate::history::AlignedBytes;
 
 /// Memory by port, as the build numbers them.
 #[derive(Default)]
 pub(super) struct Scratch {
-    rooms: BTreeMap<u32, Aligned>,
+    buffers: BTreeMap<u32, AlignedBytes>,
     /// The ports loaned in the present call.
     loaned: Vec<u32>,
 }
 
 impl Scratch {
-    pub(super) fn room(&mut self, port: u32, bytes: usize) -> &mut [u8] {
-        if !self.has(port) {
+    pub(super) fn buffer(&mut self, port: u32, bytes: usize) -> &mut [u8] {
+        if !self.is_loaned(port) {
             self.loaned.push(port);
         }
-        let room = self.rooms.entry(port);
-        room.or_insert_with(|| Aligned::new(&vec![0; bytes])).bytes_mut()
+        let room = self.buffers.entry(port);
+        room.or_insert_with(|| AlignedBytes::new(&vec![0; bytes]))
+            .bytes_mut()
     }
 
     /// Whether the port was loaned in the present call.
-    pub(super) fn has(&self, port: u32) -> bool {
+    pub(super) fn is_loaned(&self, port: u32) -> bool {
         self.loaned.contains(&port)
     }
 

@@ -24,17 +24,17 @@ pub(super) struct PrivateCopy {
 
 /// Copies the library `original` for this process alone. The kernel copies if it can, without passing the
 /// contents through this process.
-pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
+pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
     static SWEPT: Once = Once::new();
-    SWEPT.call_once(|| sweep(&std::env::temp_dir()));
+    SWEPT.call_once(|| remove_stale(&std::env::temp_dir()));
     if original.is_dir() {
-        return Err(LoadError::Foreign(String::from(
+        return Err(LoadError::Invalid(String::from(
             "it is a directory; name the library in it",
         )));
     }
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
-    let mut file = regular(original)?;
+    let mut file = open_regular(original)?;
     let copied = tempfile::Builder::new()
         .prefix(&prefix)
         .suffix(".so")
@@ -51,7 +51,7 @@ pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
 }
 
 /// Opens a regular file only: not a device, nor a pipe, on which opening would wait for a writer.
-pub(super) fn regular(path: &Path) -> io::Result<File> {
+pub(super) fn open_regular(path: &Path) -> io::Result<File> {
     if fs::metadata(path)?.is_file() {
         File::open(path)
     } else {
@@ -68,13 +68,13 @@ impl PrivateCopy {
     }
 
     /// Whether both have the same content; false if one cannot be read.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        self.length == other.length && alike(&self.path, &other.path).unwrap_or(false)
+    pub(super) fn has_same_content(&self, other: &Self) -> bool {
+        self.length == other.length && compare_files(&self.path, &other.path).unwrap_or(false)
     }
 }
 
 /// Whether two files of the same length have the same content.
-fn alike(one: &Path, other: &Path) -> io::Result<bool> {
+fn compare_files(one: &Path, other: &Path) -> io::Result<bool> {
     let (mut one, mut other) = (
         BufReader::with_capacity(1 << 16, File::open(one)?),
         BufReader::with_capacity(1 << 16, File::open(other)?),
@@ -95,13 +95,13 @@ fn alike(one: &Path, other: &Path) -> io::Result<bool> {
 
 /// Removes the copies of processes that no longer exist. A file that cannot be removed belongs to another
 /// user.
-fn sweep(folder: &Path) {
+fn remove_stale(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
         if name
             .to_str()
-            .and_then(owner)
+            .and_then(owner_pid)
             .is_some_and(|process| !Path::new("/proc").join(process.to_string()).exists())
         {
             let _ = fs::remove_file(entry.path());
@@ -110,7 +110,7 @@ fn sweep(folder: &Path) {
 }
 
 /// Returns the process that made a copy of that name.
-fn owner(name: &str) -> Option<u32> {
+fn owner_pid(name: &str) -> Option<u32> {
     let rest = name.strip_prefix(PREFIX)?.strip_suffix(".so")?;
     rest.split_once('-')?.0.parse().ok()
 }
@@ -124,7 +124,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let original = folder.path().join("libx.so");
         fs::write(&original, b"bytes").unwrap();
-        let copy = of(&original).unwrap();
+        let copy = create(&original).unwrap();
         let path = copy.path().to_path_buf();
         assert_eq!(fs::read(&path).unwrap(), b"bytes");
         assert_eq!(copy.length, 5);
@@ -138,7 +138,7 @@ mod tests {
         let copy = |name: &str, bytes: &[u8]| {
             let original = folder.path().join(name);
             fs::write(&original, bytes).unwrap();
-            of(&original).unwrap()
+            create(&original).unwrap()
         };
         let mut long = vec![7; 200_000];
         let (one, same) = (copy("libone.so", &long), copy("libsame.so", &long));
@@ -147,8 +147,8 @@ mod tests {
             copy("libother.so", &long),
             copy("libshorter.so", &long[..199_999]),
         );
-        assert!(one.is_like(&same));
-        assert!(!one.is_like(&other) && !one.is_like(&shorter));
+        assert!(one.has_same_content(&same));
+        assert!(!one.has_same_content(&other) && !one.has_same_content(&shorter));
     }
 
     #[test]
@@ -163,7 +163,7 @@ mod tests {
         for path in [&dead, &own, &other] {
             fs::write(path, "").unwrap();
         }
-        sweep(folder.path());
+        remove_stale(folder.path());
         assert!(!dead.exists() && own.exists() && other.exists());
     }
 }

@@ -9,13 +9,13 @@ use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
 use object::read::{ReadCache, ReadRef};
 
 /// The parts of a file that are read: few, whatever its size.
-pub(super) type Parts = ReadCache<File>;
+pub(super) type ElfFile = ReadCache<File>;
 
 /// Bytes of a symbol that are read: the mark of a plugin and its version.
 const HEAD: usize = 16;
 
 /// Checks that a file is a complete shared library for this machine.
-pub(super) fn check(parts: &Parts) -> Result<(), String> {
+pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
     let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
     let length = parts
         .len()
@@ -70,7 +70,7 @@ pub(super) struct Symbol {
 }
 
 /// Returns the exported symbol of that name, if there is one.
-pub(super) fn symbol(parts: &Parts, name: &str) -> Option<Symbol> {
+pub(super) fn symbol(parts: &ElfFile, name: &str) -> Option<Symbol> {
     let header = FileHeader64::<Endianness>::parse(parts).ok()?;
     let endian = header.endian().ok()?;
     let sections = header.sections(endian, parts).ok()?;
@@ -94,7 +94,7 @@ pub(super) fn symbol(parts: &Parts, name: &str) -> Option<Symbol> {
 }
 
 /// Whether a library uses the C++ runtime, judged by its undefined symbols.
-pub(super) fn is_cpp(parts: &Parts) -> bool {
+pub(super) fn is_cpp(parts: &ElfFile) -> bool {
     let asks = || {
         let header = FileHeader64::<Endianness>::parse(parts).ok()?;
         let endian = header.endian().ok()?;
@@ -111,7 +111,7 @@ pub(super) fn is_cpp(parts: &Parts) -> bool {
 }
 
 /// Whether a file claims to be a plugin. For listings: a superficial check.
-pub(super) fn is_plugin(parts: &Parts, name: &str, mark: &[u8]) -> bool {
+pub(super) fn is_plugin(parts: &ElfFile, name: &str, mark: &[u8]) -> bool {
     let claims = |symbol: Symbol| symbol.head.is_some_and(|head| head.starts_with(mark));
     check(parts).is_ok() && symbol(parts, name).is_some_and(claims)
 }

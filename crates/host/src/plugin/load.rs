@@ -18,36 +18,36 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use super::copy::PrivateCopy;
 use super::{copy, elf};
-use crate::apart;
+use crate::isolated;
 
 /// A plugin whose tables have been read and are valid.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedPlugin {
     /// Its description of itself.
     pub description: Arc<describe::Plugin>,
     /// The file from which it was loaded; `None` if it is linked in.
     pub path: Option<PathBuf>,
     table: *const raw::Plugin,
-    schemas: Arc<[Functions]>,
+    schemas: Arc<[SchemaFunctions]>,
     /// The file that is mapped.
     copy: Option<Arc<PrivateCopy>>,
 }
 
 /// The table of a schema type in the layout of this ABI version, and the address of the plugin's own table.
 #[derive(Clone, Copy)]
-pub(crate) struct Functions {
+pub(crate) struct SchemaFunctions {
     pub(crate) own: *const raw::Schema,
     table: raw::Schema,
 }
 
 // SAFETY: a plugin's tables are immutable, live until the process ends, and are bound to no thread.
-unsafe impl Send for Loaded {}
+unsafe impl Send for LoadedPlugin {}
 // SAFETY: as above.
-unsafe impl Sync for Loaded {}
+unsafe impl Sync for LoadedPlugin {}
 // SAFETY: as above.
-unsafe impl Send for Functions {}
+unsafe impl Send for SchemaFunctions {}
 // SAFETY: as above.
-unsafe impl Sync for Functions {}
+unsafe impl Sync for SchemaFunctions {}
 
 /// Why a file could not be loaded as a plugin.
 #[derive(Debug, thiserror::Error)]
@@ -65,13 +65,13 @@ pub enum LoadError {
     },
     /// The file is no usable plugin library; the reason in words.
     #[error("{0}")]
-    Foreign(String),
+    Invalid(String),
     /// The file is a valid library that does not claim to be a plugin.
     #[error(
         "it is a shared library, but exports no symbol `{}`, so it is no jde plugin",
         raw::ENTRY_SYMBOL
     )]
-    NoPlugin,
+    NotAPlugin,
     /// The system's loader refused it.
     #[error(
         "the system cannot load it: {0}; if a symbol is undefined, link the library that defines it into the plugin"
@@ -79,18 +79,18 @@ pub enum LoadError {
     System(String),
     /// Its tables are invalid.
     #[error("{0}")]
-    Refused(#[from] read::Refusal),
+    InvalidTables(#[from] read::Refusal),
     /// The process that inspected it died, or did not finish in time.
     #[error(
         "it cannot be loaded: {0}; the file is damaged, or its constructors are wrong: build or copy it again"
     )]
-    Deadly(String),
+    InspectionFailed(String),
     /// No process could be started to inspect it.
     #[error("no process can be started to look at it: {0}")]
-    NoInspection(#[source] std::io::Error),
+    InspectorUnavailable(#[source] std::io::Error),
 }
 
-impl Loaded {
+impl LoadedPlugin {
     /// Reads a plugin that is linked into this program, with the same checks as for one from a file.
     ///
     /// # Errors
@@ -106,11 +106,11 @@ impl Loaded {
     /// # Errors
     /// See [`LoadError`]. The process is then as before, except that a refused library stays mapped.
     pub fn open(path: &Path) -> Result<Self, LoadError> {
-        Self::of(path, copy::of(path)?)
+        Self::from_copy(path, copy::create(path)?)
     }
 
     /// Loads a copy of the library at `path`, as [`Self::open`].
-    pub(super) fn of(path: &Path, copy: PrivateCopy) -> Result<Self, LoadError> {
+    pub(super) fn from_copy(path: &Path, copy: PrivateCopy) -> Result<Self, LoadError> {
         let loaded = Self::map(copy.path(), path)?;
         Ok(Self {
             copy: Some(Arc::new(copy)),
@@ -129,10 +129,10 @@ impl Loaded {
 
     /// Maps the library `file`; errors name it by `path`, the file that the user knows.
     pub(super) fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
-        let held = held(file)?;
+        let held = table_symbol_size(file)?;
         // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
-            .map_err(|error| LoadError::System(cause(&error, file, path)))?;
+            .map_err(|error| LoadError::System(loader_message(&error, file, path)))?;
         // SAFETY: the symbol is there; its type is checked below before it is used as a table.
         let table = unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL.as_bytes()) }
             .map_err(|error| LoadError::System(error.to_string()))?
@@ -156,7 +156,7 @@ impl Loaded {
             needed = stated.clamp(needed, size_of::<raw::Plugin>());
         }
         if ours && held < needed as u64 {
-            return Err(LoadError::Foreign(format!(
+            return Err(LoadError::Invalid(format!(
                 "its symbol `{}` has {held} bytes, and a plugin's has {needed}: declare it as the structure of jde.h",
                 raw::ENTRY_SYMBOL,
             )));
@@ -167,7 +167,7 @@ impl Loaded {
         // SAFETY: as above, and it was read.
         let catches = unsafe { (&raw const (*table).flags).read() } & raw::PLUGIN_CATCHES != 0;
         if let Some(description) = Arc::get_mut(&mut loaded.description) {
-            description.throws = !catches && elf::is_cpp(&elf::Parts::new(File::open(file)?));
+            description.throws = !catches && elf::is_cpp(&elf::ElfFile::new(File::open(file)?));
         }
         Ok(loaded)
     }
@@ -179,12 +179,12 @@ impl Loaded {
         let description = unsafe { read::plugin(own) }?;
         // SAFETY: as above, and `read::plugin` has validated these tables.
         let schemas = unsafe {
-            let first = table::read(own).map_err(refused)?.schemas;
+            let first = table::read(own).map_err(invalid_table)?.schemas;
             let stride = first.cast::<u32>().read() as usize;
             let functions = |index| {
                 let own = first.byte_add(index * stride);
-                let table = table::read(own).map_err(refused)?;
-                Ok(Functions { own, table })
+                let table = table::read(own).map_err(invalid_table)?;
+                Ok(SchemaFunctions { own, table })
             };
             (0..description.schemas.len())
                 .map(functions)
@@ -200,10 +200,10 @@ impl Loaded {
     }
 
     /// Returns where another process finds the same code.
-    pub(crate) fn code(&self) -> apart::Plugin {
+    pub(crate) fn location(&self) -> isolated::PluginLocation {
         match self.copy.as_deref() {
-            Some(copy) => apart::Plugin::File(copy.path().to_path_buf()),
-            None => apart::Plugin::LinkedIn(self.description.name.clone()),
+            Some(copy) => isolated::PluginLocation::File(copy.path().to_path_buf()),
+            None => isolated::PluginLocation::LinkedIn(self.description.name.clone()),
         }
     }
 
@@ -214,23 +214,25 @@ impl Loaded {
     }
 
     /// Whether its file had exactly the content of `copy`.
-    pub(super) fn is(&self, copy: &PrivateCopy) -> bool {
-        self.copy.as_deref().is_some_and(|loaded| loaded.is_like(copy))
+    pub(super) fn has_content_of(&self, copy: &PrivateCopy) -> bool {
+        self.copy
+            .as_deref()
+            .is_some_and(|loaded| loaded.has_same_content(copy))
     }
 
     /// Whether both are the same library in memory.
-    pub(crate) fn is_one_with(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_library(&self, other: &Self) -> bool {
         self.table == other.table
     }
 
     /// Returns the functions of a type, by its place in the description.
     #[must_use]
-    pub(crate) fn schema(&self, index: usize) -> Functions {
+    pub(crate) fn schema(&self, index: usize) -> SchemaFunctions {
         self.schemas[index]
     }
 }
 
-impl Deref for Functions {
+impl Deref for SchemaFunctions {
     type Target = raw::Schema;
 
     fn deref(&self) -> &raw::Schema {
@@ -238,14 +240,14 @@ impl Deref for Functions {
     }
 }
 
-impl fmt::Debug for Functions {
+impl fmt::Debug for SchemaFunctions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "functions at {:p}", self.own)
     }
 }
 
-fn refused(unreadable: table::Unreadable) -> LoadError {
-    LoadError::Refused(read::Refusal::Table {
+fn invalid_table(unreadable: table::Unreadable) -> LoadError {
+    LoadError::InvalidTables(read::Refusal::Table {
         place: String::from("the plugin"),
         wrong: unreadable.to_string(),
     })
@@ -253,10 +255,10 @@ fn refused(unreadable: table::Unreadable) -> LoadError {
 
 /// Returns the size in bytes of a plugin's table symbol. Fails unless the file is a library for this machine
 /// that claims to be a plugin of this version. No code of the file has run then.
-pub(super) fn held(file: &Path) -> Result<u64, LoadError> {
-    let parts = elf::Parts::new(File::open(file)?);
-    elf::check(&parts).map_err(LoadError::Foreign)?;
-    let symbol = elf::symbol(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
+pub(super) fn table_symbol_size(file: &Path) -> Result<u64, LoadError> {
+    let parts = elf::ElfFile::new(File::open(file)?);
+    elf::check(&parts).map_err(LoadError::Invalid)?;
+    let symbol = elf::symbol(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NotAPlugin)?;
     let head = symbol.head.unwrap_or_default();
     let number = |at: usize| u32::from_ne_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     if !head.starts_with(&raw::MAGIC.to_ne_bytes()) {
@@ -271,7 +273,7 @@ pub(super) fn held(file: &Path) -> Result<u64, LoadError> {
 
 /// Returns the system's error message, with the name of the private copy replaced by the name that the user
 /// knows.
-fn cause(error: &libloading::Error, copy: &Path, path: &Path) -> String {
+fn loader_message(error: &libloading::Error, copy: &Path, path: &Path) -> String {
     let text = match std::error::Error::source(error) {
         Some(source) => source.to_string(),
         None => error.to_string(),

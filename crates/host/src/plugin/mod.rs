@@ -11,7 +11,7 @@ mod search;
 mod store;
 
 pub use inspect::serve as serve_inspections;
-pub(crate) use load::Functions;
-pub use load::{LoadError, Loaded};
-pub use search::{Found, SearchPath};
-pub use store::{Builds, Described, MOST_BUILDS, PluginError, Plugins, Renewed};
+pub(crate) use load::SchemaFunctions;
+pub use load::{LoadError, LoadedPlugin};
+pub use search::{PluginFile, SearchPath};
+pub use store::{DescribedPlugin, ExtraBuilds, MAX_BUILDS, PluginError, Plugins, RefreshedPlugin};

@@ -15,13 +15,13 @@ pub struct SearchPath {
 
 /// A file that looks like a plugin.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct PluginFile {
     /// The plugin's name, derived from the file name.
     pub name: String,
     /// The file.
     pub path: PathBuf,
     /// Why this folder is searched: "beside the application", "JDE_PLUGIN_PATH", ...
-    pub because: &'static str,
+    pub reason: &'static str,
 }
 
 impl SearchPath {
@@ -80,14 +80,14 @@ impl SearchPath {
 
     /// Returns the file of a plugin by the plugin's name, if a folder contains it.
     #[must_use]
-    pub fn find(&self, name: &str) -> Option<Found> {
+    pub fn find(&self, name: &str) -> Option<PluginFile> {
         let file = file_name(name);
         self.folders.iter().find_map(|(folder, because)| {
             let path = folder.join(&file);
-            path.exists().then(|| Found {
+            path.exists().then(|| PluginFile {
                 name: name.to_owned(),
                 path,
-                because,
+                reason: because,
             })
         })
     }
@@ -95,7 +95,7 @@ impl SearchPath {
     /// Returns all files that look like plugins, by name; of several with one name, the one that would be
     /// loaded.
     #[must_use]
-    pub fn list(&self) -> Vec<Found> {
+    pub fn list(&self) -> Vec<PluginFile> {
         let mut found = BTreeMap::new();
         for (folder, because) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else {
@@ -103,20 +103,27 @@ impl SearchPath {
             };
             for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
                 let Some(name) = plugin_name(&path) else { continue };
-                if found.contains_key(&name) || !looks_like_one(&path) {
+                if found.contains_key(&name) || !is_plugin_file(&path) {
                     continue;
                 }
-                found.insert(name.clone(), Found { name, path, because });
+                found.insert(
+                    name.clone(),
+                    PluginFile {
+                        name,
+                        path,
+                        reason: because,
+                    },
+                );
             }
         }
         found.into_values().collect()
     }
 }
 
-fn looks_like_one(path: &Path) -> bool {
-    copy::regular(path).is_ok_and(|file| {
+fn is_plugin_file(path: &Path) -> bool {
+    copy::open_regular(path).is_ok_and(|file| {
         elf::is_plugin(
-            &elf::Parts::new(file),
+            &elf::ElfFile::new(file),
             raw::ENTRY_SYMBOL,
             &raw::MAGIC.to_ne_bytes(),
         )

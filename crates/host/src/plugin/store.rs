@@ -13,29 +13,29 @@ use crate::app::{Catalogue, Inspection};
 
 use super::copy::PrivateCopy;
 use super::inspect::Inspector;
-use super::{Found, LoadError, Loaded, SearchPath, copy};
-use crate::apart::Program;
+use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
+use crate::isolated::Program;
 
 /// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
 /// disk. A plugin has 0.5 to 5 MB, so this is enough for a day of editing, and less than a robot's computer
 /// can spare.
-pub const MOST_BUILDS: usize = 256;
+pub const MAX_BUILDS: usize = 256;
 
 /// Plugins by name; each is loaded on first use.
 #[derive(Debug, Default)]
 pub struct Plugins {
     path: SearchPath,
     /// All builds of each file, the newest last.
-    loaded: Mutex<BTreeMap<PathBuf, Vec<Loaded>>>,
-    linked_in: BTreeMap<String, Loaded>,
+    loaded: Mutex<BTreeMap<PathBuf, Vec<LoadedPlugin>>>,
+    linked_in: BTreeMap<String, LoadedPlugin>,
     /// Plugins that were only inspected.
-    described: Mutex<BTreeMap<PathBuf, Described>>,
+    described: Mutex<BTreeMap<PathBuf, DescribedPlugin>>,
     inspector: Option<Inspector>,
 }
 
 /// A plugin that was inspected, and is not necessarily loaded.
 #[derive(Clone, Debug)]
-pub struct Described {
+pub struct DescribedPlugin {
     /// Its description of itself.
     pub description: Arc<describe::Plugin>,
     /// Its file; `None` if it is linked in.
@@ -44,16 +44,16 @@ pub struct Described {
 
 /// The present content of a plugin's file.
 #[derive(Clone, Debug)]
-pub struct Renewed {
+pub struct RefreshedPlugin {
     /// The plugin.
-    pub plugin: Loaded,
+    pub plugin: LoadedPlugin,
     /// Whether it was loaded just now; otherwise an identical build was loaded before.
-    pub fresh: bool,
+    pub is_new: bool,
 }
 
 /// Builds in memory in addition to the first one of each plugin. They are never unmapped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Builds {
+pub struct ExtraBuilds {
     /// Their number.
     pub builds: usize,
     /// The total size of their files, bytes.
@@ -81,7 +81,7 @@ pub enum PluginError {
     },
     /// Its file contains a plugin of another name.
     #[error("{} holds the plugin `{found}`, not `{name}`: rename the file or the plugin", path.display())]
-    OtherName {
+    NameMismatch {
         /// The file.
         path: PathBuf,
         /// The name in its table.
@@ -91,7 +91,7 @@ pub enum PluginError {
     },
     /// Too many builds have been loaded since the process started.
     #[error(
-        "this process has loaded {MOST_BUILDS} builds in place of others, {} MB in all, and none of them can leave its memory: start the application anew",
+        "this process has loaded {MAX_BUILDS} builds in place of others, {} MB in all, and none of them can leave its memory: start the application anew",
         bytes.div_ceil(1 << 20)
     )]
     TooMany {
@@ -114,15 +114,15 @@ impl Plugins {
     /// ends that process and not this one. The program must call [`super::serve_inspections`] and do nothing
     /// else.
     #[must_use]
-    pub fn inspected_by(mut self, program: Program) -> Self {
+    pub fn with_inspector(mut self, program: Program) -> Self {
         self.inspector = Some(Inspector::new(program));
         self
     }
 
     /// Ends the inspecting process, if there is one. It is started again when needed.
-    pub fn dismiss_inspector(&self) {
+    pub fn stop_inspector(&self) {
         if let Some(inspector) = &self.inspector {
-            inspector.dismiss();
+            inspector.stop();
         }
     }
 
@@ -131,7 +131,7 @@ impl Plugins {
     /// # Errors
     /// Its tables are invalid.
     pub fn link(&mut self, table: &'static raw::Plugin) -> Result<(), LoadError> {
-        let plugin = Loaded::linked_in(table)?;
+        let plugin = LoadedPlugin::linked_in(table)?;
         self.linked_in.insert(plugin.description.name.clone(), plugin);
         Ok(())
     }
@@ -140,13 +140,13 @@ impl Plugins {
     ///
     /// # Errors
     /// No folder contains it, or the first file found cannot be used.
-    pub fn load(&self, name: &str, extra: &[PathBuf]) -> Result<Loaded, PluginError> {
+    pub fn load(&self, name: &str, extra: &[PathBuf]) -> Result<LoadedPlugin, PluginError> {
         if let Some(plugin) = self.linked_in.get(name) {
             return Ok(plugin.clone());
         }
         let file = self.file(name, extra)?;
         let plugin = self.open(&file)?;
-        is_called(name, &plugin.description, &file)?;
+        check_name(name, &plugin.description, &file)?;
         Ok(plugin)
     }
 
@@ -155,13 +155,13 @@ impl Plugins {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn describe(&self, name: &str, extra: &[PathBuf]) -> Result<Described, PluginError> {
+    pub fn describe(&self, name: &str, extra: &[PathBuf]) -> Result<DescribedPlugin, PluginError> {
         if let Some(plugin) = self.linked_in.get(name) {
             return Ok(plugin.clone().into());
         }
         let file = self.file(name, extra)?;
         let plugin = self.describe_file(&file)?;
-        is_called(name, &plugin.description, &file)?;
+        check_name(name, &plugin.description, &file)?;
         Ok(plugin)
     }
 
@@ -169,18 +169,18 @@ impl Plugins {
     ///
     /// # Errors
     /// [`PluginError::Unusable`].
-    pub fn describe_file(&self, file: &Path) -> Result<Described, PluginError> {
+    pub fn describe_file(&self, file: &Path) -> Result<DescribedPlugin, PluginError> {
         let Some(inspector) = &self.inspector else {
-            return self.open(file).map(Described::from);
+            return self.open(file).map(DescribedPlugin::from);
         };
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let mut described = self.described.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(plugin) = described.get(&key) {
             return Ok(plugin.clone());
         }
-        let copy = copy::of(&key).map_err(unusable(file))?;
-        let description = inspector.look(copy.path(), &key).map_err(unusable(file))?;
-        let plugin = Described {
+        let copy = copy::create(&key).map_err(unusable(file))?;
+        let description = inspector.describe(copy.path(), &key).map_err(unusable(file))?;
+        let plugin = DescribedPlugin {
             description: Arc::new(description),
             path: Some(key.clone()),
         };
@@ -190,7 +190,7 @@ impl Plugins {
 
     /// Returns the file of the plugin of that name.
     fn file(&self, name: &str, extra: &[PathBuf]) -> Result<PathBuf, PluginError> {
-        let path = self.path_with(extra);
+        let path = self.search_path_with(extra);
         path.find(name)
             .map(|found| found.path)
             .ok_or_else(|| PluginError::Missing {
@@ -206,24 +206,24 @@ impl Plugins {
     ///
     /// # Errors
     /// [`PluginError::Unusable`].
-    pub fn open(&self, file: &Path) -> Result<Loaded, PluginError> {
+    pub fn open(&self, file: &Path) -> Result<LoadedPlugin, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(plugin) = loaded.get(&key).and_then(|builds| builds.last()) {
             return Ok(plugin.clone());
         }
-        let copy = copy::of(&key)
-            .and_then(|copy| self.looked_at(&key, copy))
+        let copy = copy::create(&key)
+            .and_then(|copy| self.inspect_copy(&key, copy))
             .map_err(unusable(file))?;
-        let plugin = Loaded::of(&key, copy).map_err(unusable(file))?;
+        let plugin = LoadedPlugin::from_copy(&key, copy).map_err(unusable(file))?;
         loaded.insert(key, vec![plugin.clone()]);
         Ok(plugin)
     }
 
     /// Has a copy inspected before this process maps it, if there is an inspector.
-    fn looked_at(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
+    fn inspect_copy(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
         if let Some(inspector) = &self.inspector {
-            inspector.look(copy.path(), file)?;
+            inspector.describe(copy.path(), file)?;
         }
         Ok(copy)
     }
@@ -233,40 +233,43 @@ impl Plugins {
     ///
     /// # Errors
     /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
-    pub fn renew(&self, file: &Path) -> Result<Renewed, PluginError> {
+    pub fn refresh(&self, file: &Path) -> Result<RefreshedPlugin, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let copy = copy::of(&key).map_err(unusable(file))?;
-        let known = |loaded: &BTreeMap<PathBuf, Vec<Loaded>>| {
+        let copy = copy::create(&key).map_err(unusable(file))?;
+        let known = |loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>| {
             let mut builds = loaded.get(&key).into_iter().flatten();
-            let plugin = builds.find(|build| build.is(&copy))?.clone();
-            Some(Renewed { plugin, fresh: false })
+            let plugin = builds.find(|build| build.has_content_of(&copy))?.clone();
+            Some(RefreshedPlugin {
+                plugin,
+                is_new: false,
+            })
         };
         // The lock is not held during the inspection, so that other callers need not wait.
         if let Some(known) = known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(known);
         }
-        let inspected = self.looked_at(&key, copy);
+        let inspected = self.inspect_copy(&key, copy);
         // The inspector would be idle until the next build.
-        self.dismiss_inspector();
+        self.stop_inspector();
         let copy = inspected.map_err(unusable(file))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        let Builds { builds, bytes: all } = replacements(&loaded);
-        if builds >= MOST_BUILDS {
+        let ExtraBuilds { builds, bytes: all } = count_replacements(&loaded);
+        if builds >= MAX_BUILDS {
             return Err(PluginError::TooMany { bytes: all });
         }
-        let plugin = Loaded::of(&key, copy).map_err(unusable(file))?;
+        let plugin = LoadedPlugin::from_copy(&key, copy).map_err(unusable(file))?;
         loaded.entry(key).or_default().push(plugin.clone());
-        Ok(Renewed { plugin, fresh: true })
+        Ok(RefreshedPlugin { plugin, is_new: true })
     }
 
     /// Returns the number and size of the builds that were loaded in place of others.
     #[must_use]
-    pub fn builds(&self) -> Builds {
-        replacements(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn builds(&self) -> ExtraBuilds {
+        count_replacements(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Returns the loaded plugin that has this description.
-    pub(crate) fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<Loaded> {
+    pub(crate) fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<LoadedPlugin> {
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let found = loaded
             .values()
@@ -285,9 +288,9 @@ impl Plugins {
     /// Returns the files along the search path that look like plugins, and the names of the linked-in
     /// plugins. Loads no file.
     #[must_use]
-    pub fn list(&self, extra: &[PathBuf]) -> (Vec<Found>, Vec<String>) {
+    pub fn list(&self, extra: &[PathBuf]) -> (Vec<PluginFile>, Vec<String>) {
         (
-            self.path_with(extra).list(),
+            self.search_path_with(extra).list(),
             self.linked_in.keys().cloned().collect(),
         )
     }
@@ -298,7 +301,7 @@ impl Plugins {
         &self.path
     }
 
-    fn path_with(&self, extra: &[PathBuf]) -> SearchPath {
+    fn search_path_with(&self, extra: &[PathBuf]) -> SearchPath {
         let mut path = SearchPath::default();
         for folder in extra {
             path.push(folder, "named in the application");
@@ -341,7 +344,7 @@ impl Catalogue for Plugins {
 
     /// Returns the names of all files that look like plugins, and the types of the loaded ones. A suggestion
     /// is no reason to run foreign code.
-    fn known(&self) -> Vec<String> {
+    fn type_names(&self) -> Vec<String> {
         let (found, linked_in) = self.list(&[]);
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let newest = loaded.values().filter_map(|builds| builds.last());
@@ -358,8 +361,8 @@ impl Catalogue for Plugins {
     }
 }
 
-impl From<Loaded> for Described {
-    fn from(plugin: Loaded) -> Self {
+impl From<LoadedPlugin> for DescribedPlugin {
+    fn from(plugin: LoadedPlugin) -> Self {
         Self {
             description: plugin.description,
             path: plugin.path,
@@ -368,11 +371,11 @@ impl From<Loaded> for Described {
 }
 
 /// Checks that a plugin has the name of its file.
-fn is_called(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
+fn check_name(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
     if about.name.replace('-', "_") == name.replace('-', "_") {
         return Ok(());
     }
-    Err(PluginError::OtherName {
+    Err(PluginError::NameMismatch {
         path: file.to_owned(),
         found: about.name.clone(),
         name: name.to_owned(),
@@ -380,9 +383,9 @@ fn is_called(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), Pl
 }
 
 /// Counts all builds except the first one of each file.
-fn replacements(loaded: &BTreeMap<PathBuf, Vec<Loaded>>) -> Builds {
+fn count_replacements(loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>) -> ExtraBuilds {
     let replacements = loaded.values().flat_map(|builds| builds.iter().skip(1));
-    replacements.fold(Builds::default(), |sum, build| Builds {
+    replacements.fold(ExtraBuilds::default(), |sum, build| ExtraBuilds {
         builds: sum.builds + 1,
         bytes: sum.bytes + build.bytes(),
     })

@@ -15,17 +15,17 @@ use jde_core::Nanos;
 use serde::{Deserialize, Serialize};
 
 use crate::build::{self, BuildName};
-pub use reloader::{Became, Refused, Reloaded, Reloader};
+pub use reloader::{ReloadError, ReloadOutcome, ReloadReport, Reloader};
 
 /// The default trial time of a new build, ns. Most mistakes show within seconds; a later failure is an
 /// ordinary fault.
 pub const PROBATION: Nanos = 3_000_000_000;
 /// The fewest turns that a trial lasts, so that slow schemas have had a chance to fail.
-pub(crate) const LEAST_TURNS: u32 = 10;
+pub(crate) const MIN_TRIAL_TURNS: u32 = 10;
 
 /// How a build takes over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct How {
+pub struct ReloadOptions {
     /// How long the build is on trial, ns of application time, but at least ten turns. A fault during the
     /// trial returns to the build before, which stays asleep until then. 0 for no trial.
     pub probation: Nanos,
@@ -35,11 +35,11 @@ pub struct How {
 
 /// How a build took over.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Takeover {
+pub struct Replacement {
     /// The build.
     pub build: BuildName,
     /// The memory taken over from the build before; `None` if the build started without it.
-    pub carried: Option<Carried>,
+    pub carried: Option<CarriedMemory>,
     /// From the end of the last turn of the build before to the first check of this one, ns of application
     /// time: the schema could not react meanwhile. `None` if it sleeps.
     pub gap: Option<Nanos>,
@@ -53,7 +53,7 @@ pub struct Takeover {
 
 /// The memory that one build took over from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Carried {
+pub struct CarriedMemory {
     /// The version of its format.
     pub version: u32,
     /// Its size in bytes.
@@ -61,26 +61,26 @@ pub struct Carried {
 }
 
 /// A build that takes over at the schema's next turn. Dropping this value changes nothing.
-pub struct Reload {
-    order: Arc<Order>,
+pub struct PendingReload {
+    completion: Arc<Completion>,
 }
 
 /// The exchange, for the runner.
 pub(crate) struct Swap {
-    pub(crate) build: build::Shared,
-    pub(crate) how: How,
+    pub(crate) build: build::SharedBuild,
+    pub(crate) options: ReloadOptions,
     pub(crate) notes: Vec<String>,
-    pub(crate) order: Arc<Order>,
+    pub(crate) completion: Arc<Completion>,
 }
 
 /// Holds the outcome of a reload.
 #[derive(Default)]
-pub(crate) struct Order {
-    outcome: Mutex<Option<Result<Takeover, String>>>,
-    settled: Condvar,
+pub(crate) struct Completion {
+    outcome: Mutex<Option<Result<Replacement, String>>>,
+    completed: Condvar,
 }
 
-impl Default for How {
+impl Default for ReloadOptions {
     fn default() -> Self {
         Self {
             probation: PROBATION,
@@ -89,39 +89,39 @@ impl Default for How {
     }
 }
 
-impl Reload {
-    pub(crate) fn new(order: &Arc<Order>) -> Self {
+impl PendingReload {
+    pub(crate) fn new(order: &Arc<Completion>) -> Self {
         Self {
-            order: Arc::clone(order),
+            completion: Arc::clone(order),
         }
     }
 
     /// Returns the outcome, once it is known: the build took over and completed its first turn, or the reason
     /// why the build before continues.
     #[must_use]
-    pub fn outcome(&self) -> Option<Result<Takeover, String>> {
-        self.order.lock().clone()
+    pub fn outcome(&self) -> Option<Result<Replacement, String>> {
+        self.completion.lock().clone()
     }
 
     /// Waits for the outcome, at most for `within`. In lockstep, do not call this on the thread that runs the
     /// application.
     #[must_use]
-    pub fn wait(&self, within: Duration) -> Option<Result<Takeover, String>> {
-        let outcome = self.order.lock();
+    pub fn wait(&self, within: Duration) -> Option<Result<Replacement, String>> {
+        let outcome = self.completion.lock();
         let (outcome, _) = self
-            .order
-            .settled
+            .completion
+            .completed
             .wait_timeout_while(outcome, within, |outcome| outcome.is_none())
             .unwrap_or_else(PoisonError::into_inner);
         outcome.clone()
     }
 }
 
-impl Takeover {
+impl Replacement {
     /// Returns the takeover in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version
     /// 1); gap 31.2 ms".
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let carried = self
             .carried
             .map_or_else(|| "begins anew".to_owned(), |carried| carried.to_string());
@@ -133,7 +133,7 @@ impl Takeover {
 }
 
 /// "12 bytes of memory carried over (version 1)".
-impl fmt::Display for Carried {
+impl fmt::Display for CarriedMemory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { version, bytes } = self;
         let unit = if *bytes == 1 { "byte" } else { "bytes" };
@@ -141,14 +141,14 @@ impl fmt::Display for Carried {
     }
 }
 
-impl Order {
+impl Completion {
     /// Sets the outcome; only the first call has an effect.
-    pub(crate) fn settle(&self, outcome: Result<Takeover, String>) {
+    pub(crate) fn complete(&self, outcome: Result<Replacement, String>) {
         self.lock().get_or_insert(outcome);
-        self.settled.notify_all();
+        self.completed.notify_all();
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Result<Takeover, String>>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Result<Replacement, String>>> {
         self.outcome.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -7,37 +7,37 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::{How, Takeover};
-use crate::plugin::{Builds, LoadError, Loaded, PluginError, Plugins, Renewed};
+use super::{ReloadOptions, Replacement};
+use crate::plugin::{ExtraBuilds, LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
 use crate::running::Handle;
 
 /// The longest wait for the outcome of one reload request: all its schemas together.
-const TURN: Duration = Duration::from_secs(3);
+const RELOAD_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Reloads the schemas of a running application. Usable from any thread; one reload runs at a time.
 pub struct Reloader {
     handle: Handle,
     plugins: Arc<Plugins>,
-    one_at_a_time: Mutex<()>,
+    reload_lock: Mutex<()>,
 }
 
 /// The result of a reload.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reloaded {
+pub struct ReloadReport {
     /// The plugin's file.
     pub file: PathBuf,
     /// The result for each schema.
-    pub schemas: Vec<(String, Became)>,
+    pub schemas: Vec<(String, ReloadOutcome)>,
     /// The builds that the process keeps in memory because of reloads.
-    pub memory: Builds,
+    pub memory: ExtraBuilds,
 }
 
 /// The result for one schema.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Became {
+pub enum ReloadOutcome {
     /// The new build took over.
-    Reloaded(Takeover),
+    Reloaded(Replacement),
     /// It already runs the build in the file.
     Unchanged,
     /// It already runs the build in the file, but had faulted: it may start again, with a fresh instance and
@@ -51,7 +51,7 @@ pub enum Became {
 
 /// Why nothing was reloaded.
 #[derive(Debug, thiserror::Error)]
-pub enum Refused {
+pub enum ReloadError {
     /// No schema or plugin has that name.
     #[error("there is no schema and no plugin `{name}` in the application")]
     Unknown {
@@ -68,16 +68,16 @@ pub enum Refused {
     Plugin(#[from] PluginError),
     /// The build does not fit the application; the reasons, by schema.
     #[error("{}", list(.0))]
-    Misfit(Vec<(String, Vec<String>)>),
+    Incompatible(Vec<(String, Vec<String>)>),
 }
 
-impl Refused {
+impl ReloadError {
     /// Returns the most similar known name, if a name was unknown.
     #[must_use]
     pub fn nearest(&self) -> Option<&str> {
         match self {
             Self::Unknown { nearest, .. } => nearest.as_deref(),
-            Self::LinkedIn(_) | Self::Plugin(_) | Self::Misfit(_) => None,
+            Self::LinkedIn(_) | Self::Plugin(_) | Self::Incompatible(_) => None,
         }
     }
 
@@ -87,7 +87,7 @@ impl Refused {
         matches!(
             self,
             Self::Plugin(PluginError::Unusable {
-                error: LoadError::Io(_) | LoadError::Foreign(_),
+                error: LoadError::Io(_) | LoadError::Invalid(_),
                 ..
             })
         )
@@ -101,7 +101,7 @@ impl Reloader {
         Self {
             handle,
             plugins,
-            one_at_a_time: Mutex::new(()),
+            reload_lock: Mutex::new(()),
         }
     }
 
@@ -123,18 +123,18 @@ impl Reloader {
     /// # Errors
     /// [`Refused`]: nothing has changed then. A later failure concerns one schema, which continues with the
     /// build before: see [`Became`].
-    pub fn reload(&self, by: &str, name: &str, how: How) -> Result<Reloaded, Refused> {
-        let _turn = self.one_at_a_time.lock().unwrap_or_else(PoisonError::into_inner);
-        let schemas = places(&self.handle, name)?;
+    pub fn reload(&self, by: &str, name: &str, how: ReloadOptions) -> Result<ReloadReport, ReloadError> {
+        let _turn = self.reload_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let schemas = find_schemas(&self.handle, name)?;
         let application = self.handle.application();
         let first = &application.instances[schemas[0]];
         let loaded = self.plugins.loaded(&application.plugins[first.plugin]);
         let file = loaded
             .and_then(|loaded| loaded.path)
-            .ok_or_else(|| Refused::LinkedIn(name.to_owned()))?;
-        let Renewed { plugin, .. } = self.plugins.renew(&file)?;
+            .ok_or_else(|| ReloadError::LinkedIn(name.to_owned()))?;
+        let RefreshedPlugin { plugin, .. } = self.plugins.refresh(&file)?;
         let schemas = self.replace(by, &schemas, &plugin, how)?;
-        Ok(Reloaded {
+        Ok(ReloadReport {
             file,
             schemas,
             memory: self.plugins.builds(),
@@ -145,42 +145,44 @@ impl Reloader {
         &self,
         by: &str,
         schemas: &[usize],
-        plugin: &Loaded,
-        how: How,
-    ) -> Result<Vec<(String, Became)>, Refused> {
+        plugin: &LoadedPlugin,
+        how: ReloadOptions,
+    ) -> Result<Vec<(String, ReloadOutcome)>, ReloadError> {
         let operator = self.handle.operator(by);
         let name = |schema: usize| self.handle.application().instances[schema].name.clone();
-        let others = schemas.iter().filter(|schema| !operator.runs(**schema, plugin));
+        let others = schemas
+            .iter()
+            .filter(|schema| !operator.is_running_build(**schema, plugin));
         let misfits = others.filter_map(|schema| {
-            let reasons = operator.fits(*schema, plugin).err()?;
+            let reasons = operator.check_build(*schema, plugin).err()?;
             Some((name(*schema), reasons))
         });
         let misfits: Vec<_> = misfits.collect();
         if !misfits.is_empty() {
-            return Err(Refused::Misfit(misfits));
+            return Err(ReloadError::Incompatible(misfits));
         }
         // All exchanges are requested before any is waited for, so that the schemas take their turns in
         // parallel.
         let orders: Vec<_> = schemas
             .iter()
             .map(|schema| {
-                let same = operator.runs(*schema, plugin);
+                let same = operator.is_running_build(*schema, plugin);
                 let order = (!same).then(|| operator.replace(*schema, plugin, how));
                 (*schema, order)
             })
             .collect();
-        let end = Instant::now() + TURN;
+        let end = Instant::now() + RELOAD_TIMEOUT;
         let became = orders.into_iter().map(|(schema, order)| {
             let became = match order {
                 None if operator.is_faulted(schema) => operator
                     .load(schema)
-                    .map_or_else(Became::Undone, |()| Became::Restarted),
-                None => Became::Unchanged,
-                Some(Err(reasons)) => Became::Undone(reasons.join("; ")),
+                    .map_or_else(ReloadOutcome::Undone, |()| ReloadOutcome::Restarted),
+                None => ReloadOutcome::Unchanged,
+                Some(Err(reasons)) => ReloadOutcome::Undone(reasons.join("; ")),
                 Some(Ok(reload)) => match reload.wait(end.saturating_duration_since(Instant::now())) {
-                    Some(Ok(takeover)) => Became::Reloaded(takeover),
-                    Some(Err(reason)) => Became::Undone(reason),
-                    None => Became::Waiting,
+                    Some(Ok(takeover)) => ReloadOutcome::Reloaded(takeover),
+                    Some(Err(reason)) => ReloadOutcome::Undone(reason),
+                    None => ReloadOutcome::Waiting,
                 },
             };
             (name(schema), became)
@@ -189,14 +191,14 @@ impl Reloader {
     }
 }
 
-impl Reloaded {
+impl ReloadReport {
     /// Whether every schema runs the build in the file.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        let done = |became: &Became| {
+        let done = |became: &ReloadOutcome| {
             matches!(
                 became,
-                Became::Reloaded(_) | Became::Unchanged | Became::Restarted
+                ReloadOutcome::Reloaded(_) | ReloadOutcome::Unchanged | ReloadOutcome::Restarted
             )
         };
         self.schemas.iter().all(|(_, became)| done(became))
@@ -204,8 +206,8 @@ impl Reloaded {
 }
 
 /// Returns the schemas that a name denotes: one schema, or all of a plugin.
-fn places(handle: &Handle, name: &str) -> Result<Vec<usize>, Refused> {
-    let places = handle.places(name);
+fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> {
+    let places = handle.schema_indices(name);
     if !places.is_empty() {
         return Ok(places);
     }
@@ -215,7 +217,7 @@ fn places(handle: &Handle, name: &str) -> Result<Vec<usize>, Refused> {
         .iter()
         .map(|instance| instance.name.as_str());
     let plugins = application.plugins.iter().map(|plugin| plugin.name.as_str());
-    Err(Refused::Unknown {
+    Err(ReloadError::Unknown {
         nearest: jde_board::nearest(name, schemas.chain(plugins)).map(str::to_owned),
         name: name.to_owned(),
     })

@@ -6,11 +6,11 @@
 //! A schema that is awake now and was not awake then takes turns by its own period. Judges nothing: see
 //! `jde-log`.
 
-mod deeds;
-mod past;
 mod player;
-mod scenery;
-mod seat;
+mod recorded_inputs;
+mod recorded_run;
+mod slot;
+mod writes;
 
 use std::sync::Arc;
 
@@ -18,20 +18,20 @@ use jde_abi::describe::Type;
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
 
-use crate::app::{Application, Source as Origin};
+use crate::app::{Application, ImportSource as Origin};
 use crate::clock::Clock;
 use crate::engine::Engine;
 use crate::event::Observer;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
-use crate::running::{Handle, StartError, original};
-pub use deeds::{Deed, Done};
-pub use past::{Old, Part, Past, Step};
+use crate::running::{Handle, StartError, original_build};
 use player::Player;
+pub use recorded_run::{RecordedRun, RecordedValue, ReplayStep, StepKind};
+pub use writes::{PairedWrite, WriteOutcome};
 
 /// A variable whose values a recording must contain.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct RecordedSource {
     /// The full name of an export of a driver, or of another application.
     pub name: String,
     /// Its type.
@@ -42,7 +42,7 @@ pub struct Source {
 
 /// What a schema read from a port.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sight {
+pub struct PortReading {
     /// The name of the port.
     pub port: String,
     /// The number of the value, the time when it was measured, and the value in words if it is short; `None`
@@ -58,31 +58,33 @@ pub struct Replay {
 /// Returns the exports of an application's drivers, in the application's order, and then its imports from
 /// other applications.
 #[must_use]
-pub fn sources(application: &Application) -> Vec<Source> {
-    let sources = scenery::origins(application).into_iter().map(|origin| {
-        let (name, value_type) = match origin {
-            Origin::Here(instance, port) => {
-                let owner = &application.instances[instance];
-                let export = &owner.schema.ports[port];
-                (format!("{}.{}", owner.name, export.name), &export.value_type)
+pub fn sources(application: &Application) -> Vec<RecordedSource> {
+    let sources = recorded_inputs::recorded_origins(application)
+        .into_iter()
+        .map(|origin| {
+            let (name, value_type) = match origin {
+                Origin::Local(instance, port) => {
+                    let owner = &application.instances[instance];
+                    let export = &owner.schema.ports[port];
+                    (format!("{}.{}", owner.name, export.name), &export.value_type)
+                }
+                Origin::Remote(remote) => {
+                    let remote = &application.remotes[remote];
+                    (remote.local.clone(), &remote.value_type)
+                }
+            };
+            RecordedSource {
+                name,
+                value_type: Arc::clone(value_type),
+                imported: recorded_inputs::is_imported(application, origin),
             }
-            Origin::Elsewhere(remote) => {
-                let remote = &application.remotes[remote];
-                (remote.local.clone(), &remote.value_type)
-            }
-        };
-        Source {
-            name,
-            value_type: Arc::clone(value_type),
-            imported: scenery::is_imported(application, origin),
-        }
-    });
+        });
     sources.collect()
 }
 
 /// Formats a value for people; a value of a type with one field as that field alone.
 #[must_use]
-pub fn words(value_type: &Type, bytes: &[u8]) -> String {
+pub fn format_value(value_type: &Type, bytes: &[u8]) -> String {
     match value::decode(value_type, bytes) {
         Value::Map(fields) if fields.len() == 1 => fields[0].1.to_string(),
         value => value.to_string(),
@@ -99,21 +101,28 @@ impl Replay {
         application: Application,
         plugins: &Plugins,
         observers: Vec<Box<dyn Observer>>,
-        past: Box<dyn Past>,
+        past: Box<dyn RecordedRun>,
         slack: Nanos,
     ) -> Result<Self, StartError> {
-        let (engine, ports) = Engine::new(application, Clock::again(slack > 0), observers, None, None, None)
-            .map_err(StartError::Wiring)?;
+        let (engine, ports) = Engine::new(
+            application,
+            Clock::replayed(slack > 0),
+            observers,
+            None,
+            None,
+            None,
+        )
+        .map_err(StartError::Wiring)?;
         let mut runners = Vec::new();
         for (number, ports) in ports.into_iter().enumerate() {
             let instance = &engine.application.instances[number];
-            if scenery::is_driver(instance) {
+            if recorded_inputs::is_driver(instance) {
                 runners.push(None);
                 continue;
             }
-            let build = original(&engine.application, plugins, instance)?;
+            let build = original_build(&engine.application, plugins, instance)?;
             let mut runner = Runner::new(&engine, number, build, ports);
-            runner.make()?;
+            runner.create_for_start()?;
             runners.push(Some(runner));
         }
         let player = Player::new(engine, runners, past, slack).map_err(StartError::Wiring)?;
@@ -134,27 +143,27 @@ impl Replay {
 
     /// Returns what a schema read at its last check.
     #[must_use]
-    pub fn saw(&self, schema: usize) -> Vec<Sight> {
-        self.player.saw(schema)
+    pub fn last_inputs(&self, schema: usize) -> Vec<PortReading> {
+        self.player.last_inputs(schema)
     }
 
     /// Returns the schemas' writes since the last call, paired with the recorded writes, in the order of
     /// turns.
-    pub fn deeds(&mut self) -> Vec<Deed> {
-        self.player.deeds()
+    pub fn take_writes(&mut self) -> Vec<PairedWrite> {
+        self.player.take_writes()
     }
 
     /// Returns, by variable, how many values were read then and are missing now; the newest values replaced
     /// them. Values of drivers are missing only if they were lost; others may be missing after a decision
     /// differed.
     #[must_use]
-    pub fn missed(&self) -> Vec<(String, u64)> {
-        self.player.missed()
+    pub fn missed_values(&self) -> Vec<(String, u64)> {
+        self.player.missed_values()
     }
 
     /// Returns the variables that operators wrote with values that are not known.
     #[must_use]
-    pub fn unknown(&self) -> Vec<String> {
-        self.player.unknown()
+    pub fn unknown_writes(&self) -> Vec<String> {
+        self.player.unknown_writes()
     }
 }

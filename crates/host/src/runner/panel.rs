@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 
-use super::{Life, Runner};
+use super::{InstanceState, Runner};
 use crate::turn::Turn;
 
 impl Runner {
@@ -16,31 +16,31 @@ impl Runner {
         let Some((by, gesture)) = self.engine.take_gesture(self.number) else {
             return;
         };
-        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
-            return self.engine.untouched(self.number, 1);
+        let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
+            return self.engine.report_undelivered(self.number, 1);
         };
-        let number = self.engine.touched(&by, self.number, &gesture);
-        self.told = Turn {
+        let number = self.engine.report_gesture(&by, self.number, &gesture);
+        self.turn_record = Turn {
             detail: number,
-            ..Turn::of(Turn::TOUCHED, self.number)
+            ..Turn::new(Turn::TOUCHED, self.number)
         };
         let result = instance.touch(&by, &gesture);
-        self.told.looked = instance.called(&mut self.told, &mut self.beyond);
+        self.turn_record.looked = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
         if let Err(reason) = result {
             self.fault(reason);
         }
-        self.tell();
+        self.record_turn();
     }
 
     /// Draws the panel from the values read in this turn, if it is viewed and the time has come. In real time
     /// the drawing has the budget of an iteration, on which the contract relies (R17): a drawing that took
     /// longer is not shown.
     pub(super) fn draw(&mut self) {
-        let Some(every) = self.engine.panels.wanted(self.number) else {
-            return self.draws_nothing();
+        let Some(every) = self.engine.panels.requested_interval(self.number) else {
+            return self.judge_no_drawing();
         };
         let start = Instant::now();
-        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
+        let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
             return;
         };
         if self.pace.wait(start).is_some() {
@@ -50,8 +50,9 @@ impl Runner {
             return;
         };
         let took = start.elapsed();
-        self.pace.drew(start, took, every);
-        let in_time = !self.engine.clock.is_real() || self.judge_drawing(self.engine.clock.of_machine(took));
+        self.pace.record_drawing(start, took, every);
+        let in_time =
+            !self.engine.clock.is_real() || self.judge_drawing(self.engine.clock.scale_machine_time(took));
         if !in_time && list.is_ok() {
             let budget = Duration::from_nanos(self.budget());
             list = Err(format!(
@@ -60,28 +61,28 @@ impl Runner {
         }
         let time = self.engine.clock.now();
         let failed = list.as_ref().err().cloned();
-        self.engine.panels.show(self.number, time, took, list);
+        self.engine.panels.publish(self.number, time, took, list);
         if let Some(reason) = failed {
-            self.survive(&reason);
+            self.handle_failed_call(&reason);
         }
     }
 
     /// Draws the panel of a sleeping schema from the newest values. Returns when to draw it again, in real
     /// time.
     pub(crate) fn draw_asleep(&mut self) -> Option<Nanos> {
-        if !matches!(self.life, Life::Slept(_)) {
+        if !matches!(self.state, InstanceState::Slept(_)) {
             return None;
         }
-        if self.engine.panels.wanted(self.number).is_none() {
-            self.draws_nothing();
+        if self.engine.panels.requested_interval(self.number).is_none() {
+            self.judge_no_drawing();
             return None;
         }
         self.draw();
-        if let Life::Slept(instance) = &mut self.life {
-            instance.rest();
+        if let InstanceState::Slept(instance) = &mut self.state {
+            instance.release_values();
         }
         let clock = &self.engine.clock;
         let wait = self.pace.wait(Instant::now()).unwrap_or_default();
-        Some(clock.now().saturating_add(clock.of_machine(wait)))
+        Some(clock.now().saturating_add(clock.scale_machine_time(wait)))
     }
 }

@@ -9,110 +9,115 @@ use std::time::Instant;
 
 use jde_core::Nanos;
 
-use super::{Life, Runner};
+use super::{InstanceState, Runner};
 use crate::build;
-use crate::instance::{Instance, Remembered};
-use crate::reload::{Carried, LEAST_TURNS, Swap, Takeover};
+use crate::instance::{Instance, SavedMemory};
+use crate::reload::{CarriedMemory, MIN_TRIAL_TURNS, Replacement, Swap};
 use crate::turn::{Call, Turn};
 
 /// A build on trial, with what is needed to go back.
 pub(super) struct Trial {
-    before: build::Shared,
+    previous_build: build::SharedBuild,
     /// The instance that ran before, asleep; `None` if it failed while going to sleep.
-    kept: Option<Instance>,
-    remembered: Option<Remembered>,
+    previous_instance: Option<Instance>,
+    saved_memory: Option<SavedMemory>,
     until: Nanos,
     turns: u32,
 }
 
 /// Why a build could not take over.
-struct Refused {
+struct SwapError {
     reason: String,
     /// Why the build before cannot continue either, if it cannot.
     fault: Option<String>,
 }
 
 /// A build that took over from another.
-struct Heir {
+struct Successor {
     instance: Instance,
-    remembered: Option<Remembered>,
-    carried: bool,
+    saved_memory: Option<SavedMemory>,
+    is_restored: bool,
     /// Whether the instance before can be used to go back.
-    kept: bool,
+    can_roll_back: bool,
 }
 
 impl Runner {
     /// Puts another build in the place of the present one.
     pub(super) fn swap(&mut self, swap: &Swap) {
         // A build on trial becomes the one to go back to.
-        self.pass();
+        self.end_trial();
         let start = Instant::now();
-        let result = self.exchange(swap);
+        let result = self.try_swap(swap);
         let took = start.elapsed().as_nanos().try_into().unwrap_or(Nanos::MAX);
         match result {
             Ok(carried) => {
                 let now = self.engine.clock.now();
-                let awake = matches!(self.life, Life::Awake { .. });
-                let takeover = Takeover {
+                let awake = matches!(self.state, InstanceState::Awake { .. });
+                let takeover = Replacement {
                     build: swap.build.name.clone(),
                     carried,
                     gap: awake.then(|| now.saturating_sub(self.last_turn)),
                     took,
                     probation: if self.trial.is_some() {
-                        swap.how.probation
+                        swap.options.probation
                     } else {
                         0
                     },
                     notes: swap.notes.clone(),
                 };
-                self.tell_swap(Turn::TOOK_OVER);
-                self.engine.reloaded(self.number, &takeover);
-                self.engine.builds.announce(self.number, takeover);
-                self.announced = true;
+                self.record_swap(Turn::TOOK_OVER);
+                self.engine.report_reload(self.number, &takeover);
+                self.engine.builds.mark_done(self.number, takeover);
+                self.takeover_pending = true;
             }
             Err(reason) => {
-                self.engine.not_reloaded(self.number, &swap.build.name, &reason);
-                self.engine.builds.settle(self.number, Err(reason));
+                self.engine
+                    .report_reload_failure(self.number, &swap.build.name, &reason);
+                self.engine.builds.finish_swap(self.number, Err(reason));
             }
         }
     }
 
     /// Goes back to the build before if the present one is on trial. Returns whether that build continues, so
     /// that the level need not be informed.
-    pub(super) fn go_back(&mut self, reason: &str) -> bool {
+    pub(super) fn roll_back(&mut self, reason: &str) -> bool {
         let Some(trial) = self.trial.take() else {
             return false;
         };
-        if std::mem::take(&mut self.announced) {
-            self.engine.builds.settle(self.number, Err(reason.to_owned()));
+        if std::mem::take(&mut self.takeover_pending) {
+            self.engine
+                .builds
+                .finish_swap(self.number, Err(reason.to_owned()));
         }
-        self.engine.give_up_build(self.number, reason);
-        let (mut failed, awake) = match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Slept(instance) => (instance, false),
-            Life::Awake { instance, .. } => (instance, true),
-            other @ (Life::Absent | Life::Changing) => {
-                self.life = other;
+        self.engine.roll_back_build(self.number, reason);
+        let (mut failed, awake) = match std::mem::replace(&mut self.state, InstanceState::Changing) {
+            InstanceState::Slept(instance) => (instance, false),
+            InstanceState::Awake { instance, .. } => (instance, true),
+            other @ (InstanceState::Absent | InstanceState::Changing) => {
+                self.state = other;
                 return false;
             }
         };
         if awake {
-            self.lay_down(&mut failed);
+            self.sleep_for_swap(&mut failed);
         }
         drop(failed);
-        let before = trial.kept.map_or_else(|| self.instance_of(&trial.before), Ok);
+        let before = trial
+            .previous_instance
+            .map_or_else(|| self.create_instance(&trial.previous_build), Ok);
         let mut before = match before {
             Ok(before) => before,
             Err(reason) => {
-                self.life = Life::Absent;
-                return self.is_lost(&reason);
+                self.state = InstanceState::Absent;
+                return self.log_rollback_failure(&reason);
             }
         };
-        let back = resume(&mut before, awake, trial.remembered.as_ref());
-        self.seat(before, awake);
-        self.tell_swap(Turn::WENT_BACK);
+        let back = resume(&mut before, awake, trial.saved_memory.as_ref());
+        self.install(before, awake);
+        self.record_swap(Turn::ROLLED_BACK);
         match back {
             Ok(_) => true,
-            Err(reason) => self.is_lost(&reason),
+            Err(reason) => self.log_rollback_failure(&reason),
         }
     }
 
@@ -121,77 +126,77 @@ impl Runner {
         if looked {
             self.last_turn = self.engine.clock.now();
         }
-        if std::mem::take(&mut self.announced) {
-            self.engine.builds.settle(self.number, Ok(()));
+        if std::mem::take(&mut self.takeover_pending) {
+            self.engine.builds.finish_swap(self.number, Ok(()));
         }
-        if std::mem::take(&mut self.at_once)
-            && let Life::Awake { due, .. } = &mut self.life
+        if std::mem::take(&mut self.is_due_at_once)
+            && let InstanceState::Awake { due, .. } = &mut self.state
         {
             // In addition to its deadlines, which stay where they are.
             *due = self.engine.clock.now();
         }
         if let Some(trial) = &mut self.trial {
             trial.turns += u32::from(looked);
-            if trial.turns >= LEAST_TURNS && self.engine.clock.now() >= trial.until {
-                self.pass();
+            if trial.turns >= MIN_TRIAL_TURNS && self.engine.clock.now() >= trial.until {
+                self.end_trial();
             }
         }
     }
 
     /// Ends the trial, if there is one: the present build stays.
-    pub(super) fn pass(&mut self) {
+    pub(super) fn end_trial(&mut self) {
         if self.trial.take().is_some() {
-            self.engine.builds.passed(self.number);
+            self.engine.builds.end_trial(self.number);
         }
     }
 
-    fn exchange(&mut self, swap: &Swap) -> Result<Option<Carried>, String> {
-        let (mut before, due) = match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Slept(before) => (before, None),
-            Life::Awake { instance, due } => (instance, Some(due)),
-            Life::Absent => {
-                self.life = Life::Absent;
-                return self.begin_with(swap).map(|()| None);
+    fn try_swap(&mut self, swap: &Swap) -> Result<Option<CarriedMemory>, String> {
+        let (mut before, due) = match std::mem::replace(&mut self.state, InstanceState::Changing) {
+            InstanceState::Slept(before) => (before, None),
+            InstanceState::Awake { instance, due } => (instance, Some(due)),
+            InstanceState::Absent => {
+                self.state = InstanceState::Absent;
+                return self.start_build(swap).map(|()| None);
             }
-            Life::Changing => return Err("it is between two states of its life".to_owned()),
+            InstanceState::Changing => return Err("it is between two states of its life".to_owned()),
         };
         let awake = due.is_some();
-        match self.succeed(&mut before, swap, awake) {
+        match self.create_successor(&mut before, swap, awake) {
             Ok(heir) => {
-                let carried = heir.remembered.as_ref().filter(|_| heir.carried);
-                let carried = carried.map(|remembered| Carried {
+                let carried = heir.saved_memory.as_ref().filter(|_| heir.is_restored);
+                let carried = carried.map(|remembered| CarriedMemory {
                     version: remembered.version,
                     bytes: remembered.bytes.len(),
                 });
                 let build = Arc::clone(before.build());
-                let on_trial = swap.how.probation > 0;
-                self.engine.builds.took_over(
+                let on_trial = swap.options.probation > 0;
+                self.engine.builds.record_replacement(
                     self.number,
                     Arc::clone(&swap.build),
                     on_trial.then(|| Arc::clone(&build)),
                 );
                 self.trial = on_trial.then(|| Trial {
-                    before: build,
-                    kept: heir.kept.then_some(before),
-                    remembered: heir.remembered,
-                    until: self.engine.clock.now().saturating_add(swap.how.probation),
+                    previous_build: build,
+                    previous_instance: heir.can_roll_back.then_some(before),
+                    saved_memory: heir.saved_memory,
+                    until: self.engine.clock.now().saturating_add(swap.options.probation),
                     turns: 0,
                 });
-                self.seat(heir.instance, awake);
+                self.install(heir.instance, awake);
                 Ok(carried)
             }
-            Err(Refused { reason, fault }) => {
-                self.life = match due {
-                    Some(due) => Life::Awake {
+            Err(SwapError { reason, fault }) => {
+                self.state = match due {
+                    Some(due) => InstanceState::Awake {
                         instance: before,
                         due,
                     },
-                    None => Life::Slept(before),
+                    None => InstanceState::Slept(before),
                 };
                 if let Some(fault) = fault {
-                    self.told = Turn::of(Turn::CYCLED, self.number);
+                    self.turn_record = Turn::new(Turn::CYCLED, self.number);
                     self.fault(fault);
-                    self.tell();
+                    self.record_turn();
                 }
                 Err(reason)
             }
@@ -200,9 +205,14 @@ impl Runner {
 
     /// Creates an instance of the new build with the memory of the one before, which then sleeps. After a
     /// refusal the one before is as it was, unless the refusal has a fault.
-    fn succeed(&self, before: &mut Instance, swap: &Swap, awake: bool) -> Result<Heir, Refused> {
-        let refused = |reason| Refused { reason, fault: None };
-        let remembered = if swap.how.fresh {
+    fn create_successor(
+        &self,
+        before: &mut Instance,
+        swap: &Swap,
+        awake: bool,
+    ) -> Result<Successor, SwapError> {
+        let refused = |reason| SwapError { reason, fault: None };
+        let remembered = if swap.options.fresh {
             None
         } else {
             let cannot = |reason| {
@@ -213,23 +223,23 @@ impl Runner {
             before.save().map_err(cannot)?
         };
         let mut heir = self
-            .instance_of(&swap.build)
+            .create_instance(&swap.build)
             .map_err(|reason| refused(format!("it cannot be made: {reason}")))?;
-        let kept = !awake || self.lay_down(before);
+        let kept = !awake || self.sleep_for_swap(before);
         match resume(&mut heir, awake, remembered.as_ref()) {
-            Ok(carried) => Ok(Heir {
+            Ok(carried) => Ok(Successor {
                 instance: heir,
-                remembered,
-                carried,
-                kept,
+                saved_memory: remembered,
+                is_restored: carried,
+                can_roll_back: kept,
             }),
             Err(reason) => {
                 if awake {
-                    self.lay_down(&mut heir);
+                    self.sleep_for_swap(&mut heir);
                 }
                 drop(heir);
                 let fault = awake.then(|| resume(before, awake, remembered.as_ref()).err());
-                Err(Refused {
+                Err(SwapError {
                     reason,
                     fault: fault.flatten(),
                 })
@@ -239,41 +249,41 @@ impl Runner {
 
     /// Starts a build where there was no instance, after a fault or an unloading. There is nothing better to
     /// go back to.
-    fn begin_with(&mut self, swap: &Swap) -> Result<(), String> {
+    fn start_build(&mut self, swap: &Swap) -> Result<(), String> {
         if self.engine.is_unloaded(self.number) {
             self.engine
                 .builds
-                .took_over(self.number, Arc::clone(&swap.build), None);
+                .record_replacement(self.number, Arc::clone(&swap.build), None);
             return Ok(());
         }
         let instance = self
-            .instance_of(&swap.build)
+            .create_instance(&swap.build)
             .map_err(|reason| format!("it cannot be made: {reason}"))?;
         self.engine
             .builds
-            .took_over(self.number, Arc::clone(&swap.build), None);
-        self.seat(instance, false);
-        self.engine.restored(self.number);
+            .record_replacement(self.number, Arc::clone(&swap.build), None);
+        self.install(instance, false);
+        self.engine.report_restored(self.number);
         Ok(())
     }
 
     /// Installs an instance as the schema's, with a turn at once if it is awake.
-    fn seat(&mut self, instance: Instance, awake: bool) {
+    fn install(&mut self, instance: Instance, awake: bool) {
         self.engine.declare_panel(self.number, instance.panel());
-        self.engine.panels.came(self.number);
+        self.engine.panels.add_instance(self.number);
         self.late = [false; 2];
-        self.at_once = awake;
-        self.life = if awake {
+        self.is_due_at_once = awake;
+        self.state = if awake {
             let due = self.engine.clock.now();
-            Life::Awake { instance, due }
+            InstanceState::Awake { instance, due }
         } else {
-            Life::Slept(instance)
+            InstanceState::Slept(instance)
         };
     }
 
     /// Puts an instance to sleep for another. Returns whether it can wake up again.
-    fn lay_down(&self, instance: &mut Instance) -> bool {
-        let slept = instance.recline();
+    fn sleep_for_swap(&self, instance: &mut Instance) -> bool {
+        let slept = instance.sleep_in_place();
         if let Err(reason) = &slept {
             tracing::error!(
                 schema = self.engine.name(self.number),
@@ -284,7 +294,7 @@ impl Runner {
     }
 
     /// Logs that the build before cannot continue either.
-    fn is_lost(&self, reason: &str) -> bool {
+    fn log_rollback_failure(&self, reason: &str) -> bool {
         tracing::error!(
             schema = self.engine.name(self.number),
             "the build before cannot go on either: {reason}"
@@ -293,26 +303,26 @@ impl Runner {
     }
 
     /// Records for replays that another build takes the turns from here on.
-    fn tell_swap(&self, way: u8) {
+    fn record_swap(&self, way: u8) {
         if let Some(journal) = &self.journal {
             let now = self.engine.clock.now();
-            journal.tell(&Turn {
+            journal.forward(&Turn {
                 way,
                 looked: Call {
                     after: journal.last(),
                     time: now,
                     clock: now,
                 },
-                ..Turn::of(Turn::RELOADED, self.number)
+                ..Turn::new(Turn::RELOADED, self.number)
             });
         }
     }
 }
 
 /// Continues where another instance left off. Returns whether the saved memory was taken over.
-fn resume(instance: &mut Instance, awake: bool, remembered: Option<&Remembered>) -> Result<bool, String> {
+fn resume(instance: &mut Instance, awake: bool, remembered: Option<&SavedMemory>) -> Result<bool, String> {
     if awake {
-        instance.rise()?;
+        instance.awake_in_place()?;
     }
     // Last, so that waking up does not erase it.
     match remembered {

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use jde_core::{Health, State};
 use jde_host::event::{Event, Outcome};
-use jde_host::plugin::{Loaded, SearchPath};
-use jde_host::reload::{Carried, How, Takeover};
+use jde_host::plugin::{LoadedPlugin, SearchPath};
+use jde_host::reload::{CarriedMemory, ReloadOptions, Replacement};
 use tempfile::TempDir;
 
 use crate::common::{Executor, c, in_real_time, on_every_executor, plugins_along};
@@ -74,12 +74,12 @@ impl Site {
     }
 
     /// Replaces the library of `high` by another build and waits for the outcome. `probation` is in ms.
-    fn reload(&mut self, build: &Build, probation: u64) -> Result<Takeover, String> {
+    fn reload(&mut self, build: &Build, probation: u64) -> Result<Replacement, String> {
         let file = self.folder.path().join("next.so");
         build.make(&file);
-        let build = Loaded::open(&file).expect("it is right");
+        let build = LoadedPlugin::open(&file).expect("it is right");
         let high = self.play.rig.place("high");
-        let how = How {
+        let how = ReloadOptions {
             probation: probation * 1_000_000,
             fresh: false,
         };
@@ -106,7 +106,7 @@ impl Site {
     fn faults(&self) -> usize {
         let high = self.play.rig.place("high");
         self.play.rig.stage.count_events(|event| {
-            matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == high)
+            matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high)
         })
     }
 }
@@ -166,7 +166,7 @@ fn a_build_takes_over_in_a_fresh_process_and_goes_on_where_the_other_was(executo
             50,
         )
         .expect("it takes over");
-    assert_eq!(takeover.carried, Some(Carried { version: 1, bytes: 4 }));
+    assert_eq!(takeover.carried, Some(CarriedMemory { version: 1, bytes: 4 }));
     site.play.until_at(0.4);
     site.until_steps(2);
     assert!(site.steps() > before, "it counts on");
@@ -184,7 +184,7 @@ fn a_build_that_crashes_on_trial_gives_way_to_the_one_before_and_is_no_fault(exe
     let (first, before) = (site.play.process(), site.steps());
     site.reload(&Build { falls: 3, ..next() }, 3000)
         .expect("it lives for two turns");
-    let undone = |event: &Event| matches!(event, Event::ReloadUndone { reason, .. } if reason.starts_with("its process was killed by SIGSEGV"));
+    let undone = |event: &Event| matches!(event, Event::ReloadRolledBack { reason, .. } if reason.starts_with("its process was killed by SIGSEGV"));
     site.play.rig.until(|rig| rig.stage.told(undone));
     site.play.until_at(0.3);
     site.until_steps(3);

@@ -83,7 +83,7 @@ fn a_restarted_schema_has_a_fresh_process_and_finds_its_bindings(executor: Execu
     play.until_at(0.3);
     assert_ne!(play.process(), first);
     let told = stage.count_events(
-        |event| matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == high),
+        |event| matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high),
     );
     let faults = play.rig.see("high").faults;
     assert!(

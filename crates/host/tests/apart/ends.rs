@@ -69,7 +69,7 @@ const HOSTED: &str = "JDE_TEST_HOSTED";
 
 #[test]
 fn a_host_that_is_killed_leaves_no_process_behind() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let mut host = Command::new(std::env::current_exe().expect("this program has a file"))
         .args([BY_NAME, "hosted", "--nocapture"])
         .env(HOSTED, "yes")

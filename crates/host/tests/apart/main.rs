@@ -15,7 +15,7 @@ mod odd;
 mod same;
 mod stage;
 
-use jde_host::apart::serve;
+use jde_host::isolated::serve;
 use jde_host::plugin::{Plugins, SearchPath};
 
 /// The entry point of the child processes, which select it by its exact name. It does nothing among the other

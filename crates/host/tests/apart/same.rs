@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_board::Stamp;
 use jde_host::app::parse;
-use jde_host::decisions::Decisions;
+use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::{Event, Observer};
 use jde_host::{Lockstep, Options};
 use jde_types::LaserScan;
@@ -44,12 +44,12 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
     let application =
         parse(body, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-    let decisions = Arc::new(Mutex::new(Decisions::new(&application, Vec::new())));
+    let decisions = Arc::new(Mutex::new(DecisionWriter::new(&application, Vec::new())));
     let hears = Arc::clone(&decisions);
-    let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.lock().unwrap().hear(event));
+    let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.lock().unwrap().on_event(event));
     let options = Options {
         observers: vec![observer],
-        apart: Some(program()),
+        isolation_program: Some(program()),
         ..Options::default()
     };
     let mut run = Lockstep::start(application, &plugins, options).unwrap_or_else(|error| panic!("{error}"));
@@ -153,13 +153,13 @@ fn one_that_cannot_be_loaded_does_not_start(executor: Executor) {
         words.contains("schema `high` wants a process of its own"),
         "{words}"
     );
-    let nowhere = jde_host::apart::Program {
+    let nowhere = jde_host::isolated::Program {
         path: "/nowhere/jde".into(),
         arguments: Vec::new(),
     };
     let words = refused(Some(nowhere));
     assert!(words.contains("its process cannot be started"), "{words}");
-    let silent = jde_host::apart::Program {
+    let silent = jde_host::isolated::Program {
         path: "true".into(),
         arguments: Vec::new(),
     };

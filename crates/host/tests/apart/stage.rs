@@ -6,9 +6,9 @@ use std::sync::{Arc, RwLock, RwLockReadGuard};
 use jde_board::Watch;
 use jde_board::value::Value;
 use jde_core::Health;
-use jde_host::apart::Program;
 use jde_host::app::parse;
 use jde_host::event::Event;
+use jde_host::isolated::Program;
 use jde_host::plugin::Plugins;
 use jde_host::{Options, StartError};
 
@@ -107,7 +107,7 @@ impl Play {
         let application = parse(&text, Path::new("apps/test.toml"), &[], plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
         let options = Options {
-            apart,
+            isolation_program: apart,
             ..Options::default()
         };
         Rig::run(executor, stage, application, plugins, options)
@@ -157,7 +157,7 @@ impl Play {
         let failures = |rig: &Rig| -> Vec<String> {
             let events = rig.stage.events().into_iter();
             let reasons = events.filter_map(|event| match event {
-                Event::Health {
+                Event::HealthChanged {
                     schema,
                     health: Health::Faulted(reason),
                     ..

@@ -98,7 +98,7 @@ impl Catalogue for Shelf {
             .ok_or_else(|| "no folder has it".to_owned())
     }
 
-    fn known(&self) -> Vec<String> {
+    fn type_names(&self) -> Vec<String> {
         let types = plugins().into_iter().flat_map(|plugin| {
             let schemas = plugin.schemas.into_iter();
             schemas.map(move |schema| format!("{}/{}", plugin.name, schema.name))

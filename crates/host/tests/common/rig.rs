@@ -8,8 +8,8 @@ use jde_host::app::{Application, parse};
 use jde_host::event::{Event, Observer, Outcome};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::snapshot::{GroupView, SchemaView};
-use jde_host::{Handle, Lockstep, Operating, Options, Running, StartError};
-use jde_watchdog::{HANGS, Watchdog};
+use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
+use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use super::MS;
 use super::easel::Easel;
@@ -120,7 +120,7 @@ impl Rig {
         mut options: Options,
     ) -> Result<Self, StartError> {
         let watched = Arc::clone(stage);
-        let watchdog = Watchdog::new(HANGS, move || watched.report());
+        let watchdog = Watchdog::new(DEFAULT_LIMIT, move || watched.report());
         let hears = Arc::clone(stage);
         let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.hear(event));
         options.observers.push(observer);
@@ -214,7 +214,7 @@ impl Rig {
     }
 
     /// An operator of the application.
-    pub(crate) fn operator(&self) -> Operating {
+    pub(crate) fn operator(&self) -> OperatorHandle {
         self.handle.operator("ana@laptop")
     }
 

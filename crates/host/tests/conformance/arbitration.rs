@@ -93,7 +93,7 @@ fn overruled(rig: &mut Rig, because: &str) {
     rig.until_did("robot velocity 0.1");
     let father = rig.place("father");
     assert!(rig.stage.told(
-        |event| matches!(event, Event::Health { schema, health: Health::ArbitrationFailed(reason), .. }
+        |event| matches!(event, Event::HealthChanged { schema, health: Health::ArbitrationFailed(reason), .. }
         if *schema == father && reason.contains(because))
     ));
     assert!(!rig.stage.did("father sleep"), "it stays awake");
@@ -218,7 +218,7 @@ fn r4_a_good_answer_clears_the_note(executor: Executor) {
     let noted = |event: &Event| {
         matches!(
             event,
-            Event::Health {
+            Event::HealthChanged {
                 health: Health::ArbitrationFailed(_),
                 ..
             }

@@ -28,7 +28,10 @@ fn ready(stage: &Stage, name: &str) {
 }
 
 fn chattering(event: &Event) -> bool {
-    matches!(event, Event::Chatters { .. } | Event::Calmed { .. })
+    matches!(
+        event,
+        Event::ChatteringStarted { .. } | Event::ChatteringEnded { .. }
+    )
 }
 
 fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor: Executor) {
@@ -51,13 +54,13 @@ fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor
     let all = stage.count_events(switch) as u64;
     let told: Vec<_> = stage.events().into_iter().filter(chattering).collect();
     let [
-        Event::Chatters {
+        Event::ChatteringStarted {
             time: since,
             group: 0,
             between,
             switches: 5,
         },
-        Event::Calmed {
+        Event::ChatteringEnded {
             group: 0,
             since: same,
             switches,

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 use jde_core::{GroupContract, Nanos, contract};
 use jde_host::Options;
 use jde_host::event::Event;
-use jde_host::plugin::Loaded;
-use jde_host::reload::How;
+use jde_host::plugin::LoadedPlugin;
+use jde_host::reload::ReloadOptions;
 use jde_schema::prelude::*;
 
 use crate::common::{Call, Executor, Io, MS, Rig, Stage, TEST, in_real_time, on_every_executor};
@@ -190,7 +190,7 @@ fn run_among(
 /// late.
 fn takeovers(stage: &Stage, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
     let took = stage.events().into_iter().filter_map(|event| match event {
-        Event::Took {
+        Event::TookOver {
             group: 1,
             time,
             latency,
@@ -348,8 +348,8 @@ fn r17_a_build_that_gains_a_panel_is_in_the_contract(executor: Executor) {
     let before = allowed(&rig);
     // A drawing or a gesture may delay both the check and the takeover.
     for (build, panels) in [(&SHOWS, 4), (&TEST, 0)] {
-        let build = Loaded::linked_in(build).expect("its tables are right");
-        let how = How {
+        let build = LoadedPlugin::linked_in(build).expect("its tables are right");
+        let how = ReloadOptions {
             probation: 0,
             fresh: true,
         };

@@ -114,7 +114,7 @@ fn others_are_in_time(
     let times = times.lock().unwrap().clone();
     // The first period is shortened intentionally (R11).
     let longest = times.windows(2).skip(1).map(|two| two[1] - two[0]).max();
-    let others = ["low", "robot"].map(|other| handle.places(other)[0]);
+    let others = ["low", "robot"].map(|other| handle.schema_indices(other)[0]);
     // After the end no thread waits for the counted time.
     let late = stage.count_events(|event| match event {
         Event::Overrun { time, schema, .. } => *time < RUN && others.contains(schema),
@@ -178,7 +178,7 @@ fn hang_in_each_call(executor: Executor, crowd: usize) {
         let (stage, handle) = others_are_in_time(executor, what, (crowd, arbitrates, keys), act);
         let named = |schema: usize| &handle.application().instances[schema].name;
         let left = stage.count_events(|event| match event {
-            Event::LeftBehind { schema, .. } => named(*schema).starts_with("crowd-"),
+            Event::CallAbandoned { schema, .. } => named(*schema).starts_with("crowd-"),
             _ => false,
         });
         assert_eq!(left, crowd, "all {what}");
@@ -262,7 +262,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
     rig.until_did("robot sleep");
     rig.until_did("low sleep");
     assert_eq!(inside.load(SeqCst), MANY, "all are inside");
-    assert!(!stage.told(|event| matches!(event, Event::LeftBehind { .. })));
+    assert!(!stage.told(|event| matches!(event, Event::CallAbandoned { .. })));
     drop(release);
     rig.stop();
 }

@@ -68,7 +68,7 @@ fn faults(rig: &Rig, name: &str) -> Vec<String> {
     let place = rig.place(name);
     let events = rig.stage.events().into_iter();
     let reasons = events.filter_map(|event| match event {
-        Event::Health {
+        Event::HealthChanged {
             schema,
             health: Health::Faulted(reason),
             ..
@@ -193,11 +193,11 @@ fn a_faulted_winner_is_replaced_at_once_and_its_commands_end(executor: Executor)
     let events = stage.events();
     let at = |wanted: &dyn Fn(&Event) -> bool| events.iter().position(wanted).expect("it happened");
     let fault = at(
-        &|event| matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == high),
+        &|event| matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high),
     );
     // The level has selected again within the same transaction: no event of `high` comes between.
     let asleep =
-        at(&|event| matches!(event, Event::Changed { schema, to: State::Slept, .. } if *schema == high));
+        at(&|event| matches!(event, Event::StateChanged { schema, to: State::Slept, .. } if *schema == high));
     assert_eq!(asleep, fault + 1);
     let next = events[asleep..].iter().find_map(|event| match event {
         Event::Decided(record) => Some(record.clone()),

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_core::Health;
 use jde_host::event::{Event, OperatorAction};
-use jde_host::story::{Line, Story};
-use jde_host::{Look, Options, Refusal};
+use jde_host::records::{RecordBuilder, RunRecord};
+use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::{Button, Touch};
 
 use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
@@ -96,7 +96,7 @@ fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
         rig.stage.count_events(|event| match event {
             Event::Operator { by, action, .. } => {
                 matches!(action, OperatorAction::Touch { number: 1, .. })
-                    && format!("{by} {}", action.words("easel")) == wanted
+                    && format!("{by} {}", action.description("easel")) == wanted
             }
             _ => false,
         })
@@ -107,7 +107,7 @@ fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
 
 /// Holds the easel inside a drawing. In lockstep it holds nothing: there no gesture is delivered until time
 /// advances.
-pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<Look>, Arc<AtomicBool>) {
+pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<PanelViewGuard>, Arc<AtomicBool>) {
     let hold = Arc::new(AtomicBool::new(true));
     let holds = Arc::clone(&hold);
     let weak = Arc::downgrade(stage);
@@ -166,17 +166,22 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
             "`field` of easel from (0.00, 0.00) to (7.00, 0.00)",
         ]
     );
-    let told = |mut story: Story| -> Vec<Line> {
-        let lines = stage.events().into_iter().flat_map(|event| story.hear(&event));
-        let touched = |line: &Line| matches!(line, Line::Happening(happening) if happening.touched.is_some());
+    let told = |mut story: RecordBuilder| -> Vec<RunRecord> {
+        let lines = stage.events().into_iter().flat_map(|event| story.process(&event));
+        let touched =
+            |line: &RunRecord| matches!(line, RunRecord::Event(happening) if happening.touched.is_some());
         lines.filter(touched).collect()
     };
     let application = rig.handle.application();
-    assert_eq!(told(Story::new(application)).len(), 2, "those that are over");
-    let whole = told(Story::whole(application));
+    assert_eq!(
+        told(RecordBuilder::new(application)).len(),
+        2,
+        "those that are over"
+    );
+    let whole = told(RecordBuilder::with_all_drags(application));
     assert_eq!(whole.len(), 3, "what a replay needs");
     for line in whole {
-        let read = Line::read(line.kind(), &line.json()).expect("it is one");
+        let read = RunRecord::parse(line.kind(), &line.to_json()).expect("it is one");
         assert_eq!(read, line, "to the last digit");
     }
     drop(looks);
@@ -228,7 +233,7 @@ fn only_what_a_panel_shows_can_be_touched(executor: Executor) {
         "the gesture is wrong: `gone`: the panel shows no such widget now"
     );
     let refused = touch(&rig, "go", Touch::Toggled(true)).expect_err("it is a button");
-    assert!(matches!(refused, Refusal::Wrong(_)), "{refused}");
+    assert!(matches!(refused, PanelError::InvalidGesture(_)), "{refused}");
     touch(&rig, "go", Touch::Pressed).expect("it shows it");
     rig.until_did("ana@laptop pressed `go` of easel");
     drop(looks);
@@ -239,7 +244,8 @@ fn only_what_a_panel_shows_can_be_touched(executor: Executor) {
 
 fn gestures_that_nobody_can_take_up_any_more_are_told(executor: Executor) {
     let told = |stage: &Stage, what: &str| {
-        stage.told(|event| matches!(event, Event::Refused { what: said, .. } if said.starts_with(what)))
+        stage
+            .told(|event| matches!(event, Event::Refused { description: said, .. } if said.starts_with(what)))
     };
     let unloads = |rig: &Rig| rig.operator().unload(rig.place("easel")).expect("it can be");
     let fails = |rig: &Rig| touch(rig, "fail", Touch::Pressed).expect("it takes it");
@@ -279,7 +285,7 @@ fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
         touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes so many");
     }
     let refused = touch(&rig, "go", Touch::Pressed).expect_err("that is too many");
-    assert_eq!(refused, Refusal::Busy("easel".to_owned()));
+    assert_eq!(refused, PanelError::QueueFull("easel".to_owned()));
     assert_eq!(
         refused.to_string(),
         "`easel` has 64 gestures to take up yet; try again"
@@ -289,7 +295,7 @@ fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
     touch(&rig, "go", Touch::Pressed).expect("it took them up");
     rig.until_did("ana@laptop pressed `go` of easel");
     let nonsense = touch(&rig, "speed", Touch::Moved(f64::INFINITY)).expect_err("it is no number");
-    assert!(matches!(nonsense, Refusal::Wrong(_)), "{nonsense}");
+    assert!(matches!(nonsense, PanelError::InvalidGesture(_)), "{nonsense}");
     drop(looks);
     rig.stop();
 }
@@ -307,7 +313,7 @@ fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
         // An event may follow its snapshot a moment later.
         rig.until(|_| {
             stage.told(
-                |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason)),
+                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(said), .. } if said.starts_with(reason)),
             )
         });
         rig.stop();

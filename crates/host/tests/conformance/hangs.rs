@@ -154,8 +154,8 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
     rig.until_did("robot velocity 0.2");
     assert!(stage.told(|event| hung(event, low)));
     assert!(stage.told(
-        |event| matches!(event, Event::LeftBehind { schema, left: 1, kept, process, .. }
-        if *schema == low && *kept > 0 && process.files > 0)
+        |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, retained_bytes, process, .. }
+        if *schema == low && *retained_bytes > 0 && process.files > 0)
     ));
     rig.until(|rig| rig.see("low").health == Health::Ok);
     assert_eq!(rig.see("low").left, 1);
@@ -164,7 +164,7 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
     rig.until(|rig| rig.see("low").left == 0);
     rig.until(|rig| {
         let came_back =
-            |event: &Event| matches!(event, Event::CameBack { schema, left: 0, .. } if *schema == low);
+            |event: &Event| matches!(event, Event::AbandonedCallReturned { schema, abandoned: 0, .. } if *schema == low);
         rig.stage.told(came_back)
     });
     assert_eq!(stage.count("low drop"), 1, "it ends when it returns, and once");

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
 use jde_host::event::{Event, Outcome};
-use jde_host::plugin::Loaded;
-use jde_host::reload::How;
+use jde_host::plugin::LoadedPlugin;
+use jde_host::reload::ReloadOptions;
 
 use super::hangs::{PAIR, hook, hung};
 use crate::common::{Call, Executor, Rig, Stage, TEST, in_real_time};
@@ -45,7 +45,11 @@ fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, &body);
     let low = rig.place("low");
     rig.until_did("robot velocity 0.2");
-    assert!(stage.told(|event| matches!(event, Event::LeftBehind { schema, left: 1, .. } if *schema == low)));
+    assert!(
+        stage.told(
+            |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, .. } if *schema == low)
+        )
+    );
     rig.until(|rig| rig.see("low").health == Health::Ok);
     assert_eq!(rig.see("low").left, 1);
     release.send(()).expect("it hangs");
@@ -147,14 +151,16 @@ fn whoever_waits_for_a_build_to_take_over_is_answered_at_the_end(executor: Execu
     let mut rig = Rig::start(executor, &stage, &body);
     rig.until_did("low check");
     let low = rig.place("low");
-    let build = Loaded::linked_in(&TEST).expect("its tables are right");
+    let build = LoadedPlugin::linked_in(&TEST).expect("its tables are right");
     let operator = rig.operator();
-    let order = operator.replace(low, &build, How::default()).expect("it fits");
+    let order = operator
+        .replace(low, &build, ReloadOptions::default())
+        .expect("it fits");
     assert_eq!(order.outcome(), None, "it is inside a call");
     rig.stop();
     let answer = order.outcome().expect("it is over").expect_err("it had no turn");
     assert_eq!(answer, "the application has ended");
-    let late = operator.replace(low, &build, How::default());
+    let late = operator.replace(low, &build, ReloadOptions::default());
     assert_eq!(late.err(), Some(vec![answer]));
     drop(release);
 }

@@ -100,7 +100,7 @@ fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
     });
     let events = stage.events();
     let faulted = events.iter().find_map(|event| match event {
-        Event::Health { time, schema, health } if *schema == captive => {
+        Event::HealthChanged { time, schema, health } if *schema == captive => {
             matches!(health, Health::Faulted(_)).then_some(*time)
         }
         _ => None,

@@ -182,7 +182,7 @@ fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
     bob.set_period(high, 20 * MS).expect("a period");
     assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
 
-    ana.let_go(high).expect("it holds something");
+    ana.release_own(high).expect("it holds something");
     assert_eq!(gain(&rig), before);
     assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
     let acts = |rig: &Rig, who: &str| {
@@ -190,7 +190,7 @@ fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
             .count_events(|event| matches!(event, Event::Operator { by, .. } if by == who))
     };
     assert_eq!(acts(&rig, "ana@laptop"), 2);
-    ana.let_go(high).expect("it holds nothing more");
+    ana.release_own(high).expect("it holds nothing more");
     assert_eq!(
         acts(&rig, "ana@laptop"),
         2,
@@ -202,10 +202,10 @@ fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
         .expect("a modulation");
     bob.modulate(high, "gain", &Value::Float(0.5))
         .expect("a modulation");
-    ana.let_go(high).expect("bob holds it");
+    ana.release_own(high).expect("bob holds it");
     assert_eq!(gain(&rig), Some(0.5));
     let iterated = rig.stage.count("high iterate");
-    bob.let_go(high).expect("it holds something");
+    bob.release_own(high).expect("it holds something");
     assert_eq!((gain(&rig), seen(&rig)), (before, None));
     rig.until(|rig| rig.stage.count("high iterate") > iterated);
     rig.stop();

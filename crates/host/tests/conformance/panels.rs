@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
 use jde_host::turn::{OnTurn, Turn};
-use jde_host::{Drawn, Look, Options, Refusal};
+use jde_host::{Options, PanelError, PanelFrame, PanelViewGuard};
 use jde_panel::{Gesture, Item, Touch};
 use jde_schema::types::Twist;
 use jde_schema::{Context, Pen};
@@ -57,23 +57,25 @@ pub(crate) const TWO: &str = r#"
 "#;
 
 /// Views the panel at the highest rate. Each drawing wakes the stage.
-pub(crate) fn look(rig: &Rig, name: &str) -> Look {
+pub(crate) fn look(rig: &Rig, name: &str) -> PanelViewGuard {
     let stage = Arc::clone(&rig.stage);
-    let look = rig.handle.look(rig.place(name), 1000.0, move || stage.stir());
+    let look = rig
+        .handle
+        .view_panel(rig.place(name), 1000.0, move || stage.stir());
     look.expect("it has a panel")
 }
 
-pub(crate) fn drawn(rig: &Rig, name: &str) -> Option<Arc<Drawn>> {
+pub(crate) fn drawn(rig: &Rig, name: &str) -> Option<Arc<PanelFrame>> {
     rig.handle.panel(rig.place(name))
 }
 
 /// Runs until the panel shows this text, or has it in the reason why it shows nothing.
-pub(crate) fn until_shown(rig: &mut Rig, name: &str, text: &str) -> Arc<Drawn> {
+pub(crate) fn until_shown(rig: &mut Rig, name: &str, text: &str) -> Arc<PanelFrame> {
     rig.patiently(|rig| drawn(rig, name).is_some_and(|drawn| says(&drawn).contains(text)));
     drawn(rig, name).expect("it was there")
 }
 
-fn says(drawn: &Drawn) -> String {
+fn says(drawn: &PanelFrame) -> String {
     match &drawn.list {
         Err(reason) => reason.clone(),
         Ok(list) => list
@@ -87,7 +89,7 @@ fn says(drawn: &Drawn) -> String {
     }
 }
 
-pub(crate) fn touch(rig: &Rig, widget: &str, touch: Touch) -> Result<(), Refusal> {
+pub(crate) fn touch(rig: &Rig, widget: &str, touch: Touch) -> Result<(), PanelError> {
     let gesture = Gesture {
         widget: widget.to_owned(),
         touch,
@@ -158,16 +160,16 @@ fn a_schema_without_a_panel_says_so(executor: Executor) {
     let (easel, eye) = (rig.place("easel"), rig.place("eye"));
     assert_eq!(rig.handle.panels(), [easel]);
     assert!(rig.see("easel").panel && !rig.see("eye").panel);
-    let refused = rig.handle.look(eye, 10.0, || {}).err();
-    assert_eq!(refused, Some(Refusal::NoPanel("eye".to_owned())));
-    let refused = rig.handle.look(99, 10.0, || {}).err();
-    assert_eq!(refused, Some(Refusal::Nobody(99, 2)));
+    let refused = rig.handle.view_panel(eye, 10.0, || {}).err();
+    assert_eq!(refused, Some(PanelError::NoPanel("eye".to_owned())));
+    let refused = rig.handle.view_panel(99, 10.0, || {}).err();
+    assert_eq!(refused, Some(PanelError::NoSuchSchema(99, 2)));
     let pressed = Gesture {
         widget: "go".to_owned(),
         touch: Touch::Pressed,
     };
     let refused = rig.handle.touch("ana@laptop", eye, pressed);
-    assert_eq!(refused, Err(Refusal::NoPanel("eye".to_owned())));
+    assert_eq!(refused, Err(PanelError::NoPanel("eye".to_owned())));
     assert_eq!(rig.handle.panel(99), None);
     rig.stop();
 }
@@ -295,7 +297,7 @@ fn the_panel_of_an_instance_that_is_gone_says_so(executor: Executor) {
     until_shown(&mut rig, "easel", "it is not there: it failed or was unloaded");
     assert_eq!(
         touch(&rig, "go", Touch::Pressed),
-        Err(Refusal::Gone("easel".to_owned()))
+        Err(PanelError::NoInstance("easel".to_owned()))
     );
     rig.until(|rig| rig.see("easel").state == jde_core::State::Slept);
     rig.operator().load(easel).expect("it can be");
@@ -307,7 +309,7 @@ fn whoever_looks_at_what_is_gone_already_is_told_so(executor: Executor) {
     let stage = Stage::new();
     let mut rig = Rig::start(executor, &stage, APP);
     rig.operator().unload(rig.place("easel")).expect("it can be");
-    let gone = Err(Refusal::Gone("easel".to_owned()));
+    let gone = Err(PanelError::NoInstance("easel".to_owned()));
     rig.until(|rig| touch(rig, "go", Touch::Pressed) == gone);
     let _look = look(&rig, "easel");
     let shown = drawn(&rig, "easel").expect("it says so at once");
@@ -321,7 +323,7 @@ fn several_may_look_and_the_most_wanted_rate_counts(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, APP);
     let seldom = rig
         .handle
-        .look(rig.place("easel"), 0.0, || {})
+        .view_panel(rig.place("easel"), 0.0, || {})
         .expect("it has a panel");
     let often = look(&rig, "easel");
     rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence > 3));
@@ -385,7 +387,7 @@ fn r16_who_looks_changes_nothing_of_what_is_decided() {
     assert_eq!(blind, seen);
     assert_eq!(untold, told);
     let looked =
-        |turn: &Turn| turn.kind == Turn::CYCLED && turn.inputs.iter().any(|input| *input != Turn::NOTHING);
+        |turn: &Turn| turn.kind == Turn::CYCLED && turn.inputs.iter().any(|input| *input != Turn::NO_VALUE);
     assert!(turns.iter().any(looked), "their imports were looked at");
     assert_eq!(unseen, turns, "nor what each turn looked at");
 }

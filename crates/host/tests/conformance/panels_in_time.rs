@@ -58,7 +58,7 @@ fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
     let stirs = Arc::clone(&stage);
     let _look = rig
         .handle
-        .look(rig.place("easel"), 20.0, move || stirs.stir())
+        .view_panel(rig.place("easel"), 20.0, move || stirs.stir())
         .expect("it has a panel");
     let first = until_shown(&mut rig, "easel", "all is well");
     rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
@@ -81,7 +81,7 @@ fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
     rig.until(|_| stage.told(|event| matches!(event, Event::Hung { .. })));
     rig.until(|_| {
         stage.told(
-            |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.contains("has not returned"))
+            |event| matches!(event, Event::HealthChanged { health: Health::Faulted(said), .. } if said.contains("has not returned"))
         )
     });
     release(&stage, &hold);

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::{Arc, Mutex};
 
 use jde_host::app::parse;
-use jde_host::decisions::Decisions;
+use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::Observer;
 use jde_host::{Lockstep, Options};
 
@@ -77,7 +77,7 @@ fn decide(executor: Executor, seed: u64) -> String {
     let application =
         parse(&body, "apps/test.toml".as_ref(), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     let paper = Paper::default();
-    let decisions = Decisions::new(&application, paper.clone());
+    let decisions = DecisionWriter::new(&application, paper.clone());
     let options = Options {
         observers: vec![Box::new(decisions) as Box<dyn Observer>],
         ..Options::default()
@@ -144,9 +144,9 @@ fn r15_a_line_tells_the_whole_of_a_takeover(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, APP);
     rig.until_did("robot velocity 0.1");
     let paper = Paper::default();
-    let mut decisions = Decisions::new(rig.handle.application(), paper.clone());
+    let mut decisions = DecisionWriter::new(rig.handle.application(), paper.clone());
     for event in stage.events() {
-        decisions.hear(&event);
+        decisions.on_event(&event);
     }
     decisions.finish().expect("it was written");
     let text = String::from_utf8(paper.0.lock().unwrap().clone()).expect("text");

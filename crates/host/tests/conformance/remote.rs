@@ -2,7 +2,7 @@
 
 use jde_board::typed::TypedWriter;
 use jde_core::State;
-use jde_host::app::Remote;
+use jde_host::app::RemoteVariable;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 
@@ -43,7 +43,8 @@ fn r12_a_value_from_elsewhere_triggers_is_taken_back_and_comes_again(executor: E
     assert_eq!((&*remote.peer, &*remote.variable), ("robot2", "eye.out"));
     assert_eq!(remote.stale_ns, 300 * MS);
     let out = rig.handle.board().get(&remote.local).expect("it is declared");
-    let mut link = TypedWriter::<f64>::open(&out, Remote::WRITER, "link").expect("nobody else writes it");
+    let mut link =
+        TypedWriter::<f64>::open(&out, RemoteVariable::WRITER, "link").expect("nobody else writes it");
     assert!(TypedWriter::<f64>::open(&out, 1, "another").is_err());
     rig.until_did("low blind");
 
@@ -52,7 +53,7 @@ fn r12_a_value_from_elsewhere_triggers_is_taken_back_and_comes_again(executor: E
     rig.until_did("low sees 1 1");
     rig.until(|rig| rig.see("low").state == State::Winner);
     let status = out.status(rig.handle.now());
-    assert_eq!(status.last_writer, Some(Remote::WRITER));
+    assert_eq!(status.last_writer, Some(RemoteVariable::WRITER));
     assert!(
         status.age >= Some((5 * MS).min(now)),
         "it was on its way for some time"

@@ -82,9 +82,9 @@ struct Reigns {
 }
 
 impl Observer for Reigns {
-    fn hear(&mut self, event: &Event) {
+    fn on_event(&mut self, event: &Event) {
         if let (
-            Event::Changed {
+            Event::StateChanged {
                 schema,
                 to: State::Winner,
                 ..
@@ -332,8 +332,8 @@ fn r7_a_command_outside_authority_is_refused_and_counted(executor: Executor) {
     let low = rig.place("low");
     let told = stage.events();
     let told = told.iter().filter(|event| {
-        matches!(event, Event::Refused { schema, what, .. }
-        if *schema == low && what.starts_with("command `base` refused: "))
+        matches!(event, Event::Refused { schema, description, .. }
+        if *schema == low && description.starts_with("command `base` refused: "))
     });
     assert_eq!(told.count(), 1, "a row of refusals is told once");
     rig.stop();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use jde_core::{SchemaId, State};
 use jde_host::snapshot::HoldKind;
-use jde_host::witness::{Seen, Witness};
+use jde_host::transaction_observer::{Transaction, TransactionObserver};
 use jde_host::{Handle, Options};
 use jde_types::Twist;
 
@@ -46,7 +46,7 @@ fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(exe
     operator.force(high).expect("it is awake");
     operator.stop_all().expect("nothing keeps it from that");
     // The end of the lease of `force` does the same.
-    operator.let_go(high).expect("nothing keeps it from that");
+    operator.release_own(high).expect("nothing keeps it from that");
     rig.until_did("robot sleep");
     let hold = rig.see("high").operator.map(|hold| hold.kind);
     assert_eq!(
@@ -55,7 +55,7 @@ fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(exe
     );
     // Nor does the end of the lease of an operator that stopped it individually.
     operator.hold_asleep(high).expect("nothing keeps it from that");
-    operator.let_go(high).expect("nothing keeps it from that");
+    operator.release_own(high).expect("nothing keeps it from that");
     assert_eq!(rig.see("high").state, State::Slept);
     let before = stage.count("high iterate");
     operator.release_all().expect("nothing keeps it from that");
@@ -112,7 +112,7 @@ fn r14_to_let_everything_go_on_leaves_what_was_stopped_or_unloaded_by_itself(exe
     ben.stop_all().expect("nothing keeps it from that");
     rig.until_did("free sleep");
     ana.load(gone).expect("it was unloaded");
-    ana.let_go(before).expect("it was stopped");
+    ana.release_own(before).expect("it was stopped");
     assert_eq!(
         ["before", "gone"].map(|name| rig.see(name).state),
         [State::Slept; 2]
@@ -253,14 +253,14 @@ struct Agreement {
     broken: Arc<Mutex<Option<String>>>,
 }
 
-impl Witness for Agreement {
-    fn see(&mut self, seen: &Seen<'_>) {
+impl TransactionObserver for Agreement {
+    fn on_transaction(&mut self, seen: &Transaction<'_>) {
         let Some(handle) = self.handle.get() else { return };
         let command = handle.board().get("robot.velocity").expect("a command");
         for name in ["high", "low"] {
             let place = handle.application().instance(name).expect("it is there") as u32;
             let rules = seen.hierarchy.has_authority(SchemaId(place));
-            if rules != command.holds_grant(place) {
+            if rules != command.has_grant(place) {
                 let broken = format!("{name}: {rules} by the rules alone, after {:?}", seen.effects);
                 self.broken.lock().unwrap().get_or_insert(broken);
             }
@@ -278,7 +278,7 @@ fn r14_operators_who_stop_and_release_against_each_other_leave_the_board_as_the_
     stage.drives("low", &Arc::new(true.into()), 0.2);
     let (handle, broken) = (Arc::new(OnceLock::new()), Arc::new(Mutex::new(None)));
     let options = Options {
-        witness: Some(Box::new(Agreement {
+        transaction_observer: Some(Box::new(Agreement {
             handle: Arc::clone(&handle),
             broken: Arc::clone(&broken),
         })),

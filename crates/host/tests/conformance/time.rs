@@ -133,7 +133,7 @@ fn overruns_are_counted_and_shown_and_pass(executor: Executor) {
     assert!(stage.told(overrun));
     assert!(stage.told(|event| matches!(
         event,
-        Event::Health {
+        Event::HealthChanged {
             health: Health::Overrun,
             ..
         }
@@ -334,7 +334,7 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     let contract = (2 * 10 + 10 + 5 + 10) * MS;
     let high = rig.place("high");
     let took = |event: &Event| match event {
-        Event::Took {
+        Event::TookOver {
             schema,
             latency,
             allowed,
@@ -391,7 +391,7 @@ fn r17_a_takeover_beyond_its_contract_is_an_event_of_its_own(executor: Executor)
     drop(release);
     let high = rig.place("high");
     let late = |event: &Event| {
-        matches!(event, Event::Late { group: 0, schema, latency, allowed, .. }
+        matches!(event, Event::TookOverLate { group: 0, schema, latency, allowed, .. }
             if *schema == high && *allowed == contract && latency > allowed)
     };
     rig.until(|rig| rig.stage.told(late));

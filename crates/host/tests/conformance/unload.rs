@@ -118,10 +118,10 @@ fn r14_an_unloaded_schema_comes_back_when_whoever_unloaded_it_lets_go(executor: 
     rig.until_did("high drop");
     rig.handle
         .operator("bob@base")
-        .let_go(high)
+        .release_own(high)
         .expect("it is not his");
     assert_eq!(rig.see("high").state, State::Slept);
-    rig.operator().let_go(high).expect("it is hers");
+    rig.operator().release_own(high).expect("it is hers");
     rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
     rig.operator().unload(high).expect("a motor schema");
     rig.until(|rig| rig.stage.count("high drop") == 2);

@@ -7,8 +7,8 @@ use std::time::Duration;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::event::Event;
-use jde_host::plugin::Loaded;
-use jde_host::reload::How;
+use jde_host::plugin::LoadedPlugin;
+use jde_host::reload::ReloadOptions;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, TEST, on_every_executor};
 
@@ -215,7 +215,9 @@ fn r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out(execut
     let told: Vec<_> = told
         .iter()
         .filter_map(|event| match event {
-            Event::Refused { what, .. } => Some(what.as_str()),
+            Event::Refused {
+                description: what, ..
+            } => Some(what.as_str()),
             _ => None,
         })
         .collect();
@@ -448,8 +450,10 @@ fn r8_a_fixed_modulation_stays_while_another_build_takes_over(executor: Executor
     operator
         .modulate(low, "grip", &Value::Float(1.0))
         .expect("a modulation");
-    let build = Loaded::linked_in(&TEST).expect("its tables are right");
-    let order = operator.replace(low, &build, How::default()).expect("it fits");
+    let build = LoadedPlugin::linked_in(&TEST).expect("its tables are right");
+    let order = operator
+        .replace(low, &build, ReloadOptions::default())
+        .expect("it fits");
     rig.until(|_| order.outcome().is_some());
     assert_eq!(stage.count("low awake"), 2);
     let iterated = stage.count("low iterate");

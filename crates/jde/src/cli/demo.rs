@@ -9,14 +9,14 @@ use jde_core::Nanos;
 use super::clock::Time;
 #[cfg(feature = "tools")]
 use super::tools::Link;
-use super::{conclude, log};
+use super::{conclude, start_log};
 use crate::failure::{self, Failure};
 use crate::load;
 use crate::log::Filter;
 #[cfg(feature = "tools")]
-use crate::session::LinkWanted;
-use crate::session::{self, How, Telling, View};
-use crate::summary::Summary;
+use crate::session::LinkOptions;
+use crate::session::{self, ProgressMode, RunOptions, RunView};
+use crate::summary::RunSummary;
 use crate::terminal::{self, FAINT, TITLE};
 
 /// The application to run.
@@ -25,9 +25,9 @@ const APPLICATION: &str = "safe-navigation";
 /// exceeds it is lost.
 const LIMIT: Nanos = 1200 * 1_000_000_000;
 /// Interval between two progress lines in real time, long enough to read them.
-const STATUS: Nanos = 5_000_000_000;
+const STATUS_INTERVAL: Nanos = 5_000_000_000;
 /// The same interval in lockstep, where minutes pass in a second.
-const STATUS_LOCKSTEP: Nanos = 20_000_000_000;
+const STATUS_INTERVAL_LOCKSTEP: Nanos = 20_000_000_000;
 
 /// Watch a simulated robot navigate a building with people in it: the example of the paper, section 5.
 ///
@@ -57,8 +57,8 @@ pub(super) struct Demo {
 impl Demo {
     /// Runs the demo.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut loaded = load::to_start(Path::new(APPLICATION), &[])?;
-        let log = log(filter, &loaded)?;
+        let mut loaded = load::load_to_start(Path::new(APPLICATION), &[])?;
+        let log = start_log(filter, &loaded)?;
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
@@ -72,7 +72,7 @@ impl Demo {
             let application = &loaded.application;
             let (name, file, seed) = (
                 &application.name,
-                failure::shown(&application.path),
+                failure::display_path(&application.path),
                 application.seed,
             );
             writeln!(
@@ -82,30 +82,30 @@ impl Demo {
             )?;
         }
         let every = if self.time.lockstep {
-            STATUS_LOCKSTEP
+            STATUS_INTERVAL_LOCKSTEP
         } else {
-            STATUS
+            STATUS_INTERVAL
         };
-        let how = How {
+        let how = RunOptions {
             lockstep: self.time.lockstep,
             limit: Some(LIMIT),
             speed: self.time.speed,
             view: if lines {
-                View::Lines(Telling::Status(every))
+                RunView::Lines(ProgressMode::Status(every))
             } else {
-                View::Screen
+                RunView::Screen
             },
-            words,
+            output: words,
             decisions: Some(self.out.join("decisions.jsonl")),
             picture: Some(self.out.join("path.png")),
             #[cfg(feature = "tools")]
-            extensions: vec![Box::new(LinkWanted::from(self.link))],
+            extensions: vec![Box::new(LinkOptions::from(self.link))],
             #[cfg(not(feature = "tools"))]
             extensions: Vec::new(),
             watch: false,
         };
         let finished = session::run(loaded, how, &log)?;
-        let Summary {
+        let RunSummary {
             decisions_sha256,
             sim_seconds,
             wall_seconds,

@@ -14,13 +14,13 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::CompleteEnv;
 
+use crate::escape::escape_json;
 use crate::failure::Failure;
-use crate::load::Loaded;
+use crate::load::LoadedApplication;
 use crate::log::{Filter, Log};
 use crate::session::Finished;
-use crate::summary::{self, Summary};
+use crate::summary::{self, RunSummary};
 use crate::terminal::{self, Color};
-use crate::visible::visible_json;
 
 /// Run robots by schemas: small periodic tasks that compete to act, arranged in a hierarchy.
 #[derive(Parser)]
@@ -66,39 +66,39 @@ enum Verb {
 pub(crate) fn main() -> ExitCode {
     // A shell requests completions through an environment variable. This call answers the request and exits.
     CompleteEnv::with_factory(Cli::command).complete();
-    let Cli { verb, common } = match verbs::grouped(Cli::command())
+    let Cli { verb, common } = match verbs::group_verbs(Cli::command())
         .try_get_matches()
         .and_then(|matches| Cli::from_arg_matches(&matches))
     {
         Ok(cli) => cli,
-        Err(error) => return refuse(&error),
+        Err(error) => return report_usage_error(&error),
     };
-    terminal::choose(common.color);
+    terminal::set_color(common.color);
     let done = match verb {
         Verb::Demo(demo) => demo.run(common.log),
         #[cfg(feature = "tools")]
         Verb::Tool(tool) => tool.run(common.log),
     };
-    end(done)
+    exit_status(done)
 }
 
 /// Returns the exit status after all printed output has been written, or its reader has stopped reading.
-fn end(done: Result<(), Failure>) -> ExitCode {
-    let told = terminal::settle();
+fn exit_status(done: Result<(), Failure>) -> ExitCode {
+    let told = terminal::drain();
     let status = match done.and(told.map_err(Failure::from)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     };
     // Flushes the error report. A failure of this flush cannot be reported anywhere.
-    let _ = terminal::settle();
+    let _ = terminal::drain();
     status
 }
 
 /// Prints a clap message: help and version to standard output with status 0, wrong use to standard error with
 /// status 2.
-fn refuse(error: &clap::Error) -> ExitCode {
+fn report_usage_error(error: &clap::Error) -> ExitCode {
     print_help(error);
-    let _ = terminal::settle();
+    let _ = terminal::drain();
     ExitCode::from(u8::from(error.use_stderr()) * 2)
 }
 
@@ -114,7 +114,7 @@ fn print_help(error: &clap::Error) {
 }
 
 /// Starts the log of a run, after checking the filter against the application's schemas.
-fn log(filter: Option<Filter>, loaded: &Loaded) -> Result<Log, Failure> {
+fn start_log(filter: Option<Filter>, loaded: &LoadedApplication) -> Result<Log, Failure> {
     let filter = filter.unwrap_or_default();
     let names = loaded
         .application
@@ -133,10 +133,13 @@ fn conclude(
     finished: Finished,
     last_words: &str,
     json: bool,
-    fulfilled: impl Fn(&Summary) -> bool,
+    fulfilled: impl Fn(&RunSummary) -> bool,
 ) -> Result<(), Failure> {
-    let Finished { summary, mut words } = finished;
-    summary::tell(&summary, &mut words)?;
+    let Finished {
+        summary,
+        output: mut words,
+    } = finished;
+    summary::print_summary(&summary, &mut words)?;
     words.write_all(last_words.as_bytes())?;
     words.flush()?;
     if json {
@@ -145,12 +148,14 @@ fn conclude(
     if !fulfilled(&summary) {
         return Err(Failure::Mission);
     }
-    summary.recording.map_or(Ok(()), |recorded| recorded.whole())
+    summary
+        .recording
+        .map_or(Ok(()), |recorded| recorded.check_complete())
 }
 
 /// Prints a value as one line of JSON on standard output.
 pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let json = serde_json::to_string(value).map_err(std::io::Error::from)?;
-    writeln!(terminal::raw_out(), "{}", visible_json(&json))?;
+    writeln!(terminal::raw_out(), "{}", escape_json(&json))?;
     Ok(())
 }

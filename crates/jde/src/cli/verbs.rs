@@ -27,13 +27,13 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// Returns the command with its verbs listed by group. Verbs of no group follow last.
-pub(super) fn grouped(command: Command) -> Command {
+pub(super) fn group_verbs(command: Command) -> Command {
     let mut list = String::new();
     let mut listed = Vec::new();
     for (title, names) in GROUPS {
         let _ = writeln!(list, "{TITLE}{title}:{TITLE:#}");
         for verb in names.iter().filter_map(|name| command.find_subcommand(name)) {
-            line(verb, &mut list);
+            push_verb(verb, &mut list);
             listed.push(verb.get_name().to_owned());
         }
         list.push('\n');
@@ -43,7 +43,7 @@ pub(super) fn grouped(command: Command) -> Command {
         .get_subcommands()
         .filter(|verb| !listed.iter().any(|name| name == verb.get_name()))
     {
-        line(verb, &mut list);
+        push_verb(verb, &mut list);
     }
     let list = StyledStr::from(list);
     command.help_template(format!(
@@ -52,7 +52,7 @@ pub(super) fn grouped(command: Command) -> Command {
     ))
 }
 
-fn line(verb: &Command, list: &mut String) {
+fn push_verb(verb: &Command, list: &mut String) {
     let about = verb.get_about().map(ToString::to_string).unwrap_or_default();
     let _ = writeln!(list, "  {:<12} {}", verb.get_name(), about.trim_end_matches('.'));
 }

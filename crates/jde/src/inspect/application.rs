@@ -7,11 +7,12 @@ use jde_abi::describe::{Kind, Port, Role};
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
 use jde_host::app::{
-    Application, Binding, ChildTarget, Executor, Group, Instance, Isolation, Source, is_path,
+    Application, Binding, ChildTarget, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation,
+    is_path,
 };
 use jde_host::policy_name;
 
-use super::value::{plain, shown};
+use super::value::{decode_plain, format_value};
 use crate::failure;
 use crate::session::{Millis, link_settings};
 use crate::terminal::{FAINT, TITLE, WARN};
@@ -20,8 +21,8 @@ use crate::terminal::{FAINT, TITLE, WARN};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Result<()> {
-    let file = failure::shown(&application.path);
+pub(crate) fn write(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+    let file = failure::display_path(&application.path);
     writeln!(
         words,
         "{TITLE}{}{TITLE:#}  {FAINT}{file}{FAINT:#}",
@@ -36,7 +37,7 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
     };
     let mission = application
         .mission
-        .map(|(instance, port)| variable(application, instance, port));
+        .map(|(instance, port)| variable_name(application, instance, port));
     let until = mission.map_or_else(
         || "runs until it is stopped".to_owned(),
         |name| format!("done when {name} says so"),
@@ -44,7 +45,7 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
     writeln!(words, "{executor}; seed {}; {until}", application.seed)?;
 
     for group in application.groups.iter().filter(|group| group.father.is_none()) {
-        tell_group(application, group, 0, words)?;
+        write_group(application, group, 0, words)?;
     }
     let mut apart = application
         .instances
@@ -55,11 +56,11 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
         writeln!(words, "\n{TITLE}awake while somebody needs them{TITLE:#}")?;
     }
     for instance in apart {
-        tell_instance(application, instance, "", 1, words)?;
+        write_instance(application, instance, "", 1, words)?;
     }
 
     if !application.link.off {
-        super::link::tell(&link_settings(application), words)?;
+        super::link::write(&link_settings(application), words)?;
     }
 
     let contracts = contract(&application.spec());
@@ -81,9 +82,9 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
         .try_for_each(|warning| writeln!(words, "{WARN}{warning}{WARN:#}"))
 }
 
-fn tell_group(
+fn write_group(
     application: &Application,
-    group: &Group,
+    group: &GroupConfig,
     depth: usize,
     words: &mut dyn Write,
 ) -> io::Result<()> {
@@ -101,20 +102,20 @@ fn tell_group(
     for member in &group.members {
         let instance = &application.instances[*member];
         let role = role(application, *member, group);
-        tell_instance(application, instance, &role, depth + 1, words)?;
+        write_instance(application, instance, &role, depth + 1, words)?;
         let own = application
             .groups
             .iter()
             .filter(|group| group.father == Some(*member));
         for group in own {
-            tell_group(application, group, depth + 2, words)?;
+            write_group(application, group, depth + 2, words)?;
         }
     }
     Ok(())
 }
 
 /// Returns the name by which the father calls a member, if it differs from the member's own.
-fn role(application: &Application, member: usize, group: &Group) -> String {
+fn role(application: &Application, member: usize, group: &GroupConfig) -> String {
     let Some(father) = group.father.map(|father| &application.instances[father]) else {
         return String::new();
     };
@@ -126,9 +127,9 @@ fn role(application: &Application, member: usize, group: &Group) -> String {
     }
 }
 
-fn tell_instance(
+fn write_instance(
     application: &Application,
-    instance: &Instance,
+    instance: &InstanceConfig,
     role: &str,
     depth: usize,
     words: &mut dyn Write,
@@ -149,10 +150,10 @@ fn tell_instance(
         Millis(instance.budget_ns)
     )?;
     if let Some(isolation) = instance.isolate {
-        writeln!(words, "{indent}    {}", isolated(isolation))?;
+        writeln!(words, "{indent}    {}", describe_isolation(isolation))?;
     }
     for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
-        if let Some(line) = bound(application, instance, port, binding) {
+        if let Some(line) = describe_binding(application, instance, port, binding) {
             writeln!(words, "{indent}    {line}")?;
         }
     }
@@ -160,7 +161,7 @@ fn tell_instance(
 }
 
 /// Describes the limits of a process of its own.
-fn isolated(isolation: Isolation) -> String {
+fn describe_isolation(isolation: Isolation) -> String {
     let memory = isolation
         .memory
         .map(|bytes| format!("at most {:.1} MB of memory", bytes as f64 / 1e6));
@@ -181,7 +182,7 @@ fn isolated(isolation: Isolation) -> String {
 /// Whether the value is a path that does not exist on this machine. The application may be meant for another
 /// one.
 fn is_missing(port: &Port, value: &[u8]) -> bool {
-    let path = match plain(&port.value_type, value) {
+    let path = match decode_plain(&port.value_type, value) {
         Value::Text(path) if is_path(&port.unit) && !path.is_empty() => path,
         _ => return false,
     };
@@ -189,13 +190,18 @@ fn is_missing(port: &Port, value: &[u8]) -> bool {
 }
 
 /// Describes a binding. `None` for a port that needs none.
-fn bound(application: &Application, instance: &Instance, port: &Port, binding: &Binding) -> Option<String> {
+fn describe_binding(
+    application: &Application,
+    instance: &InstanceConfig,
+    port: &Port,
+    binding: &Binding,
+) -> Option<String> {
     let unbound = || format!("{WARN}unbound{WARN:#}");
     let name = &port.name;
     match binding {
         Binding::Export | Binding::Command => None,
         Binding::Import { source, trigger } => {
-            let source = source.map_or_else(unbound, |source| provider(application, source));
+            let source = source.map_or_else(unbound, |source| describe_source(application, source));
             let trigger = if *trigger { ", which triggers" } else { "" };
             Some(format!("{name} <- {source}{trigger}"))
         }
@@ -203,7 +209,7 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
             let Role::Modulation { default, .. } = &port.role else {
                 return None;
             };
-            let value = shown(&port.value_type, initial, &port.unit);
+            let value = format_value(&port.value_type, initial, &port.unit);
             let missing = if is_missing(port, initial) {
                 format!("  {WARN}not there{WARN:#}: it will not start where it is not")
             } else {
@@ -212,12 +218,12 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
             (initial != default).then(|| format!("{name} = {value}{missing}"))
         }
         Binding::Actuator { target } => {
-            let target = target.map_or_else(unbound, |(owner, port)| variable(application, owner, port));
+            let target = target.map_or_else(unbound, |(owner, port)| variable_name(application, owner, port));
             Some(format!("{name} -> {target}"))
         }
         Binding::ChildModulation { target } => {
             let target = match target {
-                Some(ChildTarget::Port(owner, port)) => variable(application, *owner, *port),
+                Some(ChildTarget::Port(owner, port)) => variable_name(application, *owner, *port),
                 Some(ChildTarget::Period(owner)) => format!("{}.period", application.instances[*owner].name),
                 None => unbound(),
             };
@@ -234,18 +240,18 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
 
 /// Describes the source of an import. For another application's variable, includes the age at which it
 /// becomes invalid.
-fn provider(application: &Application, source: Source) -> String {
+fn describe_source(application: &Application, source: ImportSource) -> String {
     let name = application.source_name(source);
     match source {
-        Source::Here(..) => name,
-        Source::Elsewhere(remote) => {
+        ImportSource::Local(..) => name,
+        ImportSource::Remote(remote) => {
             let stale = Millis(application.remotes[remote].stale_ns);
             format!("{name}, another application's, until it is {stale} old")
         }
     }
 }
 
-fn variable(application: &Application, owner: usize, port: usize) -> String {
+fn variable_name(application: &Application, owner: usize, port: usize) -> String {
     let owner = &application.instances[owner];
     format!("{}.{}", owner.name, owner.schema.ports[port].name)
 }

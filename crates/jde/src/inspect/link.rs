@@ -10,7 +10,7 @@ use crate::terminal::{TITLE, WARN};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(super) fn tell(settings: &Settings, words: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(settings: &Settings, words: &mut dyn Write) -> io::Result<()> {
     if !settings.is_networked() {
         return Ok(());
     }
@@ -31,11 +31,11 @@ pub(super) fn tell(settings: &Settings, words: &mut dyn Write) -> io::Result<()>
         words,
         "\n{TITLE}the network is open{TITLE:#}: {}\n  {} {may}",
         ways.join("; "),
-        whom(settings)
+        describe_clients(settings)
     )
 }
 
-fn whom(settings: &Settings) -> String {
+fn describe_clients(settings: &Settings) -> String {
     let authority = settings
         .tls
         .as_ref()
@@ -64,7 +64,7 @@ mod tests {
         let mut settings = Settings::local("robot");
         change(&mut settings);
         let mut words = Vec::new();
-        tell(&settings, &mut words).unwrap();
+        write(&settings, &mut words).unwrap();
         anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string()
     }
 

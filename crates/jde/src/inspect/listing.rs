@@ -9,13 +9,13 @@ use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
 use serde::Serialize;
 
 use crate::failure::{self, Failure};
-use crate::load::{Purpose, Shelf, Trust};
-use crate::places;
+use crate::load::{PluginCatalogue, Purpose, Trust};
+use crate::paths;
 use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
 /// The output of `jde plugins`.
 #[derive(Serialize)]
-pub(crate) struct Listing {
+pub(crate) struct PluginListing {
     folders: Vec<Folder>,
 }
 
@@ -25,12 +25,12 @@ struct Folder {
     path: PathBuf,
     because: &'static str,
     exists: bool,
-    plugins: Vec<Found>,
-    unusable: Vec<Unusable>,
+    plugins: Vec<PluginEntry>,
+    unusable: Vec<UnusableFile>,
 }
 
 #[derive(Serialize)]
-struct Found {
+struct PluginEntry {
     name: String,
     version: String,
     schemas: Vec<String>,
@@ -40,20 +40,20 @@ struct Found {
 }
 
 #[derive(Serialize)]
-struct Unusable {
+struct UnusableFile {
     path: PathBuf,
     reason: String,
 }
 
-impl Listing {
+impl PluginListing {
     /// Looks into every folder that is searched, for one application or for all.
     ///
     /// # Errors
     /// There is no such application.
-    pub(crate) fn make(application: Option<&Path>) -> Result<Self, Failure> {
-        let file = application.map(places::application).transpose()?;
+    pub(crate) fn scan(application: Option<&Path>) -> Result<Self, Failure> {
+        let file = application.map(paths::find_application).transpose()?;
         let path = SearchPath::usual(file.as_deref());
-        let shelf = Shelf::new(path, Purpose::Look, Trust::Given);
+        let shelf = PluginCatalogue::new(path, Purpose::Describe, Trust::Trusted);
         let (plugins, named) = named_folders(file.as_deref(), shelf)?;
         let mut path = SearchPath::default();
         for folder in named {
@@ -65,7 +65,7 @@ impl Listing {
         let mut seen = HashMap::new();
         let folders = path
             .folders()
-            .map(|(folder, because)| look(&plugins, folder, because, &mut seen));
+            .map(|(folder, because)| scan_folder(&plugins, folder, because, &mut seen));
         Ok(Self {
             folders: folders.collect(),
         })
@@ -75,10 +75,10 @@ impl Listing {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub(crate) fn tell(&self, words: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
         for folder in &self.folders {
             let missing = if folder.exists { "" } else { ", not there" };
-            let (shown, because) = (failure::shown(&folder.path), folder.because);
+            let (shown, because) = (failure::display_path(&folder.path), folder.because);
             writeln!(
                 words,
                 "{TITLE}{shown}{TITLE:#}  {FAINT}({because}{missing}){FAINT:#}"
@@ -89,7 +89,7 @@ impl Listing {
                 .map(|plugin| plugin.name.len())
                 .max()
                 .unwrap_or(0);
-            for Found {
+            for PluginEntry {
                 name,
                 version,
                 schemas,
@@ -100,12 +100,16 @@ impl Listing {
                 let schemas = schemas.join(", ");
                 write!(words, "  {name:<width$}  {version}  {schemas}")?;
                 if let Some(other) = hidden_by {
-                    write!(words, "  {WARN}hidden by {}{WARN:#}", failure::shown(other))?;
+                    write!(
+                        words,
+                        "  {WARN}hidden by {}{WARN:#}",
+                        failure::display_path(other)
+                    )?;
                 }
                 writeln!(words)?;
             }
-            for Unusable { path, reason } in &folder.unusable {
-                writeln!(words, "  {BAD}{}{BAD:#}: {reason}", failure::shown(path))?;
+            for UnusableFile { path, reason } in &folder.unusable {
+                writeln!(words, "  {BAD}{}{BAD:#}: {reason}", failure::display_path(path))?;
             }
         }
         Ok(())
@@ -113,7 +117,7 @@ impl Listing {
 }
 
 /// Returns the folders that an application names, even if it has faults.
-fn named_folders(file: Option<&Path>, shelf: Shelf) -> Result<(Plugins, Vec<PathBuf>), Failure> {
+fn named_folders(file: Option<&Path>, shelf: PluginCatalogue) -> Result<(Plugins, Vec<PathBuf>), Failure> {
     if let Some(file) = file
         && let Err(faults) = app::load(file, &[], &shelf)
         && !file.is_file()
@@ -122,14 +126,14 @@ fn named_folders(file: Option<&Path>, shelf: Shelf) -> Result<(Plugins, Vec<Path
             faults,
             unusable: false,
             missing: false,
-            withheld: Vec::new(),
+            skipped_folders: Vec::new(),
         });
     }
     let (plugins, noticed) = shelf.into_parts();
     Ok((plugins, noticed.folders))
 }
 
-fn look(
+fn scan_folder(
     plugins: &Plugins,
     path: &Path,
     because: &'static str,
@@ -155,7 +159,7 @@ fn look(
                 let about = &plugin.description;
                 let hidden_by = seen.get(&about.name).cloned();
                 seen.entry(about.name.clone()).or_insert_with(|| file.clone());
-                folder.plugins.push(Found {
+                folder.plugins.push(PluginEntry {
                     name: about.name.clone(),
                     version: about.version.clone(),
                     schemas: about.schemas.iter().map(|schema| schema.name.clone()).collect(),
@@ -165,14 +169,14 @@ fn look(
             }
             // A build leaves libraries of every kind beside the executable.
             Err(PluginError::Unusable {
-                error: LoadError::NoPlugin,
+                error: LoadError::NotAPlugin,
                 ..
             }) if because == SearchPath::BESIDE_THE_EXECUTABLE => {}
             Err(error) => {
                 let reason =
                     std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
                 let file_name = format!("{}: ", file.display());
-                folder.unusable.push(Unusable {
+                folder.unusable.push(UnusableFile {
                     reason: reason.replace(&file_name, ""),
                     path: file,
                 });

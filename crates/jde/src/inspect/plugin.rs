@@ -5,16 +5,16 @@ use std::path::Path;
 
 use jde_abi::describe::{Plugin, Port, Role, Schema};
 
-use super::value::{short, shown};
+use super::value::{format_value, short_type_name};
 use crate::failure;
 use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
 /// Whether a role belongs to a part.
-type Belongs = fn(&Role) -> bool;
+type RoleFilter = fn(&Role) -> bool;
 
 /// The parts of a description, in the order of interest: each has the ports of some roles.
-const PARTS: [(&str, Belongs); 6] = [
+const PARTS: [(&str, RoleFilter); 6] = [
     ("imports", |role| matches!(role, Role::Import { .. })),
     ("exports", |role| matches!(role, Role::Export)),
     ("modulations", |role| matches!(role, Role::Modulation { .. })),
@@ -29,8 +29,8 @@ const PARTS: [(&str, Belongs); 6] = [
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn tell(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) -> io::Result<()> {
-    let path = path.map_or_else(|| "linked in".to_owned(), failure::shown);
+pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) -> io::Result<()> {
+    let path = path.map_or_else(|| "linked in".to_owned(), failure::display_path);
     let (major, minor) = plugin.abi;
     writeln!(
         words,
@@ -43,10 +43,10 @@ pub(crate) fn tell(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) 
     plugin
         .schemas
         .iter()
-        .try_for_each(|schema| tell_schema(plugin, schema, words))
+        .try_for_each(|schema| write_schema(plugin, schema, words))
 }
 
-fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::Result<()> {
+fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::Result<()> {
     writeln!(
         words,
         "\n{TITLE}{}/{}{TITLE:#}  {}, every {}, at most {} an iteration",
@@ -67,10 +67,14 @@ fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::R
     }
     for (title, belongs) in PARTS {
         let ports: Vec<_> = schema.ports.iter().filter(|port| belongs(&port.role)).collect();
-        let rows = ports
-            .iter()
-            .map(|port| [name(schema, port), facts(port), doc(&port.doc)]);
-        tell_part(title, rows.collect(), words)?;
+        let rows = ports.iter().map(|port| {
+            [
+                port_name(schema, port),
+                describe_port(port),
+                join_lines(&port.doc),
+            ]
+        });
+        write_section(title, rows.collect(), words)?;
     }
     let rows = schema.children.iter().map(|child| {
         let kind = if child.motor {
@@ -83,15 +87,15 @@ fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::R
             kind + if child.many {
                 ", any number, named by the application"
             } else {
-                optional(child.optional)
+                optional_suffix(child.optional)
             },
-            doc(&child.doc),
+            join_lines(&child.doc),
         ]
     });
-    tell_part("children", rows.collect(), words)
+    write_section("children", rows.collect(), words)
 }
 
-fn tell_part(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
+fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
     if rows.is_empty() {
         return Ok(());
     }
@@ -111,16 +115,16 @@ fn tell_part(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::
 }
 
 /// Returns a port's name. For a child's modulation, the child's name is prepended.
-fn name(schema: &Schema, port: &Port) -> String {
+fn port_name(schema: &Schema, port: &Port) -> String {
     match port.role {
         Role::ChildModulation { child } => format!("{}.{}", schema.children[child].name, port.name),
         _ => port.name.clone(),
     }
 }
 
-fn facts(port: &Port) -> String {
-    let value_type = short(&port.value_type);
-    let of_type = |bytes: &[u8]| shown(&port.value_type, bytes, &port.unit);
+fn describe_port(port: &Port) -> String {
+    let value_type = short_type_name(&port.value_type);
+    let of_type = |bytes: &[u8]| format_value(&port.value_type, bytes, &port.unit);
     let facts = match &port.role {
         Role::Import { trigger: true } => format!("{value_type}, triggers"),
         Role::Import { trigger: false } | Role::Export | Role::Actuator | Role::ChildModulation { .. } => {
@@ -152,14 +156,14 @@ fn facts(port: &Port) -> String {
             )
         }
     };
-    facts + optional(port.optional)
+    facts + optional_suffix(port.optional)
 }
 
-fn optional(optional: bool) -> &'static str {
+fn optional_suffix(optional: bool) -> &'static str {
     if optional { ", optional" } else { "" }
 }
 
 /// Joins the lines of a documentation.
-fn doc(doc: &str) -> String {
+fn join_lines(doc: &str) -> String {
     doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

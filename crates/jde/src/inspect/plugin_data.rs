@@ -83,7 +83,7 @@ struct ChildData {
 
 impl PluginData {
     /// Converts a plugin's description. `path` is the plugin's file.
-    pub(crate) fn of(plugin: &Plugin, path: Option<&Path>) -> Self {
+    pub(crate) fn new(plugin: &Plugin, path: Option<&Path>) -> Self {
         Self {
             name: plugin.name.clone(),
             version: plugin.version.clone(),
@@ -111,7 +111,7 @@ fn schema(schema: &Schema) -> SchemaData {
 }
 
 fn port(schema: &Schema, port: &Port) -> PortData {
-    let json = |bytes: &[u8]| to_json(&value::plain(&port.value_type, bytes));
+    let json = |bytes: &[u8]| to_json(&value::decode_plain(&port.value_type, bytes));
     PortData {
         name: port.name.clone(),
         role: match &port.role {

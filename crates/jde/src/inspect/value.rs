@@ -9,15 +9,15 @@ use jde_host::app::is_path;
 use crate::failure;
 
 /// Decodes and formats a value with its unit. A structure with one field is formatted as that field.
-pub(super) fn shown(value_type: &Type, bytes: &[u8], unit: &str) -> String {
-    with_unit(plain(value_type, bytes), unit)
+pub(super) fn format_value(value_type: &Type, bytes: &[u8], unit: &str) -> String {
+    format_with_unit(decode_plain(value_type, bytes), unit)
 }
 
 /// Formats a value with its unit. A path is formatted as the user would write it.
-pub(crate) fn with_unit(value: Value, unit: &str) -> String {
+pub(crate) fn format_with_unit(value: Value, unit: &str) -> String {
     match value {
         Value::Text(path) if is_path(unit) && !path.is_empty() => {
-            Value::Text(failure::shown(Path::new(&path))).to_string()
+            Value::Text(failure::display_path(Path::new(&path))).to_string()
         }
         value if unit.is_empty() || is_path(unit) => rounded(value).to_string(),
         value => format!("{} {unit}", rounded(value)),
@@ -41,7 +41,7 @@ fn rounded(value: Value) -> Value {
 }
 
 /// Decodes a value. A structure with one field is replaced by that field.
-pub(crate) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
+pub(crate) fn decode_plain(value_type: &Type, bytes: &[u8]) -> Value {
     match value::decode(value_type, bytes) {
         Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
         other => other,
@@ -49,7 +49,7 @@ pub(crate) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
 }
 
 /// Returns the name of a type, without the package `std_msgs`.
-pub(super) fn short(value_type: &Type) -> &str {
+pub(super) fn short_type_name(value_type: &Type) -> &str {
     value_type
         .name
         .strip_prefix("std_msgs/msg/")

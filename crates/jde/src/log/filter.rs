@@ -22,38 +22,38 @@ const LEVELS: [(&str, LevelFilter); 6] = [
 /// Selects lines of the log: a level for all schemas, and others for some of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Filter {
-    everyone: LevelFilter,
-    states: Option<LevelFilter>,
-    schemas: Vec<(String, LevelFilter)>,
+    default_level: LevelFilter,
+    state_level: Option<LevelFilter>,
+    schema_levels: Vec<(String, LevelFilter)>,
 }
 
 impl Default for Filter {
     fn default() -> Self {
         Self {
-            everyone: LevelFilter::WARN,
-            states: None,
-            schemas: Vec::new(),
+            default_level: LevelFilter::WARN,
+            state_level: None,
+            schema_levels: Vec::new(),
         }
     }
 }
 
 impl Filter {
     /// Returns the highest level of all, beyond which nothing is shown.
-    pub(crate) fn most(&self) -> LevelFilter {
-        let schemas = self.schemas.iter().map(|(_, level)| *level);
-        schemas.chain(self.states).fold(self.everyone, Ord::max)
+    pub(crate) fn max_level(&self) -> LevelFilter {
+        let schemas = self.schema_levels.iter().map(|(_, level)| *level);
+        schemas.chain(self.state_level).fold(self.default_level, Ord::max)
     }
 
     /// Whether a line is shown.
-    pub(crate) fn shows(&self, target: &str, schema: Option<&str>, level: Level) -> bool {
+    pub(crate) fn is_enabled(&self, target: &str, schema: Option<&str>, level: Level) -> bool {
         // Below level debug, only the errors of libraries are shown. jde logs what they mean for the run.
         let own = target.starts_with("jde");
-        if !own && level != Level::ERROR && self.everyone < LevelFilter::DEBUG {
+        if !own && level != Level::ERROR && self.default_level < LevelFilter::DEBUG {
             return false;
         }
-        let own = schema.and_then(|name| self.schemas.iter().find(|(known, _)| known == name));
-        let by_schema = own.map_or(self.everyone, |(_, level)| *level);
-        let by_state = self.states.filter(|_| target == STATE_TARGET);
+        let own = schema.and_then(|name| self.schema_levels.iter().find(|(known, _)| known == name));
+        let by_schema = own.map_or(self.default_level, |(_, level)| *level);
+        let by_state = self.state_level.filter(|_| target == STATE_TARGET);
         by_state.map_or(by_schema, |state| {
             state.max(own.map_or(LevelFilter::OFF, |(_, level)| *level))
         }) >= level
@@ -67,7 +67,7 @@ impl Filter {
         &self,
         known: impl Iterator<Item = &'n str> + Clone,
     ) -> Result<(), (String, String)> {
-        for (name, _) in &self.schemas {
+        for (name, _) in &self.schema_levels {
             if known.clone().any(|known| known == name) {
                 continue;
             }
@@ -96,17 +96,19 @@ impl FromStr for Filter {
         let mut filter = Self::default();
         for part in text.split(',').map(str::trim) {
             match part.split_once('=') {
-                None => filter.everyone = level(part)?,
-                Some((STATE, wanted)) => filter.states = Some(level(wanted)?),
+                None => filter.default_level = parse_level(part)?,
+                Some((STATE, wanted)) => filter.state_level = Some(parse_level(wanted)?),
                 Some(("", _)) => return Err(format!("`{part}` names no schema; write schema=level")),
-                Some((schema, wanted)) => filter.schemas.push((schema.trim().to_owned(), level(wanted)?)),
+                Some((schema, wanted)) => filter
+                    .schema_levels
+                    .push((schema.trim().to_owned(), parse_level(wanted)?)),
             }
         }
         Ok(filter)
     }
 }
 
-fn level(text: &str) -> Result<LevelFilter, String> {
+fn parse_level(text: &str) -> Result<LevelFilter, String> {
     let text = text.trim();
     let found = LEVELS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
     found.map(|(_, level)| *level).ok_or_else(|| {
@@ -129,37 +131,37 @@ mod tests {
     #[test]
     fn a_schema_has_its_own_level_and_the_rest_the_common_one() {
         let filter = filter("vff=debug,info");
-        assert!(filter.shows("jde::schema", Some("vff"), Level::DEBUG));
-        assert!(!filter.shows("jde::schema", Some("goon"), Level::DEBUG));
-        assert!(filter.shows("jde::schema", Some("goon"), Level::INFO));
-        assert_eq!(filter.most(), LevelFilter::DEBUG);
+        assert!(filter.is_enabled("jde::schema", Some("vff"), Level::DEBUG));
+        assert!(!filter.is_enabled("jde::schema", Some("goon"), Level::DEBUG));
+        assert!(filter.is_enabled("jde::schema", Some("goon"), Level::INFO));
+        assert_eq!(filter.max_level(), LevelFilter::DEBUG);
     }
 
     #[test]
     fn changes_of_state_are_shown_when_asked_for() {
-        assert!(filter("state=trace").shows(STATE_TARGET, Some("goon"), Level::TRACE));
-        assert!(!filter("state=trace").shows("jde::schema", Some("goon"), Level::TRACE));
-        assert!(!filter("info").shows(STATE_TARGET, Some("goon"), Level::TRACE));
-        assert!(filter("goon=trace").shows(STATE_TARGET, Some("goon"), Level::TRACE));
-        assert!(!filter("goon=trace").shows(STATE_TARGET, Some("vff"), Level::TRACE));
-        assert!(filter("trace,state=off").shows("jde::schema", Some("goon"), Level::TRACE));
-        assert!(!filter("trace,state=off").shows(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(filter("state=trace").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(!filter("state=trace").is_enabled("jde::schema", Some("goon"), Level::TRACE));
+        assert!(!filter("info").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(filter("goon=trace").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(!filter("goon=trace").is_enabled(STATE_TARGET, Some("vff"), Level::TRACE));
+        assert!(filter("trace,state=off").is_enabled("jde::schema", Some("goon"), Level::TRACE));
+        assert!(!filter("trace,state=off").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
     }
 
     #[test]
     fn without_a_word_warnings_and_errors_are_shown() {
         let filter = Filter::default();
-        assert!(filter.shows("jde_host", None, Level::WARN));
-        assert!(!filter.shows("jde_host", None, Level::INFO));
+        assert!(filter.is_enabled("jde_host", None, Level::WARN));
+        assert!(!filter.is_enabled("jde_host", None, Level::INFO));
         for library in ["zenoh_transport::common", "winit::platform_impl"] {
-            assert!(!filter.shows(library, None, Level::WARN), "{library}");
-            assert!(filter.shows(library, None, Level::ERROR), "{library}");
+            assert!(!filter.is_enabled(library, None, Level::WARN), "{library}");
+            assert!(filter.is_enabled(library, None, Level::ERROR), "{library}");
             assert!(
-                self::filter("debug").shows(library, None, Level::WARN),
+                self::filter("debug").is_enabled(library, None, Level::WARN),
                 "{library}"
             );
         }
-        assert!(!self::filter("off").shows("jde_host", None, Level::ERROR));
+        assert!(!self::filter("off").is_enabled("jde_host", None, Level::ERROR));
     }
 
     #[test]

@@ -22,7 +22,7 @@ use crate::terminal::{self, BAD, FAINT, WARN};
 pub(crate) use filter::Filter;
 
 /// Number of lines kept while the oscilloscope uses the screen: more than it can show.
-const KEPT: usize = 200;
+const MAX_BUFFERED: usize = 200;
 
 /// The log of this process.
 #[derive(Clone)]
@@ -33,10 +33,10 @@ struct Sink {
     /// The application whose time the lines show.
     clock: Option<Handle>,
     /// Lines that are kept instead of written.
-    kept: Option<VecDeque<String>>,
+    buffered: Option<VecDeque<String>>,
 }
 
-struct Listener {
+struct LogSubscriber {
     filter: Filter,
     log: Log,
 }
@@ -45,7 +45,7 @@ impl Log {
     /// Starts to log all events of this process that `filter` selects.
     pub(crate) fn start(filter: Filter) -> Self {
         let log = Self(Arc::default());
-        let listener = Listener {
+        let listener = LogSubscriber {
             filter,
             log: log.clone(),
         };
@@ -55,39 +55,39 @@ impl Log {
     }
 
     /// Shows the time of this application in each line, until [`Self::forget`].
-    pub(crate) fn follow(&self, handle: &Handle) {
+    pub(crate) fn set_clock(&self, handle: &Handle) {
         self.sink().clock = Some(handle.clone());
     }
 
     /// Drops the handle of the application. Later lines show no time.
-    pub(crate) fn forget(&self) {
+    pub(crate) fn clear_clock(&self) {
         self.sink().clock = None;
     }
 
     /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
-    pub(crate) fn keep(&self, keep: bool) {
+    pub(crate) fn set_buffered(&self, keep: bool) {
         let mut sink = self.sink();
-        let kept = std::mem::replace(&mut sink.kept, keep.then(VecDeque::new));
+        let kept = std::mem::replace(&mut sink.buffered, keep.then(VecDeque::new));
         for line in kept.into_iter().flatten() {
             write(&line);
         }
     }
 
     /// Returns the kept lines, oldest first.
-    pub(crate) fn kept(&self) -> Vec<String> {
-        self.sink().kept.iter().flatten().cloned().collect()
+    pub(crate) fn buffered_lines(&self) -> Vec<String> {
+        self.sink().buffered.iter().flatten().cloned().collect()
     }
 
     fn sink(&self) -> MutexGuard<'_, Sink> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn say(&self, level: Level, line: &Line) {
+    fn write_line(&self, level: Level, line: &LogLine) {
         let mut sink = self.sink();
         let time = sink.clock.as_ref().map(|handle| handle.now() as f64 / 1e9);
-        match &mut sink.kept {
+        match &mut sink.buffered {
             Some(kept) => {
-                if kept.len() == KEPT {
+                if kept.len() == MAX_BUFFERED {
                     kept.pop_front();
                 }
                 kept.push_back(format!("{:.3} {} {line}", time.unwrap_or_default(), name(level)));
@@ -102,7 +102,7 @@ impl Log {
     }
 }
 
-impl Subscriber for Listener {
+impl Subscriber for LogSubscriber {
     fn register_callsite(&self, metadata: &'static Metadata<'static>) -> Interest {
         if self.enabled(metadata) {
             Interest::always()
@@ -112,11 +112,11 @@ impl Subscriber for Listener {
     }
 
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
-        metadata.is_event() && *metadata.level() <= self.filter.most()
+        metadata.is_event() && *metadata.level() <= self.filter.max_level()
     }
 
     fn max_level_hint(&self) -> Option<LevelFilter> {
-        Some(self.filter.most())
+        Some(self.filter.max_level())
     }
 
     fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
@@ -129,13 +129,13 @@ impl Subscriber for Listener {
 
     fn event(&self, event: &Event<'_>) {
         let metadata = event.metadata();
-        let mut line = Line::default();
+        let mut line = LogLine::default();
         event.record(&mut line);
         if self
             .filter
-            .shows(metadata.target(), line.schema.as_deref(), *metadata.level())
+            .is_enabled(metadata.target(), line.schema.as_deref(), *metadata.level())
         {
-            self.log.say(*metadata.level(), &line);
+            self.log.write_line(*metadata.level(), &line);
         }
     }
 
@@ -146,13 +146,13 @@ impl Subscriber for Listener {
 
 /// An event as text.
 #[derive(Default)]
-struct Line {
+struct LogLine {
     schema: Option<String>,
     message: String,
     rest: String,
 }
 
-impl Visit for Line {
+impl Visit for LogLine {
     fn record_str(&mut self, field: &Field, value: &str) {
         match field.name() {
             "schema" => self.schema = Some(value.to_owned()),
@@ -171,7 +171,7 @@ impl Visit for Line {
     }
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for LogLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(schema) = &self.schema {
             write!(f, "{schema}: ")?;

@@ -9,7 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::failure::{self, Failure};
-use crate::places;
+use crate::paths;
 use crate::terminal::{self, FAINT, TITLE};
 use name::Name;
 
@@ -64,7 +64,7 @@ impl Kind {
     }
 
     /// The next commands for the user, in the new folder.
-    fn next(self) -> &'static [&'static str] {
+    fn next_commands(self) -> &'static [&'static str] {
         match self {
             Self::Schema => &["cargo build", "cargo test", "__jde__ run app.toml"],
             Self::Driver => &[
@@ -91,7 +91,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
         )
     })?;
     let folder = folder.join(&name.kebab);
-    make(&folder)?;
+    create_folder(&folder)?;
     let jde = program();
     for (file, text) in templates {
         let path = folder.join(file);
@@ -107,25 +107,25 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
         made.map_err(Failure::file(&path))?;
     }
     let mut out = terminal::out();
-    let shown = failure::shown(&folder);
+    let shown = failure::display_path(&folder);
     writeln!(
         out,
         "{TITLE}{shown}{TITLE:#} is made {FAINT}(its README.md says what is what){FAINT:#}; next:\n"
     )?;
     writeln!(out, "  cd {shown}")?;
-    for line in kind.next() {
+    for line in kind.next_commands() {
         writeln!(out, "  {}", line.replace("__jde__", &jde))?;
     }
     Ok(())
 }
 
 /// Makes the folder. Fails if it exists.
-fn make(folder: &Path) -> Result<(), Failure> {
+fn create_folder(folder: &Path) -> Result<(), Failure> {
     let parent = folder.parent().map_or(Ok(()), fs::create_dir_all);
     match parent.and_then(|()| fs::create_dir(folder)) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::usage(
-            format!("{} is there already", failure::shown(folder)),
+            format!("{} is there already", failure::display_path(folder)),
             "choose another name, or another folder with --path",
         )),
         Err(error) => Err(Failure::file(folder)(error)),
@@ -135,7 +135,7 @@ fn make(folder: &Path) -> Result<(), Failure> {
 /// Returns a package's dependency on the SDK: the checkout of this build if it exists, else a published
 /// version.
 fn sdk() -> String {
-    let path = places::checkout().join("crates/schema");
+    let path = paths::checkout().join("crates/schema");
     if path.join("Cargo.toml").is_file() {
         // Escape the path as a TOML string. Rust's debug form differs only for characters that no checkout's
         // path has.

@@ -1,7 +1,7 @@
 //! Names that are valid for a folder, a package, a schema and a Rust type.
 
 /// The longest name, in bytes. It is part of every line of the oscilloscope.
-const LONGEST: usize = 32;
+const MAX_LENGTH: usize = 32;
 /// Names that no Rust package may have, and those of existing plugins.
 const RESERVED: &str = "abstract alloc as async await become box break build carmen const continue core crate deps do dyn else \
     enum example examples extern false family final fn for gen goon if impl in incremental jde-schema jde-types let loop \
@@ -31,9 +31,9 @@ impl Name {
         if !begins || !parts.iter().all(sound) {
             return Err(format!("`{}` cannot be a name", text.escape_debug()));
         }
-        if text.len() > LONGEST {
+        if text.len() > MAX_LENGTH {
             return Err(format!(
-                "`{text}` is too long for a name; {LONGEST} letters is the most"
+                "`{text}` is too long for a name; {MAX_LENGTH} letters is the most"
             ));
         }
         let camel: String = parts

@@ -1,172 +1,144 @@
-//! Replays a recorded drive with the present schemas: loads the application, shows the progress, and prints
-//! the comparison.
+//! Plays a recording as if its application ran: tools inspect it in the same way.
 
-mod words;
+mod clock;
+mod hierarchy;
+mod index;
+mod interface;
+mod panel_store;
+mod player;
+mod publisher;
+mod screen;
+mod state;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
+use jde_board::Board;
 use jde_core::Nanos;
-use jde_host::app::Override;
-use jde_log::replay::{Allowed, Drive, ReplayError, Span, Tolerance};
+use jde_link::{Events, Link, Settings, as_name};
 
-use crate::cli::print_json;
-use crate::failure::{Failure, shown};
-use crate::interrupt::Interrupts;
-use crate::load::{self, Loaded, Trust};
-use crate::log::Log;
-use crate::terminal;
+use crate::failure::{Failure, display_path};
+use crate::interrupt::SignalListener;
+use crate::terminal::{self, FAINT, TITLE, WARN};
+use index::Index;
+pub(crate) use index::{RecordedVariable, variables};
+use interface::{CONTROL_SCHEMA, PlayedRecording};
+use panel_store::PanelStore;
+use player::{Player, StopPlayerOnDrop};
+use publisher::Publisher;
 
-/// What to replay, and how.
-pub(crate) struct How {
+/// The interval at which the position is written for tools.
+const UPDATE_INTERVAL: Duration = Duration::from_millis(50);
+
+/// What to play, and how.
+pub(crate) struct PlayOptions {
     /// The recording.
     pub(crate) file: PathBuf,
-    /// The application to run instead of the one in the recording.
-    pub(crate) application: Option<PathBuf>,
-    /// Whether plugins are loaded from the folders that the recording names.
-    pub(crate) trust: Trust,
-    /// Modulations that differ from the recording.
-    pub(crate) sets: Vec<Override>,
-    /// The times that are compared.
-    pub(crate) span: Span,
-    /// How far apart two numbers may be and still count as equal.
-    pub(crate) tolerance: Vec<Allowed>,
-    /// Whether the output ends with a line of JSON.
-    pub(crate) json: bool,
+    /// The name under which tools find it.
+    pub(crate) name: Option<String>,
+    /// Start at this time of the application, in ns.
+    pub(crate) from: Nanos,
+    /// Seconds of the recording per second.
+    pub(crate) speed: f64,
+    /// Start paused.
+    pub(crate) paused: bool,
+    /// Start again at the end.
+    pub(crate) looping: bool,
+    /// Print lines instead of showing a screen.
+    pub(crate) plain: bool,
+    /// Wait at the end instead of ending there.
+    pub(crate) wait_at_end: bool,
+    /// End at the end of standard input.
+    pub(crate) until_eof: bool,
 }
 
-/// Replays a drive and prints what differs.
+/// Plays a recording to its end, or on a terminal until the user leaves.
 ///
 /// # Errors
-/// [`Failure::Different`] if a selection or a value differs, otherwise the reason why the replay failed.
-pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>) -> Result<(), Failure> {
-    let drive = Drive::open(&how.file)?;
-    let loaded = match &how.application {
-        Some(application) => load::application(application, &how.sets),
-        None => load::attached(&drive.application()?, &how.sets, how.trust),
-    };
-    let mut loaded = loaded.map_err(plugins_first)?;
-    let set = |name: &str| {
-        let mut sets = how.sets.iter();
-        sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
-    };
-    if how.application.is_none() {
-        // The values given by --set at the original start are in the recording, not in the application's
-        // file.
-        drive.restore(&mut loaded.application, set);
+/// The recording cannot be read, or the link for tools cannot be opened.
+pub(crate) fn play(how: PlayOptions) -> Result<(), Failure> {
+    let index = Index::read(&how.file)?;
+    let file = display_path(&how.file);
+    let mut words = terminal::out();
+    if let Some(damage) = index.damage() {
+        writeln!(words, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
     }
-    if let Some(seed) = drive.seed() {
-        loaded.application.seed = seed;
+    let board = Arc::new(Board::new());
+    let gallery = PanelStore::new(index.panels.values());
+    let mut stage = Publisher::new(&board, &index, Arc::clone(&gallery));
+    let events = Events::of_records();
+    let mut settings = Settings::local(&as_name(&index.application));
+    settings.require_name = how.name.is_some();
+    if let Some(name) = &how.name {
+        settings.name.clone_from(name);
     }
-    let tolerance = Tolerance::new(&how.tolerance, &loaded.application)?;
-    let _log = log(&loaded)?;
-    let mut words = if how.json {
-        terminal::err()
-    } else {
-        terminal::out()
-    };
-    let name = shown(&how.file);
-    let differs = drive.differences(&loaded.application);
-    words::begin(&mut words, &name, &drive, &loaded.application.name, &differs)?;
-    words::plugins(&mut words, &loaded, how.trust)?;
-    words.flush()?;
-
-    let stopped = Arc::new(AtomicBool::new(false));
-    let _interrupts = {
-        let stopped = Arc::clone(&stopped);
-        Interrupts::call(move || stopped.store(true, Ordering::Relaxed))?
-    };
-    let mut progress = Progress::new();
-    let Loaded {
-        application, plugins, ..
-    } = loaded;
-    let going_on = |time| {
-        progress.tell(time);
-        !stopped.load(Ordering::Relaxed)
-    };
-    let verdict = jde_log::replay::decide(&drive, application, &plugins, how.span, &tolerance, going_on);
-    progress.clear();
-    let verdict = verdict?;
-    words::end(&mut words, &verdict, stopped.load(Ordering::Relaxed))?;
-    words.flush()?;
-    if how.json {
-        print_json(&words::json(&name, &drive, &differs, &verdict))?;
+    let player = Arc::new(Player::new(index, how.paused, how.speed, how.looping, how.from));
+    let playing = Arc::new(PlayedRecording::new(
+        Arc::clone(&player),
+        Arc::clone(&board),
+        gallery,
+        file.clone(),
+    ));
+    // From its first instant on, tools see the recording at its place.
+    player.go_to_start(&mut stage, &events)?;
+    playing.publish_state();
+    let link = Link::open(&settings, Arc::clone(&playing) as _, &events)?;
+    let name = &link.about().name;
+    let lines = how.plain || !terminal::is_interactive();
+    if lines {
+        writeln!(
+            words,
+            "playing {TITLE}{file}{TITLE:#}, {:.1} s, as `{name}` {FAINT}(jde set {CONTROL_SCHEMA}.paused true, jde top, jde vars){FAINT:#}",
+            (player.index.end - player.index.begin) as f64 / 1e9
+        )?;
+        words.flush()?;
     }
-    if verdict.is_same() {
-        Ok(())
-    } else {
-        Err(Failure::Different)
+    let interrupted = Arc::clone(&player);
+    let _interrupts = SignalListener::on_first(move || interrupted.stop())?;
+    if how.until_eof {
+        let left = Arc::clone(&player);
+        // The thread is not joined. It ends at the latest with the process.
+        thread::Builder::new().name("stdin".to_owned()).spawn(move || {
+            // The end of the input and an error both mean that the parent process is gone.
+            let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+            left.stop();
+        })?;
     }
-}
-
-/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once, so
-/// the missing plugin is what is wrong.
-fn plugins_first(failure: Failure) -> Failure {
-    match failure {
-        Failure::Application {
-            faults,
-            unusable,
-            missing,
-            withheld,
-        } => Failure::Application {
-            faults,
-            unusable: unusable || missing,
-            missing,
-            withheld,
-        },
-        other => other,
-    }
-}
-
-/// The progress on the last line of a terminal.
-struct Progress {
-    words: Option<terminal::Words>,
-    told: Nanos,
-}
-
-impl Progress {
-    fn new() -> Self {
-        Self {
-            words: terminal::err_is_terminal().then(terminal::err),
-            told: 0,
-        }
-    }
-
-    fn tell(&mut self, time: Nanos) {
-        // Once per second of the drive: most drives replay faster than anyone could read.
-        if time >= self.told + 1_000_000_000
-            && let Some(words) = &mut self.words
-        {
-            self.told = time;
-            // A closed terminal is not a reason to fail.
-            let _ = write!(words, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| words.flush());
-        }
-    }
-
-    fn clear(&mut self) {
-        if let Some(words) = &mut self.words
-            && self.told > 0
-        {
-            let _ = write!(words, "\r            \r").and_then(|()| words.flush());
-        }
-    }
-}
-
-impl From<ReplayError> for Failure {
-    fn from(error: ReplayError) -> Self {
-        match error {
-            ReplayError::Read(error) => Self::Recording(error),
-            ReplayError::Start(error) => Self::Start(error),
-            error @ ReplayError::Tolerance { .. } => Self::usage(
-                error.to_string(),
-                "`jde vars` and `jde info` show the types of values",
-            ),
-            ReplayError::Lacks { path, what } => Self::usage(
-                format!("{path} cannot be replayed: {what}"),
-                "a recording of a whole run has all that is needed: `jde run APP --record FILE`",
-            ),
-        }
-    }
+    thread::scope(|scope| {
+        let stop = StopPlayerOnDrop(Arc::clone(&player));
+        let told = events.clone();
+        let turns = {
+            let player = &player;
+            scope.spawn(move || player.play(&mut stage, &told, lines && !how.wait_at_end))
+        };
+        let shown = if lines {
+            while !turns.is_finished() {
+                playing.publish_state();
+                thread::sleep(UPDATE_INTERVAL);
+            }
+            Ok(())
+        } else {
+            let (show, shown) = std::sync::mpsc::channel::<()>();
+            let playing = &playing;
+            scope.spawn(move || {
+                while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) =
+                    shown.recv_timeout(UPDATE_INTERVAL)
+                {
+                    playing.publish_state();
+                }
+            });
+            let left = screen::run(&player, &format!("{file}  as {name}"));
+            drop(show);
+            left
+        };
+        drop(stop);
+        let played = turns
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        shown?;
+        played
+    })
 }

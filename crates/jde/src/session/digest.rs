@@ -4,31 +4,31 @@ use std::io::{self, Write};
 
 use sha2::{Digest, Sha256};
 
-use super::promised::Promised;
+use super::pending_file::PendingFile;
 use crate::terminal::{self, Printer};
 
 /// Writes to a file or pipe, if there is one, and updates the digest with the bytes accepted. Lines that the
 /// file's reader does not read in time still count.
-pub(crate) struct Digested {
+pub(crate) struct DigestWriter {
     /// The file before the first line.
-    promised: Option<Promised>,
+    pending: Option<PendingFile>,
     file: Option<Printer>,
     hasher: Sha256,
 }
 
-impl Digested {
+impl DigestWriter {
     /// Creates an empty digest; `promised` is the file to write.
-    pub(crate) fn new(promised: Option<Promised>) -> Self {
+    pub(crate) fn new(promised: Option<PendingFile>) -> Self {
         Self {
-            promised,
+            pending: promised,
             file: None,
             hasher: Sha256::new(),
         }
     }
 
     fn file(&mut self) -> io::Result<Option<&mut Printer>> {
-        if let Some(promised) = self.promised.take() {
-            self.file = Some(terminal::lines_to(promised.begin()?));
+        if let Some(promised) = self.pending.take() {
+            self.file = Some(terminal::lines_to(promised.into_truncated()?));
         }
         Ok(self.file.as_mut())
     }
@@ -48,7 +48,7 @@ impl Digested {
     }
 }
 
-impl Write for Digested {
+impl Write for DigestWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = match self.file()? {
             Some(file) => file.write(bytes)?,
@@ -59,7 +59,7 @@ impl Write for Digested {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file()?.map_or(Ok(()), Printer::settle)
+        self.file()?.map_or(Ok(()), Printer::drain)
     }
 }
 
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn the_digest_is_that_of_the_standard() {
         // FIPS 180-2, appendix B.1.
-        let mut digested = Digested::new(None);
+        let mut digested = DigestWriter::new(None);
         digested.write_all(b"a").unwrap();
         digested.write_all(b"bc").unwrap();
         assert_eq!(

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use jde_host::BeforeStart;
+use jde_host::StartHook;
 use jde_host::app::Application;
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;
 
-use super::recorded::Recorded;
+use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;
 
 /// What is known of a run before it starts.
-pub(crate) struct Coming<'a> {
+pub(crate) struct RunContext<'a> {
     /// The application.
     pub(crate) application: &'a Application,
     /// Whether it runs in virtual time.
@@ -27,11 +27,11 @@ pub(crate) trait Extension {
     ///
     /// # Errors
     /// The run must not start.
-    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure>;
+    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure>;
 }
 
 /// An extension of one run.
-pub(crate) trait Prepared {
+pub(crate) trait PreparedExtension {
     /// Returns an observer of all events.
     fn observer(&self) -> Box<dyn Observer>;
 
@@ -41,8 +41,8 @@ pub(crate) trait Prepared {
     }
 
     /// Returns the hook to call before any schema writes a variable.
-    fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart;
+    fn before_start(&self, plugins: &Arc<Plugins>) -> StartHook;
 
     /// Ends it. Returns the result of a recording.
-    fn finish(&self) -> Option<Recorded>;
+    fn finish(&self) -> Option<RecordingSummary>;
 }

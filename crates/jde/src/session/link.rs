@@ -11,52 +11,52 @@ use std::thread;
 use jde_host::app::{self, Application};
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
-use jde_host::{BeforeStart, Handle};
-use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, Title, Tls};
+use jde_host::{Handle, StartHook};
+use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, SubjectInfo, Tls};
 
-use super::extension::{Coming, Extension, Prepared};
-use super::recorded::Recorded;
+use super::extension::{Extension, PreparedExtension, RunContext};
+use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;
 
 /// The link that a run asks for.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Wanted {
+pub(crate) struct LinkOptions {
     /// The name of the application for other applications and tools, if one was given.
     pub(crate) name: Option<String>,
     /// Whether to open a link; `None` leaves the choice to the application and the kind of run.
-    pub(crate) on: Option<bool>,
+    pub(crate) enabled: Option<bool>,
     /// Whether to open windows on the run.
     pub(crate) view: bool,
 }
 
 /// At least this many of the last bytes that the windows write to standard error are kept.
-const MOST_WORDS: usize = 4096;
+const MAX_ERROR_BYTES: usize = 4096;
 
 /// The link of a run.
-struct Way {
+struct RunLink {
     settings: Settings,
     /// Whether the run must not start without the link.
     required: bool,
     view: bool,
-    title: Title,
+    title: SubjectInfo,
     events: Events,
     link: Arc<Mutex<Option<Link>>>,
 }
 
-impl Way {
+impl RunLink {
     /// Prepares the link. Returns `None` if there is to be none.
     ///
     /// # Errors
     /// The password cannot be read, the name is that of an imported application, or windows are wanted and
     /// there is no screen.
-    fn prepare(wanted: &Wanted, coming: &Coming<'_>) -> Result<Option<Self>, Failure> {
-        let Coming {
+    fn prepare(wanted: &LinkOptions, coming: &RunContext<'_>) -> Result<Option<Self>, Failure> {
+        let RunContext {
             application,
             lockstep,
             speed,
         } = *coming;
         let link = &application.link;
-        if !wanted.on.unwrap_or(!lockstep && !link.off) {
+        if !wanted.enabled.unwrap_or(!lockstep && !link.off) {
             return Ok(None);
         }
         #[cfg(feature = "view")]
@@ -67,8 +67,9 @@ impl Way {
             ));
         }
         let settings = settings(wanted.name.clone(), application)?;
-        let required = settings.named || settings.is_networked() || wanted.on == Some(true) || wanted.view;
-        let mut title = Title::new(application, speed);
+        let required =
+            settings.require_name || settings.is_networked() || wanted.enabled == Some(true) || wanted.view;
+        let mut title = SubjectInfo::new(application, speed);
         if lockstep {
             "lockstep".clone_into(&mut title.executor);
         }
@@ -83,14 +84,14 @@ impl Way {
     }
 }
 
-impl Extension for Wanted {
-    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure> {
-        let way = Way::prepare(self, coming)?;
+impl Extension for LinkOptions {
+    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
+        let way = RunLink::prepare(self, coming)?;
         Ok(way.map(|way| Box::new(way) as _))
     }
 }
 
-impl Prepared for Way {
+impl PreparedExtension for RunLink {
     /// The observer passes the application's events to the link.
     fn observer(&self) -> Box<dyn Observer> {
         self.events.observer()
@@ -98,7 +99,7 @@ impl Prepared for Way {
 
     /// The hook opens the link. If the link fails, the run goes on with a warning, or does not start if the link
     /// is required.
-    fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart {
+    fn before_start(&self, plugins: &Arc<Plugins>) -> StartHook {
         let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
         let (events, link, view) = (self.events.clone(), Arc::clone(&self.link), self.view);
@@ -129,7 +130,7 @@ impl Prepared for Way {
     }
 
     /// Closes the link.
-    fn finish(&self) -> Option<Recorded> {
+    fn finish(&self) -> Option<RecordingSummary> {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
         drop(link);
         None
@@ -156,20 +157,20 @@ fn open_windows(name: &str) -> Result<(), Failure> {
     let name = name.to_owned();
     thread::Builder::new()
         .name("windows".to_owned())
-        .spawn(move || wait(windows, &name))
+        .spawn(move || wait_for_windows(windows, &name))
         .map_err(refused)?;
     Ok(())
 }
 
 /// Waits for the windows, and logs an error if they could not be shown.
-fn wait(mut windows: Child, name: &str) {
+fn wait_for_windows(mut windows: Child, name: &str) {
     let mut words = Vec::new();
     if let Some(said) = windows.stderr.take() {
         // Reads to the end, so that the windows never wait for a reader. Of long output the beginning is
         // dropped.
         for byte in std::io::BufReader::new(said).bytes().map_while(Result::ok) {
-            if words.len() == 2 * MOST_WORDS {
-                words.drain(..MOST_WORDS);
+            if words.len() == 2 * MAX_ERROR_BYTES {
+                words.drain(..MAX_ERROR_BYTES);
             }
             words.push(byte);
         }
@@ -223,7 +224,7 @@ fn settings_with(name: Option<String>, application: &Application, login: Option<
     });
     Settings {
         // A chosen name is kept or refused, never changed.
-        named: name.is_some() || link.name != app::Link::local(&application.name).name,
+        require_name: name.is_some() || link.name != app::Link::local(&application.name).name,
         name: name.unwrap_or_else(|| link.name.clone()),
         listen: link.listen.clone(),
         connect: link.connect.clone(),

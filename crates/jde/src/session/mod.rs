@@ -1,21 +1,21 @@
 //! One run of an application, from the start until everything is at rest: in real time with the oscilloscope
 //! or with lines of output, or in lockstep.
 
+mod collector;
 mod digest;
 mod extension;
 #[cfg(feature = "tools")]
 mod link;
-mod live;
+mod local_application;
 #[cfg(feature = "tools")]
 mod panels;
+mod pending_file;
 mod progress;
-mod promised;
 #[cfg(feature = "tools")]
 mod record;
-mod recorded;
-mod recorder;
-mod sight;
-mod tally;
+mod recording_summary;
+mod sampler;
+mod statistics;
 mod trace;
 mod watch;
 
@@ -32,36 +32,36 @@ use jde_host::plugin::Plugins;
 use jde_host::{Handle, Lockstep, Options, Running, StartError};
 
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
-use crate::load::Loaded;
+use crate::interrupt::SignalListener;
+use crate::load::LoadedApplication;
 use crate::log::Log;
-use crate::summary::Summary;
-use crate::terminal::{self, Words};
+use crate::summary::RunSummary;
+use crate::terminal::{self, TextWriter};
 use crate::{summary, top};
-use digest::Digested;
-use extension::{Coming, Prepared};
-use live::Live;
-use progress::Progress;
-use promised::Promised;
-use recorder::{Recorder, SAMPLE};
-use watch::Watch;
+use collector::{Collector, SAMPLE_INTERVAL};
+use digest::DigestWriter;
+use extension::{PreparedExtension, RunContext};
+use local_application::LocalApplication;
+use pending_file::PendingFile;
+use progress::ProgressPrinter;
+use watch::PluginWatcher;
 
+pub(crate) use collector::RunData;
 pub(crate) use extension::Extension;
 #[cfg(feature = "tools")]
-pub(crate) use link::{Wanted as LinkWanted, link_settings};
-pub(crate) use live::robot;
+pub(crate) use link::{LinkOptions, link_settings};
+pub(crate) use local_application::robot_view;
 #[cfg(feature = "tools")]
-pub(crate) use panels::Panels;
-pub(crate) use progress::{Millis, Telling, of};
+pub(crate) use panels::PanelOptions;
+pub(crate) use progress::{Millis, ProgressMode, format_progress};
 #[cfg(feature = "tools")]
-pub(crate) use record::{Around, Record, no_recording, when};
-pub(crate) use recorded::{Recorded, RecordedFile};
-pub(crate) use recorder::Kept;
-pub(crate) use sight::{Progress as Mission, Read};
-pub(crate) use trace::{Sample, Trace};
+pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
+pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
+pub(crate) use sampler::{MissionProgress, ValueView};
+pub(crate) use trace::{DriveTrace, PathSample};
 
 /// How to run an application.
-pub(crate) struct How {
+pub(crate) struct RunOptions {
     /// Whether to run in virtual time.
     pub(crate) lockstep: bool,
     /// End the run at this application time, ns.
@@ -69,9 +69,9 @@ pub(crate) struct How {
     /// Seconds of application time per second of the machine; real time only.
     pub(crate) speed: f64,
     /// What is shown during the run.
-    pub(crate) view: View,
+    pub(crate) view: RunView,
     /// The stream for text output.
-    pub(crate) words: Words,
+    pub(crate) output: TextWriter,
     /// The file for the decisions.
     pub(crate) decisions: Option<PathBuf>,
     /// The file for the picture of the drive.
@@ -84,49 +84,49 @@ pub(crate) struct How {
 
 /// What is shown while an application runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum View {
+pub(crate) enum RunView {
     /// The oscilloscope; real time only.
     Screen,
     /// Lines.
-    Lines(Telling),
+    Lines(ProgressMode),
 }
 
 /// What accompanies a run in real time.
-struct Shown {
-    view: View,
+struct RealTimeOptions {
+    view: RunView,
     watch: bool,
 }
 
 /// A run that has ended.
 pub(crate) struct Finished {
     /// Its result.
-    pub(crate) summary: Summary,
+    pub(crate) summary: RunSummary,
     /// The stream for text output.
-    pub(crate) words: Words,
+    pub(crate) output: TextWriter,
 }
 
 /// Runs an application until it ends or is stopped, and brings it to rest.
 ///
 /// # Errors
 /// The application did not start, or output could not be written.
-pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failure> {
-    let Loaded {
+pub(crate) fn run(loaded: LoadedApplication, how: RunOptions, log: &Log) -> Result<Finished, Failure> {
+    let LoadedApplication {
         application, plugins, ..
     } = loaded;
     let plugins = Arc::new(plugins);
     // Opened before the start, so that a file that cannot be written is not discovered after a long run.
-    let decisions = how.decisions.as_deref().map(Promised::at).transpose()?;
-    let picture = how.picture.as_deref().map(Promised::at).transpose()?;
-    let world = summary::world(&application);
-    let trace = how.picture.is_some().then(|| Trace::new(world.is_none()));
+    let decisions = how.decisions.as_deref().map(PendingFile::prepare).transpose()?;
+    let picture = how.picture.as_deref().map(PendingFile::prepare).transpose()?;
+    let world = summary::world_file(&application);
+    let trace = how.picture.is_some().then(|| DriveTrace::new(world.is_none()));
     let telling = match how.view {
-        View::Screen => Telling::Nothing,
-        View::Lines(telling) => telling,
+        RunView::Screen => ProgressMode::Nothing,
+        RunView::Lines(telling) => telling,
     };
-    let progress = Progress::new(&application, how.words, telling);
-    let digested = Digested::new(decisions);
-    let (mut recorder, observer) = Recorder::new(&application, digested, trace, progress, how.lockstep);
-    let coming = Coming {
+    let progress = ProgressPrinter::new(&application, how.output, telling);
+    let digested = DigestWriter::new(decisions);
+    let (mut recorder, observer) = Collector::new(&application, digested, trace, progress, how.lockstep);
+    let coming = RunContext {
         application: &application,
         lockstep: how.lockstep,
         speed: how.speed,
@@ -140,7 +140,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         limit: how.limit,
         speed: how.speed,
         on_turn: extensions.iter().find_map(|extension| extension.on_turn()),
-        apart: Some(crate::child::program()),
+        isolation_program: Some(crate::child::program()),
         ..Options::default()
     };
     options
@@ -150,24 +150,24 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .iter()
         .map(|extension| extension.before_start(&plugins))
         .collect();
-    options.before_start = Some(Box::new(|handle| {
+    options.start_hook = Some(Box::new(|handle| {
         hooks.into_iter().try_for_each(|hook| hook(handle))
     }));
 
     let started = Instant::now();
     let ran = if how.lockstep {
-        in_lockstep(application, &plugins, options, &mut recorder, log)
+        run_lockstep(application, &plugins, options, &mut recorder, log)
     } else {
-        let shown = Shown {
+        let shown = RealTimeOptions {
             view: how.view,
             watch: how.watch,
         };
-        in_real_time(application, &plugins, options, shown, &mut recorder, log)
+        run_real_time(application, &plugins, options, shown, &mut recorder, log)
     };
     let wall = started.elapsed();
     // The link ends before the recording, which it was prepared after.
     let recorded = finish(&extensions);
-    log.forget();
+    log.clear_clock();
     let (outcome, handle) = ran?;
 
     let (kept, digest) = recorder.finish();
@@ -176,90 +176,90 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .as_deref()
         .unwrap_or_else(|| "the decisions".as_ref());
     let digest = digest.map_err(Failure::file(file))?;
-    let summary = Summary::new(&handle, &kept, &outcome, wall, digest, recorded);
+    let summary = RunSummary::new(&handle, &kept, &outcome, wall, digest, recorded);
     if let (Some(file), Some(promised)) = (&how.picture, picture) {
-        drop(promised.begin().map_err(Failure::file(file))?);
+        drop(promised.into_truncated().map_err(Failure::file(file))?);
         summary::draw(&handle, &kept, world.as_deref(), file)?;
     }
     Ok(Finished {
         summary,
-        words: kept.words,
+        output: kept.output,
     })
 }
 
 /// Ends the extensions of a run, the last first. Returns the result of its recording.
-fn finish(extensions: &[Box<dyn Prepared>]) -> Option<Recorded> {
+fn finish(extensions: &[Box<dyn PreparedExtension>]) -> Option<RecordingSummary> {
     let results = extensions.iter().rev().map(|extension| extension.finish());
     results.fold(None, Option::or)
 }
 
 /// Runs in virtual time on the calling thread.
-fn in_lockstep(
+fn run_lockstep(
     application: Application,
     plugins: &Plugins,
     options: Options,
-    recorder: &mut Recorder,
+    recorder: &mut Collector,
     log: &Log,
 ) -> Result<(Outcome, Handle), Failure> {
-    let mut lockstep = Lockstep::start(application, plugins, options).map_err(not_started)?;
+    let mut lockstep = Lockstep::start(application, plugins, options).map_err(start_failure)?;
     let handle = lockstep.handle();
-    log.follow(&handle);
+    log.set_clock(&handle);
     let _interrupts = {
         let handle = handle.clone();
-        Interrupts::call(move || handle.stop())?
+        SignalListener::on_first(move || handle.stop())?
     };
-    recorder.watch(&handle);
-    recorder.catch_up(0)?;
+    recorder.start_sampling(&handle);
+    recorder.process_pending(0)?;
     let mut then = 0;
     let outcome = loop {
-        then += SAMPLE;
+        then += SAMPLE_INTERVAL;
         let outcome = lockstep.run_until(then);
-        recorder.catch_up(handle.now())?;
+        recorder.process_pending(handle.now())?;
         if let Some(outcome) = outcome {
             break outcome;
         }
     };
     drop(lockstep);
-    recorder.catch_up(handle.now())?;
+    recorder.process_pending(handle.now())?;
     Ok((outcome, handle))
 }
 
 /// Runs in real time on threads of the application. The calling thread draws the oscilloscope, if it is
 /// shown.
-fn in_real_time(
+fn run_real_time(
     application: Application,
     plugins: &Arc<Plugins>,
     options: Options,
-    Shown { view, watch }: Shown,
-    recorder: &mut Recorder,
+    RealTimeOptions { view, watch }: RealTimeOptions,
+    recorder: &mut Collector,
     log: &Log,
 ) -> Result<(Outcome, Handle), Failure> {
-    let wait = Duration::from_nanos((SAMPLE as f64 / options.speed) as u64);
+    let wait = Duration::from_nanos((SAMPLE_INTERVAL as f64 / options.speed) as u64);
     let title = application.name.clone();
     // Until everything is at rest, no thread that prints waits for a reader.
-    let _no_waiting = terminal::wait_for_nobody();
-    let running = Running::start(application, plugins, options).map_err(not_started)?;
+    let _no_waiting = terminal::never_block();
+    let running = Running::start(application, plugins, options).map_err(start_failure)?;
     let handle = running.handle();
-    log.follow(&handle);
+    log.set_clock(&handle);
     let _interrupts = {
         let handle = handle.clone();
-        Interrupts::call(move || handle.stop())?
+        SignalListener::on_first(move || handle.stop())?
     };
-    recorder.watch(&handle);
+    recorder.start_sampling(&handle);
     let _watch = watch
-        .then(|| Watch::begin(handle.clone(), Arc::clone(plugins)))
+        .then(|| PluginWatcher::start(handle.clone(), Arc::clone(plugins)))
         .transpose()?;
     let (outcome, told, shown) = thread::scope(|scope| {
         // Stops the application on every way out of this scope, a panic included. The scope joins the other
         // threads, so the robot is at rest before a panic continues.
-        let stop = StopOnDrop(&handle);
-        let keeper = scope.spawn(|| recorder.keep(&handle, wait));
+        let stop = StopRunOnDrop(&handle);
+        let keeper = scope.spawn(|| recorder.process_until_end(&handle, wait));
         let waiter = scope.spawn(move || running.wait());
-        let mut shown = Ok(top::Left::Ended);
-        if view == View::Screen {
-            log.keep(true);
-            shown = left_orderly(top::run(&Live::new(handle.clone(), log), &title));
-            log.keep(false);
+        let mut shown = Ok(top::ExitReason::Ended);
+        if view == RunView::Screen {
+            log.set_buffered(true);
+            shown = treat_loss_as_quit(top::run(&LocalApplication::new(handle.clone(), log), &title));
+            log.set_buffered(false);
             handle.stop();
         }
         let outcome = waiter.join();
@@ -274,27 +274,27 @@ fn in_real_time(
 }
 
 /// Treats a lost terminal as the operator leaving: the run is stopped and its results are kept.
-fn left_orderly(shown: io::Result<top::Left>) -> io::Result<top::Left> {
+fn treat_loss_as_quit(shown: io::Result<top::ExitReason>) -> io::Result<top::ExitReason> {
     match shown {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(top::Left::Quit),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(top::ExitReason::Quit),
         shown => shown,
     }
 }
 
 /// Returns the failure of a start, unwrapped if the link or the recording caused it.
-fn not_started(error: StartError) -> Failure {
+fn start_failure(error: StartError) -> Failure {
     match error {
-        StartError::Hindered(hindrance) => match hindrance.downcast::<Failure>() {
+        StartError::HookFailed(hindrance) => match hindrance.downcast::<Failure>() {
             Ok(failure) => *failure,
-            Err(other) => StartError::Hindered(other).into(),
+            Err(other) => StartError::HookFailed(other).into(),
         },
         other => other.into(),
     }
 }
 
-struct StopOnDrop<'h>(&'h Handle);
+struct StopRunOnDrop<'h>(&'h Handle);
 
-impl Drop for StopOnDrop<'_> {
+impl Drop for StopRunOnDrop<'_> {
     fn drop(&mut self) {
         self.0.stop();
     }

@@ -6,13 +6,13 @@ use jde_core::{Health, Nanos};
 use jde_host::app::Application;
 use jde_host::event::Event;
 
-use super::sight::Seen;
-use super::tally::{Takeover, Tally};
-use crate::terminal::{BAD, FAINT, GOOD, WARN, Words};
+use super::sampler::Observation;
+use super::statistics::{Statistics, Takeover};
+use crate::terminal::{BAD, FAINT, GOOD, TextWriter, WARN};
 
 /// What is printed during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Telling {
+pub(crate) enum ProgressMode {
     /// Nothing: the run is shown elsewhere.
     Nothing,
     /// Every takeover with its reason.
@@ -23,37 +23,37 @@ pub(crate) enum Telling {
 }
 
 /// Prints the progress of a run.
-pub(crate) struct Progress {
-    words: Words,
-    telling: Telling,
+pub(crate) struct ProgressPrinter {
+    output: TextWriter,
+    mode: ProgressMode,
     schemas: Vec<String>,
     groups: Vec<String>,
     reached: u32,
-    status: Status,
+    status: StatusLine,
 }
 
 /// The values at the last status line.
 #[derive(Default)]
-struct Status {
+struct StatusLine {
     next: Nanos,
     time: Nanos,
-    won: Vec<Nanos>,
+    winner_times: Vec<Nanos>,
     takeovers: u64,
 }
 
-impl Progress {
+impl ProgressPrinter {
     /// Creates a printer of progress that writes to `words`.
-    pub(crate) fn new(application: &Application, words: Words, telling: Telling) -> Self {
-        let mut status = Status {
-            won: vec![0; application.instances.len()],
-            ..Status::default()
+    pub(crate) fn new(application: &Application, words: TextWriter, telling: ProgressMode) -> Self {
+        let mut status = StatusLine {
+            winner_times: vec![0; application.instances.len()],
+            ..StatusLine::default()
         };
-        if let Telling::Status(every) = telling {
+        if let ProgressMode::Status(every) = telling {
             status.next = every;
         }
         Self {
-            words,
-            telling,
+            output: words,
+            mode: telling,
             schemas: application
                 .instances
                 .iter()
@@ -70,25 +70,25 @@ impl Progress {
     }
 
     /// Returns the stream.
-    pub(crate) fn into_words(self) -> Words {
-        self.words
+    pub(crate) fn into_output(self) -> TextWriter {
+        self.output
     }
 
     /// Prints an event, if it is one that is shown.
-    pub(crate) fn event(&mut self, event: &Event) -> io::Result<()> {
-        if self.telling == Telling::Nothing {
+    pub(crate) fn print_event(&mut self, event: &Event) -> io::Result<()> {
+        if self.mode == ProgressMode::Nothing {
             return Ok(());
         }
         let name = |schema: usize| &self.schemas[schema];
         let (time, text) = match event {
-            Event::Health {
+            Event::HealthChanged {
                 time,
                 schema,
                 health: Health::Faulted(reason),
             } => {
                 (time, format!("{BAD}{} faulted{BAD:#}: {reason}", name(*schema)))
             }
-            Event::Health {
+            Event::HealthChanged {
                 time,
                 schema,
                 health: Health::ArbitrationFailed(reason),
@@ -105,19 +105,19 @@ impl Progress {
                     name(*schema)
                 ))
             }
-            Event::LeftBehind {
-                time, schema, left, ..
+            Event::CallAbandoned {
+                time, schema, abandoned: left, ..
             } => {
                 (time, format!(
                     "{WARN}the call of {} is left behind{WARN:#}, {left} in all; its next awakening makes a fresh instance",
                     name(*schema)
                 ))
             }
-            Event::CameBack {
+            Event::AbandonedCallReturned {
                 time,
                 schema,
                 since,
-                left,
+                abandoned: left,
                 ..
             } => {
                 let long = time.saturating_sub(*since) as f64 / 1e9;
@@ -126,7 +126,7 @@ impl Progress {
                     name(*schema)
                 ))
             }
-            Event::Chatters {
+            Event::ChatteringStarted {
                 time,
                 group,
                 between,
@@ -138,7 +138,7 @@ impl Progress {
                     self.groups[*group]
                 ))
             }
-            Event::Calmed {
+            Event::ChatteringEnded {
                 time,
                 group,
                 since,
@@ -167,9 +167,9 @@ impl Progress {
                 schema,
                 takeover,
             } => {
-                (time, format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.words()))
+                (time, format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.summary()))
             }
-            Event::ReloadUndone {
+            Event::ReloadRolledBack {
                 time,
                 schema,
                 build,
@@ -181,31 +181,31 @@ impl Progress {
                 ))
             }
             Event::Operator { time, by, action } => {
-                (time, format!("{by} {}", action.words(&self.schemas[action.schema()])))
+                (time, format!("{by} {}", action.description(&self.schemas[action.schema()])))
             }
-            Event::Changed { .. }
-            | Event::Health {
+            Event::StateChanged { .. }
+            | Event::HealthChanged {
                 health: Health::Ok | Health::Overrun,
                 ..
             }
             | Event::Decided(_)
-            | Event::Took { .. }
+            | Event::TookOver { .. }
             // The line of a takeover shows the time that it may take.
-            | Event::Late { .. }
+            | Event::TookOverLate { .. }
             | Event::Overrun { .. }
             | Event::Refused { .. }
             | Event::Ended { .. } => return Ok(()),
         };
-        self.line(*time, &text)
+        self.print_line(*time, &text)
     }
 
     /// Prints a takeover, if every takeover is shown.
-    pub(crate) fn takeover(&mut self, takeover: &Takeover) -> io::Result<()> {
-        if self.telling != Telling::Takeovers {
+    pub(crate) fn print_takeover(&mut self, takeover: &Takeover) -> io::Result<()> {
+        if self.mode != ProgressMode::Takeovers {
             return Ok(());
         }
         let name = |schema: Option<usize>| schema.map_or("nobody", |schema| &self.schemas[schema]);
-        let took = match takeover.took {
+        let took = match takeover.latency {
             Some((took, allowed)) if took > allowed => {
                 format!(
                     ", {WARN}took {}, allowed {}{WARN:#}",
@@ -228,62 +228,76 @@ impl Progress {
             name(takeover.to),
             takeover.reason,
         );
-        self.line(takeover.time, &text)
+        self.print_line(takeover.time, &text)
     }
 
     /// Prints targets that were reached since the last call, and a status line when one is due.
-    pub(crate) fn seen(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> io::Result<()> {
+    pub(crate) fn update(&mut self, time: Nanos, seen: &Observation, tally: &Statistics) -> io::Result<()> {
         // Fails if earlier lines could not be written.
-        self.words.flush()?;
-        if self.telling == Telling::Nothing {
+        self.output.flush()?;
+        if self.mode == ProgressMode::Nothing {
             return Ok(());
         }
         // Only for places: other counts may rise by thousands.
-        if let Some(mission) = seen.mission.as_ref().filter(|mission| mission.of_places) {
+        if let Some(mission) = seen.mission.as_ref().filter(|mission| mission.counts_positions) {
             while self.reached < mission.reached {
                 self.reached += 1;
-                let text = format!("{GOOD}target {} reached{GOOD:#}", of(self.reached, mission.total));
-                self.line(time, &text)?;
+                let text = format!(
+                    "{GOOD}target {} reached{GOOD:#}",
+                    format_progress(self.reached, mission.total)
+                );
+                self.print_line(time, &text)?;
             }
         }
-        match self.telling {
-            Telling::Status(every) if time >= self.status.next => {
+        match self.mode {
+            ProgressMode::Status(every) if time >= self.status.next => {
                 self.status.next = time - time % every + every;
-                let text = self.status(time, seen, tally);
-                self.line(time, &text)
+                let text = self.status_text(time, seen, tally);
+                self.print_line(time, &text)
             }
-            Telling::Status(_) | Telling::Takeovers | Telling::Nothing => Ok(()),
+            ProgressMode::Status(_) | ProgressMode::Takeovers | ProgressMode::Nothing => Ok(()),
         }
     }
 
-    fn line(&mut self, time: Nanos, text: &str) -> io::Result<()> {
-        writeln!(self.words, "{FAINT}{:>9.2} s{FAINT:#}  {text}", time as f64 / 1e9)
+    fn print_line(&mut self, time: Nanos, text: &str) -> io::Result<()> {
+        writeln!(
+            self.output,
+            "{FAINT}{:>9.2} s{FAINT:#}  {text}",
+            time as f64 / 1e9
+        )
     }
 
-    fn status(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> String {
+    fn status_text(&mut self, time: Nanos, seen: &Observation, tally: &Statistics) -> String {
         let mut parts = Vec::new();
         if let Some(pose) = seen.truth.or(seen.odometry) {
             parts.push(format!("at ({:.2}, {:.2})", pose.x, pose.y));
         }
         match &seen.mission {
             Some(mission) if mission.target.is_some() => {
-                parts.push(format!("to target {}", of(mission.reached + 1, mission.total)));
+                parts.push(format!(
+                    "to target {}",
+                    format_progress(mission.reached + 1, mission.total)
+                ));
             }
-            Some(mission) if !mission.of_places => {
-                parts.push(format!("{} {}", of(mission.reached, mission.total), mission.note));
+            Some(mission) if !mission.counts_positions => {
+                parts.push(format!(
+                    "{} {}",
+                    format_progress(mission.reached, mission.total),
+                    mission.note
+                ));
             }
             Some(_) | None => {}
         }
         let passed = time.saturating_sub(self.status.time).max(1);
         for actor in tally.actors() {
-            let won = tally.won(actor, time);
-            let share = won.saturating_sub(self.status.won[actor]) as f64 / passed as f64;
-            self.status.won[actor] = won;
+            let won = tally.winner_time(actor, time);
+            let share = won.saturating_sub(self.status.winner_times[actor]) as f64 / passed as f64;
+            self.status.winner_times[actor] = won;
             if share >= 0.005 {
                 parts.push(format!("{} {:.0} %", self.schemas[actor], share * 100.0));
             }
         }
-        let takeovers = tally.all_takeovers();
+        let takeovers = tally.total_takeovers();
         match takeovers - self.status.takeovers {
             0 => {}
             1 => parts.push("1 takeover".to_owned()),
@@ -295,7 +309,7 @@ impl Progress {
 }
 
 /// "2 of 8", or "2" if there is no total.
-pub(crate) fn of(count: u32, total: u32) -> String {
+pub(crate) fn format_progress(count: u32, total: u32) -> String {
     if total == 0 {
         count.to_string()
     } else {

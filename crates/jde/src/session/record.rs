@@ -9,33 +9,36 @@ use jde_host::app::Application;
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;
-use jde_host::{BeforeStart, StartError};
+use jde_host::{StartError, StartHook};
 use jde_log::trigger::{Condition, Names, Triggers};
-use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Split, Status, When, Written};
+use jde_log::{
+    Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
+    TriggeredFile,
+};
 
-use super::extension::{Coming, Extension, Prepared};
-use super::panels::{Chosen, Panels, Taking};
-use super::recorded::{Recorded, RecordedFile, RecordedParts};
-use crate::failure::{Failure, shown};
+use super::extension::{Extension, PreparedExtension, RunContext};
+use super::panels::{PanelOptions, PanelRecording, PanelSelection};
+use super::recording_summary::{RecordedFile, RecordedParts, RecordingSummary};
+use crate::failure::{Failure, display_path};
 
 /// What to record, and where.
-pub(crate) struct Record {
+pub(crate) struct RecordOptions {
     /// The file.
     pub(crate) file: PathBuf,
     /// Patterns of the variables to record; an empty list records all.
-    pub(crate) only: Vec<String>,
+    pub(crate) patterns: Vec<String>,
     /// Whether to overwrite an existing file.
     pub(crate) overwrite: bool,
     /// The panels to record; `None` records none.
-    pub(crate) panels: Option<Panels>,
+    pub(crate) panels: Option<PanelOptions>,
     /// Record only the time around the moments at which a condition becomes true; `None` records everything.
-    pub(crate) around: Option<Around>,
+    pub(crate) trigger: Option<TriggerWindow>,
     /// Split the recording into consecutive files; `None` writes one file.
-    pub(crate) split: Option<Split>,
+    pub(crate) split: Option<SplitOptions>,
 }
 
 /// The conditions of a recording, and how much it keeps around them.
-pub(crate) struct Around {
+pub(crate) struct TriggerWindow {
     /// The conditions, as the user wrote them.
     pub(crate) conditions: Vec<String>,
     /// Time recorded before a condition becomes true, ns.
@@ -47,74 +50,76 @@ pub(crate) struct Around {
 }
 
 /// A recording in progress.
-struct Recording {
+struct RunRecording {
     recorder: Arc<Recorder>,
     selection: Selection,
     on_turn: Option<OnTurn>,
-    panels: Option<Chosen>,
-    taking: Arc<Mutex<Option<Taking>>>,
+    panels: Option<PanelSelection>,
+    panel_recording: Arc<Mutex<Option<PanelRecording>>>,
     file: PathBuf,
     /// Whether files are written only when conditions become true.
-    waits: bool,
+    is_triggered: bool,
 }
 
-impl Recording {
+impl RunRecording {
     /// Begins a recording. In virtual time nothing is lost, because the run waits for the disk.
     ///
     /// # Errors
     /// The file cannot be written, a pattern matches no variable or no panel, or a condition cannot be read.
     /// Unless it was the writing that failed, no file is created or overwritten.
-    fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
+    fn start(record: &RecordOptions, application: &Application, lockstep: bool) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
-        let selection = Selection::new(record.only.clone(), &names).map_err(|unknown| {
+        let selection = Selection::new(record.patterns.clone(), &names).map_err(|unknown| {
             Failure::usage(
                 unknown.to_string(),
                 "a pattern is a variable's full name, with `*` for any letters: `pioneer.*`, `*.laser`",
             )
         })?;
         let panels = record.panels.as_ref();
-        let panels = panels.map(|panels| panels.of(application)).transpose()?;
+        let panels = panels.map(|panels| panels.select(application)).transpose()?;
         let file = record.file.clone();
-        let named = shown(&file);
+        let named = display_path(&file);
         let options = Options {
             origin: Origin::of(application, lockstep),
             application: Some(application),
             overwrite: record.overwrite,
             lossless: lockstep,
-            on_trouble: Box::new(move |trouble| {
+            on_error: Box::new(move |trouble| {
                 tracing::error!("the recording {named} ends here, and the run goes on: {trouble}");
             }),
         };
-        let recorder = match (&record.around, record.split) {
-            (Some(around), _) => Recorder::wait(&file, options, when(around, Names::of(application))?),
-            (None, Some(split)) => Recorder::split(&file, options, split),
+        let recorder = match (&record.trigger, record.split) {
+            (Some(around), _) => {
+                Recorder::create_triggered(&file, options, parse_triggers(around, Names::of(application))?)
+            }
+            (None, Some(split)) => Recorder::create_split(&file, options, split),
             (None, None) => Recorder::create(&file, options),
         };
-        let recorder = recorder.map_err(|error| no_recording(error, &file))?;
+        let recorder = recorder.map_err(|error| recording_failure(error, &file))?;
         Ok(Self {
             // A recording that begins during the run cannot be replayed, so it contains no turns.
             on_turn: record
-                .around
+                .trigger
                 .is_none()
                 .then(|| jde_log::turns(&recorder, application, lockstep)),
             recorder: Arc::new(recorder),
             selection,
             panels,
-            taking: Arc::default(),
+            panel_recording: Arc::default(),
             file,
-            waits: record.around.is_some(),
+            is_triggered: record.trigger.is_some(),
         })
     }
 }
 
-impl Extension for Record {
-    fn prepare(&self, coming: &Coming<'_>) -> Result<Option<Box<dyn Prepared>>, Failure> {
-        let recording = Recording::begin(self, coming.application, coming.lockstep)?;
+impl Extension for RecordOptions {
+    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
+        let recording = RunRecording::start(self, coming.application, coming.lockstep)?;
         Ok(Some(Box::new(recording)))
     }
 }
 
-impl Prepared for Recording {
+impl PreparedExtension for RunRecording {
     fn observer(&self) -> Box<dyn Observer> {
         self.recorder.observer()
     }
@@ -126,21 +131,21 @@ impl Prepared for Recording {
 
     /// The hook records the variables of an application from their first value on, and its panels. Variables
     /// that are not recorded can still be read by conditions.
-    fn before_start(&self, _: &Arc<Plugins>) -> BeforeStart {
+    fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
-        let (panels, taking) = (self.panels.clone(), Arc::clone(&self.taking));
+        let (panels, taking) = (self.panels.clone(), Arc::clone(&self.panel_recording));
         Box::new(move |handle| {
             for variable in handle.board().list() {
                 let handle = handle.clone();
                 let clock = Arc::new(move || handle.now());
-                if selection.has(&variable.describe().full_name()) {
+                if selection.contains(&variable.describe().full_name()) {
                     recorder.watch(&variable, clock);
                 } else {
-                    recorder.look(&variable, clock);
+                    recorder.watch_for_conditions(&variable, clock);
                 }
             }
             if let Some(panels) = &panels {
-                let begun = Taking::begin(handle, &recorder, panels).map_err(Box::new)?;
+                let begun = PanelRecording::start(handle, &recorder, panels).map_err(Box::new)?;
                 *taking.lock().unwrap_or_else(PoisonError::into_inner) = Some(begun);
             }
             Ok(())
@@ -148,35 +153,44 @@ impl Prepared for Recording {
     }
 
     /// Writes the rest.
-    fn finish(&self) -> Option<Recorded> {
-        drop(self.taking.lock().unwrap_or_else(PoisonError::into_inner).take());
-        Some(Recorded::of(&self.file, self.waits, self.recorder.finish()))
+    fn finish(&self) -> Option<RecordingSummary> {
+        drop(
+            self.panel_recording
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .take(),
+        );
+        Some(RecordingSummary::of(
+            &self.file,
+            self.is_triggered,
+            self.recorder.finish(),
+        ))
     }
 }
 
-impl Recorded {
+impl RecordingSummary {
     /// Returns the result of a finished recording; file by file if it `waited` for conditions.
     pub(crate) fn of(file: &Path, waited: bool, status: Status) -> Self {
         let Status {
-            kept,
+            written: kept,
             lost,
             bytes,
-            trouble,
+            error: trouble,
             files,
-            short,
+            evicted: short,
             parts,
             ..
         } = status;
         Self {
-            file: shown(file),
+            file: display_path(file),
             parts: parts.map(|parts| RecordedParts {
-                first: shown(&parts.first),
-                last: shown(&parts.last),
+                first: display_path(&parts.first),
+                last: display_path(&parts.last),
                 count: parts.count,
                 deleted: parts.deleted,
-                left: parts.left.iter().map(|part| shown(part)).collect(),
+                left: parts.undeleted.iter().map(|part| display_path(part)).collect(),
             }),
-            files: waited.then(|| files.into_iter().map(recorded).collect()),
+            files: waited.then(|| files.into_iter().map(recorded_file).collect()),
             short,
             kept,
             lost,
@@ -187,7 +201,7 @@ impl Recorded {
 }
 
 /// Reads the conditions, and logs the start and end of each file.
-pub(crate) fn when(around: &Around, names: Names) -> Result<When, Failure> {
+pub(crate) fn parse_triggers(around: &TriggerWindow, names: Names) -> Result<TriggerOptions, Failure> {
     let conditions = around.conditions.iter().map(|text| Condition::new(text, &names));
     let conditions = conditions.collect::<Result<_, _>>().map_err(|bad| {
         Failure::usage(
@@ -197,20 +211,20 @@ pub(crate) fn when(around: &Around, names: Names) -> Result<When, Failure> {
              'pioneer.laser.ranges.exists(r, r < 0.3)'",
         )
     })?;
-    Ok(When {
+    Ok(TriggerOptions {
         triggers: Triggers::new(names, conditions),
         before: around.before,
         after: around.after,
         memory: around.memory,
         on_file: Box::new(|happened, written| {
-            let (file, reason) = (shown(&written.path), &written.reason);
+            let (file, reason) = (display_path(&written.path), &written.reason);
             let at = written.time as f64 / 1e9;
             match happened {
-                Happened::Began => tracing::warn!("recording {file}: {reason} at {at:.3} s"),
-                Happened::FiredAgain => tracing::info!("recording {file} for longer"),
-                Happened::Ended => tracing::info!("recorded {file}"),
-                Happened::Failed => {
-                    let trouble = written.trouble.as_deref().unwrap_or_default();
+                FileEvent::Started => tracing::warn!("recording {file}: {reason} at {at:.3} s"),
+                FileEvent::Extended => tracing::info!("recording {file} for longer"),
+                FileEvent::Ended => tracing::info!("recorded {file}"),
+                FileEvent::Failed => {
+                    let trouble = written.error.as_deref().unwrap_or_default();
                     tracing::error!(
                         "{file} ends here, and the run goes on; the next condition tries again: {trouble}"
                     );
@@ -220,28 +234,28 @@ pub(crate) fn when(around: &Around, names: Names) -> Result<When, Failure> {
     })
 }
 
-fn recorded(written: Written) -> RecordedFile {
+fn recorded_file(written: TriggeredFile) -> RecordedFile {
     RecordedFile {
-        file: shown(&written.path),
+        file: display_path(&written.path),
         reason: written.reason,
         time_s: written.time as f64 / 1e9,
         fired: written.fired,
-        kept: written.kept,
+        kept: written.written,
         lost: written.lost,
         bytes: written.bytes,
-        trouble: written.trouble,
+        trouble: written.error,
     }
 }
 
 /// Returns the failure for a recording that cannot be begun.
-pub(crate) fn no_recording(error: Error, file: &Path) -> Failure {
+pub(crate) fn recording_failure(error: Error, file: &Path) -> Failure {
     match error {
         Error::Exists(_) => Failure::usage(
-            format!("{} exists already", shown(file)),
+            format!("{} exists already", display_path(file)),
             "give the recording another name, or add --overwrite",
         ),
         Error::Written(path) => Failure::usage(
-            format!("{} is being written by another recording", shown(&path)),
+            format!("{} is being written by another recording", display_path(&path)),
             "give this one another name, or end the other",
         ),
         Error::Create { path, error } => Failure::File { path, error },

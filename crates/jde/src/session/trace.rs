@@ -6,18 +6,18 @@ use std::collections::BTreeMap;
 use jde_core::Nanos;
 use jde_types::Pose2D;
 
-use super::sight::{Seen, Sight};
-use super::tally::Takeover;
+use super::sampler::{Observation, Sampler};
+use super::statistics::Takeover;
 
 /// One laser scan is kept for this many samples of the path: one scan per second is enough to show a
 /// building.
-const SAMPLES_A_SCAN: usize = 10;
+const SAMPLES_PER_SCAN: usize = 10;
 
 /// A sampled drive.
 #[derive(Default)]
-pub(crate) struct Trace {
+pub(crate) struct DriveTrace {
     /// The path of each robot, by its driver's place in the application.
-    pub(crate) paths: BTreeMap<usize, Vec<Sample>>,
+    pub(crate) paths: BTreeMap<usize, Vec<PathSample>>,
     /// The time of each takeover, ns, the new winner, and the robots that it acts for.
     pub(crate) takeovers: Vec<(Nanos, usize, Vec<usize>)>,
     /// The targets known so far, in the order of the mission. The targets of a route occur once, however
@@ -31,7 +31,7 @@ pub(crate) struct Trace {
 
 /// One sample of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct PathSample {
     /// Time, ns.
     pub(crate) time: Nanos,
     /// The pose in the world, or in the frame of the odometry where there is no ground truth.
@@ -40,7 +40,7 @@ pub(crate) struct Sample {
     pub(crate) acting: Option<usize>,
 }
 
-impl Trace {
+impl DriveTrace {
     /// Creates an empty trace. `scans` is whether to keep the laser's points, which replace a missing world.
     pub(crate) fn new(scans: bool) -> Self {
         Self {
@@ -50,8 +50,8 @@ impl Trace {
     }
 
     /// Adds a sample. `acting` are the schemas that act now.
-    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: &[usize]) {
-        if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.of_places) {
+    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sampler, seen: &Observation, acting: &[usize]) {
+        if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.counts_positions) {
             self.reached = progress.reached as usize;
             if self.targets.is_empty() {
                 self.targets = sight.route();
@@ -60,30 +60,30 @@ impl Trace {
             if let Some(target) = progress.target.filter(|_| self.reached == self.targets.len())
                 && self.reached < progress.total as usize
             {
-                self.targets.push(sight.in_path(target));
+                self.targets.push(sight.to_path_frame(target));
             }
         }
-        for (robot, pose) in seen.places.iter().copied() {
-            let acting = sight.acts_for(robot, acting);
+        for (robot, pose) in seen.poses.iter().copied() {
+            let acting = sight.find_actor(robot, acting);
             let path = self.paths.entry(robot).or_default();
             if let Some(scans) = &mut self.scans
-                && path.len().is_multiple_of(SAMPLES_A_SCAN)
+                && path.len().is_multiple_of(SAMPLES_PER_SCAN)
             {
                 scans.extend(sight.scan(robot, pose));
             }
-            path.push(Sample { time, pose, acting });
+            path.push(PathSample { time, pose, acting });
         }
     }
 
     /// Adds a takeover, unless it leaves no winner.
-    pub(crate) fn took_over(&mut self, takeover: &Takeover, sight: Option<&Sight>) {
+    pub(crate) fn add_takeover(&mut self, takeover: &Takeover, sight: Option<&Sampler>) {
         let robots = |to| sight.map_or_else(Vec::new, |sight| sight.robots_of(to).collect());
         self.takeovers
             .extend(takeover.to.map(|to| (takeover.time, to, robots(to))));
     }
 
     /// Returns the pose of a robot in its first sample from a time on, or in its last.
-    pub(crate) fn place(&self, robot: usize, time: Nanos) -> Option<Pose2D> {
+    pub(crate) fn pose_at(&self, robot: usize, time: Nanos) -> Option<Pose2D> {
         let path = self.paths.get(&robot)?;
         let after = path.partition_point(|sample| sample.time < time);
         path.get(after).or(path.last()).map(|sample| sample.pose)
@@ -96,18 +96,18 @@ mod tests {
 
     #[test]
     fn the_place_of_a_takeover_is_the_next_sample_of_the_path() {
-        let sample = |time, x| Sample {
+        let sample = |time, x| PathSample {
             time,
             pose: Pose2D::new(x, 0.0, 0.0),
             acting: None,
         };
-        let trace = Trace {
+        let trace = DriveTrace {
             paths: BTreeMap::from([(3, vec![sample(0, 0.0), sample(100, 1.0)])]),
-            ..Trace::default()
+            ..DriveTrace::default()
         };
-        assert_eq!(trace.place(3, 0).unwrap().x, 0.0);
-        assert_eq!(trace.place(3, 40).unwrap().x, 1.0);
-        assert_eq!(trace.place(3, 400).unwrap().x, 1.0);
-        assert_eq!(trace.place(2, 0), None);
+        assert_eq!(trace.pose_at(3, 0).unwrap().x, 0.0);
+        assert_eq!(trace.pose_at(3, 40).unwrap().x, 1.0);
+        assert_eq!(trace.pose_at(3, 400).unwrap().x, 1.0);
+        assert_eq!(trace.pose_at(2, 0), None);
     }
 }

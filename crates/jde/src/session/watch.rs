@@ -14,36 +14,36 @@ use std::time::{Duration, Instant};
 
 use jde_host::Handle;
 use jde_host::plugin::Plugins;
-use jde_host::reload::{Became, How, Reloader};
+use jde_host::reload::{ReloadOptions, ReloadOutcome, Reloader};
 
 /// Time between two looks at the files.
-const EVERY: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// How long a file must stay unchanged to count as written. Linkers write in many steps, and copies of large
 /// files arrive in parts.
-const STILL: Duration = Duration::from_millis(200);
+const SETTLE_TIME: Duration = Duration::from_millis(200);
 /// How long a file that is not a complete library may stay unchanged before that is reported.
-const BROKEN: Duration = Duration::from_secs(2);
+const INCOMPLETE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Watches until it is dropped.
-pub(super) struct Watch {
+pub(super) struct PluginWatcher {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// A watched file.
-struct Watched {
+struct WatchedFile {
     plugin: String,
     file: PathBuf,
     /// Its state when it was last handled.
-    known: Option<Stamp>,
+    handled: Option<FileStamp>,
     /// Its new state, and since when.
-    seen: Option<(Stamp, Instant)>,
+    pending: Option<(FileStamp, Instant)>,
     tried: bool,
 }
 
 /// The state of a file, as far as needed to detect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stamp {
+struct FileStamp {
     modified: (i64, i64),
     length: u64,
     inode: u64,
@@ -51,7 +51,7 @@ struct Stamp {
 
 /// What to do about a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Due {
+enum ReloadAction {
     Nothing,
     /// The file appears to be complete: try to load it.
     Try,
@@ -59,21 +59,23 @@ enum Due {
     TryLast,
 }
 
-impl Watch {
+impl PluginWatcher {
     /// Watches the plugins of an application on a new thread.
     ///
     /// # Errors
     /// The thread cannot be started.
-    pub(super) fn begin(handle: Handle, plugins: Arc<Plugins>) -> std::io::Result<Self> {
+    pub(super) fn start(handle: Handle, plugins: Arc<Plugins>) -> std::io::Result<Self> {
         let reloader = Reloader::new(handle, plugins);
         let files = reloader.files().into_iter();
-        let mut files: Vec<_> = files.map(|(plugin, file)| Watched::new(plugin, file)).collect();
+        let mut files: Vec<_> = files
+            .map(|(plugin, file)| WatchedFile::new(plugin, file))
+            .collect();
         let (stop, stopped) = channel();
         let watch = move || {
-            while let Err(RecvTimeoutError::Timeout) = stopped.recv_timeout(EVERY) {
+            while let Err(RecvTimeoutError::Timeout) = stopped.recv_timeout(POLL_INTERVAL) {
                 for watched in &mut files {
-                    let due = watched.look(Instant::now(), Stamp::of(&watched.file));
-                    if due != Due::Nothing {
+                    let due = watched.check(Instant::now(), FileStamp::of(&watched.file));
+                    if due != ReloadAction::Nothing {
                         reload(&reloader, watched, due);
                     }
                 }
@@ -89,7 +91,7 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl Drop for PluginWatcher {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
@@ -98,56 +100,56 @@ impl Drop for Watch {
     }
 }
 
-impl Watched {
+impl WatchedFile {
     fn new(plugin: String, file: PathBuf) -> Self {
         Self {
-            known: Stamp::of(&file),
+            handled: FileStamp::of(&file),
             plugin,
             file,
-            seen: None,
+            pending: None,
             tried: false,
         }
     }
 
     /// Returns what to do about the file's present state. A missing file is about to be replaced.
-    fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> Due {
+    fn check(&mut self, now: Instant, stamp: Option<FileStamp>) -> ReloadAction {
         let Some(stamp) = stamp else {
-            self.seen = None;
-            return Due::Nothing;
+            self.pending = None;
+            return ReloadAction::Nothing;
         };
-        if self.known == Some(stamp) {
-            self.seen = None;
-            return Due::Nothing;
+        if self.handled == Some(stamp) {
+            self.pending = None;
+            return ReloadAction::Nothing;
         }
-        match self.seen {
+        match self.pending {
             Some((seen, since)) if seen == stamp => {
                 let still = now.saturating_duration_since(since);
-                if still >= BROKEN {
-                    Due::TryLast
-                } else if still >= STILL && !self.tried {
+                if still >= INCOMPLETE_TIMEOUT {
+                    ReloadAction::TryLast
+                } else if still >= SETTLE_TIME && !self.tried {
                     self.tried = true;
-                    Due::Try
+                    ReloadAction::Try
                 } else {
-                    Due::Nothing
+                    ReloadAction::Nothing
                 }
             }
             Some(_) | None => {
-                self.seen = Some((stamp, now));
+                self.pending = Some((stamp, now));
                 self.tried = false;
-                Due::Nothing
+                ReloadAction::Nothing
             }
         }
     }
 
     /// Marks the present state as handled, until the file changes again.
-    fn deal_with(&mut self) {
-        if let Some((stamp, _)) = self.seen.take() {
-            self.known = Some(stamp);
+    fn mark_handled(&mut self) {
+        if let Some((stamp, _)) = self.pending.take() {
+            self.handled = Some(stamp);
         }
     }
 }
 
-impl Stamp {
+impl FileStamp {
     fn of(file: &Path) -> Option<Self> {
         let about = fs::metadata(file).ok()?;
         Some(Self {
@@ -159,47 +161,47 @@ impl Stamp {
 }
 
 /// Reloads a plugin, and logs refusals, delays and the notes of a takeover. Events report the rest.
-fn reload(reloader: &Reloader, watched: &mut Watched, due: Due) {
-    match reloader.reload("watch", &watched.plugin, How::default()) {
-        Err(refused) if refused.may_be_unfinished() && due == Due::Try => return,
+fn reload(reloader: &Reloader, watched: &mut WatchedFile, due: ReloadAction) {
+    match reloader.reload("watch", &watched.plugin, ReloadOptions::default()) {
+        Err(refused) if refused.may_be_unfinished() && due == ReloadAction::Try => return,
         Err(refused) => tracing::warn!("{refused}"),
         Ok(reloaded) => {
             for (schema, became) in &reloaded.schemas {
                 match became {
-                    Became::Waiting => {
+                    ReloadOutcome::Waiting => {
                         tracing::warn!("{schema} is inside a call and is reloaded when that returns");
                     }
-                    Became::Reloaded(takeover) => {
+                    ReloadOutcome::Reloaded(takeover) => {
                         for note in &takeover.notes {
                             tracing::warn!("{schema}: {note}");
                         }
                     }
-                    Became::Unchanged | Became::Restarted | Became::Undone(_) => {}
+                    ReloadOutcome::Unchanged | ReloadOutcome::Restarted | ReloadOutcome::Undone(_) => {}
                 }
             }
         }
     }
-    watched.deal_with();
+    watched.mark_handled();
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn stamp(length: u64) -> Option<Stamp> {
-        Some(Stamp {
+    fn stamp(length: u64) -> Option<FileStamp> {
+        Some(FileStamp {
             modified: (1, 2),
             length,
             inode: 3,
         })
     }
 
-    fn watched() -> Watched {
-        Watched {
+    fn watched() -> WatchedFile {
+        WatchedFile {
             plugin: "vff".to_owned(),
             file: PathBuf::from("libvff.so"),
-            known: stamp(100),
-            seen: None,
+            handled: stamp(100),
+            pending: None,
             tried: false,
         }
     }
@@ -209,7 +211,7 @@ mod tests {
         let (mut watched, start) = (watched(), Instant::now());
         for ms in 0..10_000 {
             let now = start + Duration::from_millis(ms);
-            assert_eq!(watched.look(now, stamp(100)), Due::Nothing);
+            assert_eq!(watched.check(now, stamp(100)), ReloadAction::Nothing);
         }
     }
 
@@ -220,47 +222,47 @@ mod tests {
         for ms in 0..1900 {
             // The file grows for 500 ms.
             let now = start + Duration::from_millis(ms);
-            if watched.look(now, stamp(100 + ms.clamp(1, 500))) == Due::Try {
+            if watched.check(now, stamp(100 + ms.clamp(1, 500))) == ReloadAction::Try {
                 tried.push(ms);
             }
         }
         assert_eq!(tried, [500 + 200]);
-        watched.deal_with();
+        watched.mark_handled();
         let later = start + Duration::from_secs(100);
-        assert_eq!(watched.look(later, stamp(600)), Due::Nothing);
+        assert_eq!(watched.check(later, stamp(600)), ReloadAction::Nothing);
     }
 
     #[test]
     fn a_file_that_is_away_for_a_moment_is_waited_for() {
         let (mut watched, start) = (watched(), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
-        assert_eq!(watched.look(at(0), stamp(200)), Due::Nothing);
-        assert_eq!(watched.look(at(100), None), Due::Nothing);
-        assert_eq!(watched.look(at(300), stamp(200)), Due::Nothing);
-        assert_eq!(watched.look(at(499), stamp(200)), Due::Nothing);
-        assert_eq!(watched.look(at(500), stamp(200)), Due::Try);
+        assert_eq!(watched.check(at(0), stamp(200)), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(100), None), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(300), stamp(200)), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(499), stamp(200)), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(500), stamp(200)), ReloadAction::Try);
     }
 
     #[test]
     fn what_stays_half_written_is_told_in_the_end() {
         let (mut watched, start) = (watched(), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
-        assert_eq!(watched.look(at(0), stamp(50)), Due::Nothing);
-        assert_eq!(watched.look(at(200), stamp(50)), Due::Try);
-        assert_eq!(watched.look(at(1999), stamp(50)), Due::Nothing);
-        assert_eq!(watched.look(at(2000), stamp(50)), Due::TryLast);
+        assert_eq!(watched.check(at(0), stamp(50)), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(200), stamp(50)), ReloadAction::Try);
+        assert_eq!(watched.check(at(1999), stamp(50)), ReloadAction::Nothing);
+        assert_eq!(watched.check(at(2000), stamp(50)), ReloadAction::TryLast);
     }
 
     #[test]
     fn one_state_of_a_file_differs_from_another() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("libx.so");
-        assert_eq!(Stamp::of(&file), None);
+        assert_eq!(FileStamp::of(&file), None);
         fs::write(&file, "one").unwrap();
-        let one = Stamp::of(&file);
+        let one = FileStamp::of(&file);
         assert!(one.is_some());
         fs::write(folder.path().join("other"), "two").unwrap();
         fs::rename(folder.path().join("other"), &file).unwrap();
-        assert_ne!(Stamp::of(&file), one);
+        assert_ne!(FileStamp::of(&file), one);
     }
 }

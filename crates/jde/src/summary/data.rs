@@ -6,12 +6,12 @@ use jde_host::Handle;
 use jde_host::event::Outcome;
 use serde::Serialize;
 
-use crate::session::{Kept, Recorded};
+use crate::session::{RecordingSummary, RunData};
 use crate::terminal;
 
 /// The result of a run. Times are in seconds unless a key names another unit.
 #[derive(Debug, Serialize)]
-pub(crate) struct Summary {
+pub(crate) struct RunSummary {
     /// The name of the application.
     pub(crate) application: String,
     /// How the run ended.
@@ -50,7 +50,7 @@ pub(crate) struct Summary {
     pub(crate) decisions_sha256: String,
     /// The recording.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) recording: Option<Recorded>,
+    pub(crate) recording: Option<RecordingSummary>,
     /// Output that was not read in time.
     #[serde(skip_serializing_if = "Unread::is_none")]
     pub(crate) unread: Unread,
@@ -138,18 +138,18 @@ pub(crate) struct SchemaSummary {
     pub(crate) faults: u64,
 }
 
-impl Summary {
+impl RunSummary {
     /// Sums up a run that has ended.
     pub(crate) fn new(
         handle: &Handle,
-        kept: &Kept,
+        kept: &RunData,
         outcome: &Outcome,
         wall: Duration,
         decisions_sha256: String,
-        recording: Option<Recorded>,
+        recording: Option<RecordingSummary>,
     ) -> Self {
         let application = handle.application();
-        let mission = kept.seen.mission.as_ref();
+        let mission = kept.observation.mission.as_ref();
         let groups: Vec<_> = (0..application.groups.len())
             .map(|group| group_summary(handle, kept, group))
             .collect();
@@ -177,17 +177,20 @@ impl Summary {
             note,
             has_mission: application.mission.is_some() && mission.is_none_or(|mission| mission.total > 0),
             counts: match mission {
-                Some(mission) if !mission.of_places => mission.note.clone(),
+                Some(mission) if !mission.counts_positions => mission.note.clone(),
                 Some(_) | None => "targets".to_owned(),
             },
             seed: application.seed,
             targets: mission.map(|mission| mission.total),
             reached: mission.map(|mission| mission.reached),
-            collisions: kept.seen.collisions,
-            min_clearance_m: kept.seen.min_clearance.filter(|clearance| clearance.is_finite()),
-            takeovers: kept.tally.all_takeovers(),
+            collisions: kept.observation.collisions,
+            min_clearance_m: kept
+                .observation
+                .min_clearance
+                .filter(|clearance| clearance.is_finite()),
+            takeovers: kept.statistics.total_takeovers(),
             worst_takeover_us: worst,
-            sim_seconds: seconds(kept.ended),
+            sim_seconds: seconds(kept.end_time),
             wall_seconds: wall.as_secs_f64(),
             decisions_sha256,
             recording,
@@ -221,11 +224,11 @@ impl Summary {
     }
 }
 
-fn group_summary(handle: &Handle, kept: &Kept, number: usize) -> GroupSummary {
+fn group_summary(handle: &Handle, kept: &RunData, number: usize) -> GroupSummary {
     let application = handle.application();
     let group = &application.groups[number];
-    let won = |schema: usize| kept.tally.won(schema, kept.ended);
-    let open = group.father.map_or(kept.ended, won);
+    let won = |schema: usize| kept.statistics.winner_time(schema, kept.end_time);
+    let open = group.father.map_or(kept.end_time, won);
     let by_members: u64 = group.members.iter().map(|member| won(*member)).sum();
     GroupSummary {
         group: group.name.clone(),
@@ -235,12 +238,12 @@ fn group_summary(handle: &Handle, kept: &Kept, number: usize) -> GroupSummary {
             .map(|member| Share {
                 schema: application.instances[*member].name.clone(),
                 seconds: seconds(won(*member)),
-                share: won(*member) as f64 / kept.ended.max(1) as f64,
-                takeovers: kept.tally.takeovers(*member),
+                share: won(*member) as f64 / kept.end_time.max(1) as f64,
+                takeovers: kept.statistics.takeovers(*member),
             })
             .collect(),
         nobody_seconds: seconds(open.saturating_sub(by_members)),
-        worst_takeover_us: kept.tally.worst(number).map(|worst| worst as f64 / 1e3),
+        worst_takeover_us: kept.statistics.worst(number).map(|worst| worst as f64 / 1e3),
         allowed_takeover_us: handle.snapshot().groups[number].allowed as f64 / 1e3,
     }
 }

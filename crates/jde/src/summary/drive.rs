@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use jde_abi::describe::Role;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_host::app::{Application, Binding, Instance};
+use jde_host::app::{Application, Binding, InstanceConfig};
 use jde_report::{Drive, Obstacle, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
 use jde_sim::{RobotConfig, World};
 
 use crate::failure::Failure;
-use crate::session::{Kept, Sample, Trace};
+use crate::session::{DriveTrace, PathSample, RunData};
 
 /// The modulation of a simulator's driver that names its world.
 const WORLD: &str = "world";
@@ -18,7 +18,7 @@ const WORLD: &str = "world";
 const FILE: &str = "file";
 
 /// Returns the world file of the application's simulator, if it has one.
-pub(crate) fn world(application: &Application) -> Option<PathBuf> {
+pub(crate) fn world_file(application: &Application) -> Option<PathBuf> {
     application
         .instances
         .iter()
@@ -32,7 +32,12 @@ pub(crate) fn world(application: &Application) -> Option<PathBuf> {
 ///
 /// # Errors
 /// The world can no longer be read, or the picture cannot be written.
-pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(
+    handle: &Handle,
+    kept: &RunData,
+    world: Option<&Path>,
+    file: &Path,
+) -> Result<(), Failure> {
     let Some(trace) = &kept.trace else { return Ok(()) };
     let application = handle.application();
     let takeovers = takeovers(trace, kept);
@@ -47,7 +52,7 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
         paths: trace
             .paths
             .iter()
-            .map(|(robot, path)| way(&application.instances[*robot].name, path))
+            .map(|(robot, path)| robot_path(&application.instances[*robot].name, path))
             .collect(),
         targets: targets(trace),
         takeover_count: takeovers.len() as u64,
@@ -67,9 +72,9 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
     })
 }
 
-fn way(robot: &str, path: &[Sample]) -> RobotPath {
+fn robot_path(robot: &str, path: &[PathSample]) -> RobotPath {
     let steps = path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
-    let moment = |sample: &Sample| PathPoint {
+    let moment = |sample: &PathSample| PathPoint {
         time: sample.time as f64 / 1e9,
         x: sample.pose.x,
         y: sample.pose.y,
@@ -83,7 +88,7 @@ fn way(robot: &str, path: &[Sample]) -> RobotPath {
     }
 }
 
-fn targets(trace: &Trace) -> Vec<Target> {
+fn targets(trace: &DriveTrace) -> Vec<Target> {
     let named = trace.targets.iter().enumerate();
     let target = |(before, (x, y)): (usize, &(f64, f64))| Target {
         number: before + 1,
@@ -96,13 +101,13 @@ fn targets(trace: &Trace) -> Vec<Target> {
 
 /// Returns the takeovers by schemas without motor children. A father takes over together with one of its
 /// children.
-fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
-    let actors: Vec<usize> = kept.tally.actors().collect();
+fn takeovers(trace: &DriveTrace, kept: &RunData) -> Vec<Takeover> {
+    let actors: Vec<usize> = kept.statistics.actors().collect();
     let acting = trace.takeovers.iter().filter(|(_, to, _)| actors.contains(to));
     acting
         .flat_map(|(time, to, robots)| robots.iter().map(move |robot| (time, to, robot)))
         .filter_map(|(time, to, robot)| {
-            let place = trace.place(*robot, *time)?;
+            let place = trace.pose_at(*robot, *time)?;
             Some(Takeover {
                 x: place.x,
                 y: place.y,
@@ -125,7 +130,7 @@ fn radius(application: &Application) -> f64 {
 }
 
 /// Returns the initial value of a modulation. A type of one field yields the value of that field.
-fn modulation(instance: &Instance, name: &str, unit: &str) -> Option<Value> {
+fn modulation(instance: &InstanceConfig, name: &str, unit: &str) -> Option<Value> {
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     let mut named = ports.filter(|(port, _)| port.name == name && port.unit == unit);
     let (port, binding) = named.find(|(port, _)| matches!(port.role, Role::Modulation { .. }))?;

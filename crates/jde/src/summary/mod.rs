@@ -2,8 +2,8 @@
 
 mod data;
 mod drive;
-mod words;
+mod text;
 
-pub(crate) use data::Summary;
-pub(crate) use drive::{draw, world};
-pub(crate) use words::{counted, tell, tell_recording};
+pub(crate) use data::RunSummary;
+pub(crate) use drive::{draw, world_file};
+pub(crate) use text::{pluralize, print_recording, print_summary};

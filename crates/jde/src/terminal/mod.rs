@@ -21,10 +21,10 @@ use anstyle::{AnsiColor, Style};
 
 pub(crate) use hang_up::on_hang_up;
 pub(crate) use printer::Printer;
-use printer::{Policy, Stream};
+use printer::{BlockingPolicy, Stream};
 pub(crate) use screen::with_screen;
 
-use crate::visible::Visible;
+use crate::escape::EscapingWriter;
 
 /// For titles.
 pub(crate) const TITLE: Style = Style::new().bold();
@@ -38,10 +38,10 @@ pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
 pub(crate) const WARN: Style = AnsiColor::Yellow.on_default().bold();
 
 /// A stream of text for people, which drops colours where they are not shown.
-pub(crate) type Words = Box<dyn Write + Send>;
+pub(crate) type TextWriter = Box<dyn Write + Send>;
 
 /// How long this process waits for the readers of its output.
-static POLICY: Policy = Policy::new();
+static POLICY: BlockingPolicy = BlockingPolicy::new();
 static OUT: OnceLock<Arc<Stream>> = OnceLock::new();
 static ERR: OnceLock<Arc<Stream>> = OnceLock::new();
 
@@ -58,7 +58,7 @@ pub(crate) enum Color {
 }
 
 /// Sets the use of colours for the whole process.
-pub(crate) fn choose(color: Color) {
+pub(crate) fn set_color(color: Color) {
     match color {
         Color::Auto => ColorChoice::Auto,
         Color::Always => ColorChoice::Always,
@@ -68,9 +68,9 @@ pub(crate) fn choose(color: Color) {
 }
 
 /// Returns standard output.
-pub(crate) fn out() -> Words {
+pub(crate) fn out() -> TextWriter {
     let plain = AutoStream::choice(&io::stdout()) == ColorChoice::Never;
-    Box::new(Visible::new(Printer::new(Arc::clone(stdout()), plain)))
+    Box::new(EscapingWriter::new(Printer::new(Arc::clone(stdout()), plain)))
 }
 
 /// Returns standard output without escaping or dropping colours: for pictures, and for a view that uses the
@@ -80,15 +80,15 @@ pub(crate) fn raw_out() -> Printer {
 }
 
 /// Returns standard error.
-pub(crate) fn err() -> Words {
+pub(crate) fn err() -> TextWriter {
     let plain = AutoStream::choice(&io::stderr()) == ColorChoice::Never;
-    Box::new(Visible::new(Printer::new(Arc::clone(stderr()), plain)))
+    Box::new(EscapingWriter::new(Printer::new(Arc::clone(stderr()), plain)))
 }
 
 /// Returns a writer of lines to a file or pipe that a program reads. Dropped lines are counted, and not
 /// mentioned among the lines.
 pub(crate) fn lines_to(file: File) -> Printer {
-    Printer::new(Stream::begin("lines", file, &POLICY, false), false)
+    Printer::new(Stream::start("lines", file, &POLICY, false), false)
 }
 
 /// Whether standard input and standard output are terminals.
@@ -108,29 +108,29 @@ pub(crate) fn err_is_terminal() -> bool {
 
 /// Makes printing never wait, until the returned guard is dropped. After that it waits only for readers that
 /// keep reading.
-pub(crate) fn wait_for_nobody() -> NoWaiting {
-    POLICY.wait_for_nobody();
-    NoWaiting(())
+pub(crate) fn never_block() -> NonBlockingGuard {
+    POLICY.never_block();
+    NonBlockingGuard(())
 }
 
 /// Printing never waits while this guard lives.
-pub(crate) struct NoWaiting(());
+pub(crate) struct NonBlockingGuard(());
 
-impl Drop for NoWaiting {
+impl Drop for NonBlockingGuard {
     fn drop(&mut self) {
-        POLICY.hurry();
+        POLICY.block_briefly();
     }
 }
 
 /// Marks the process as ending: printing then waits only for readers that keep reading. Where printing never
 /// waits, nothing changes.
-pub(crate) fn let_go() {
-    POLICY.let_go();
+pub(crate) fn finish_soon() {
+    POLICY.finish_soon();
 }
 
 /// Makes printing wait for readers again: for a shell, which runs one verb after another.
-pub(crate) fn wait_again() {
-    POLICY.wait();
+pub(crate) fn resume_blocking() {
+    POLICY.block();
 }
 
 /// Waits until everything is written, for as long as the process has patience.
@@ -138,9 +138,9 @@ pub(crate) fn wait_again() {
 /// # Errors
 /// Standard output could not be written. Errors of standard error are ignored, because there is nowhere to
 /// report them.
-pub(crate) fn settle() -> io::Result<()> {
-    let out = OUT.get().map_or(Ok(()), |out| out.settle());
-    let _ = ERR.get().map(|err| err.settle());
+pub(crate) fn drain() -> io::Result<()> {
+    let out = OUT.get().map_or(Ok(()), |out| out.drain());
+    let _ = ERR.get().map(|err| err.drain());
     out
 }
 
@@ -151,7 +151,7 @@ pub(crate) fn lost() -> [u64; 2] {
 
 /// Prints panics through this module: a thread that panics must not wait for a reader, because a robot may
 /// wait for the thread.
-pub(crate) fn tell_panics() {
+pub(crate) fn install_panic_hook() {
     panic::set_hook(Box::new(|info| {
         let thread = thread::current();
         let name = thread.name().unwrap_or("?");
@@ -164,24 +164,24 @@ pub(crate) fn tell_panics() {
         drop(words);
         if name == "main" {
             // A panic of the main thread ends the process.
-            POLICY.let_go();
-            let _ = settle();
+            POLICY.finish_soon();
+            let _ = drain();
         }
     }));
 }
 
 fn stdout() -> &'static Arc<Stream> {
-    OUT.get_or_init(|| begin("stdout", io::stdout().as_fd()))
+    OUT.get_or_init(|| open_stream("stdout", io::stdout().as_fd()))
 }
 
 fn stderr() -> &'static Arc<Stream> {
-    ERR.get_or_init(|| begin("stderr", io::stderr().as_fd()))
+    ERR.get_or_init(|| open_stream("stderr", io::stderr().as_fd()))
 }
 
 /// Opens a stream past the standard library's locks: a thread that waits for a reader must not hold one.
-fn begin(name: &str, stream: BorrowedFd<'_>) -> Arc<Stream> {
+fn open_stream(name: &str, stream: BorrowedFd<'_>) -> Arc<Stream> {
     let file = stream.try_clone_to_owned().map(File::from);
     let file = file.or_else(|_| File::options().write(true).open("/dev/null"));
     let file = file.expect("a process that can open no file can print nothing");
-    Stream::begin(name, file, &POLICY, true)
+    Stream::start(name, file, &POLICY, true)
 }

@@ -13,103 +13,108 @@ use rustix::event::{PollFd, PollFlags, poll};
 use tracing_appender::non_blocking::{NonBlocking, NonBlockingBuilder};
 
 /// Most pieces in the queue: some seconds of the most verbose log.
-const MOST_PIECES: usize = 4096;
+const MAX_PIECES: usize = 4096;
 /// Most bytes in the queue. A single piece may be of any length.
-const MOST_BYTES: usize = 4 << 20;
+const MAX_BYTES: usize = 4 << 20;
 /// Additional room for the messages about dropped lines.
-const SAYING: usize = 8;
+const NOTICE_ROOM: usize = 8;
 /// How long a reader may take nothing before a process that is ending stops waiting for it.
-const GRACE: Duration = Duration::from_millis(500);
+const GRACE_PERIOD: Duration = Duration::from_millis(500);
 /// How often a waiting thread checks the patience again.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// How long a process waits for the readers of its output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Patience {
+enum BlockingMode {
     /// Until everything is read.
     UntilRead,
     /// Not at all, because a robot moves.
-    None,
+    Never,
     /// As long as readers keep reading, because the process is ending. The time is when that began.
     Brief(Instant),
 }
 
 /// The present patience of the process.
-pub(super) struct Policy(Mutex<Patience>);
+pub(super) struct BlockingPolicy(Mutex<BlockingMode>);
 
-impl Policy {
+impl BlockingPolicy {
     pub(super) const fn new() -> Self {
-        Self(Mutex::new(Patience::UntilRead))
+        Self(Mutex::new(BlockingMode::UntilRead))
     }
 
     /// Waits for readers until they have read.
-    pub(super) fn wait(&self) {
-        *self.lock() = Patience::UntilRead;
+    pub(super) fn block(&self) {
+        *self.lock() = BlockingMode::UntilRead;
     }
 
     /// Never waits.
-    pub(super) fn wait_for_nobody(&self) {
-        *self.lock() = Patience::None;
+    pub(super) fn never_block(&self) {
+        *self.lock() = BlockingMode::Never;
     }
 
     /// Waits only as long as readers keep reading.
-    pub(super) fn hurry(&self) {
-        *self.lock() = Patience::Brief(Instant::now());
+    pub(super) fn block_briefly(&self) {
+        *self.lock() = BlockingMode::Brief(Instant::now());
     }
 
     /// As [`Self::hurry`], unless the process does not wait at all or is ending already.
-    pub(super) fn let_go(&self) {
+    pub(super) fn finish_soon(&self) {
         let mut patience = self.lock();
-        if *patience == Patience::UntilRead {
-            *patience = Patience::Brief(Instant::now());
+        if *patience == BlockingMode::UntilRead {
+            *patience = BlockingMode::Brief(Instant::now());
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Patience> {
+    fn lock(&self) -> MutexGuard<'_, BlockingMode> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// A stream, for use from any thread.
 pub(super) struct Stream {
-    policy: &'static Policy,
+    policy: &'static BlockingPolicy,
     /// Whether dropped lines are reported in the stream itself. They are not where a program reads the lines.
-    tells_gaps: bool,
-    state: Mutex<State>,
+    reports_gaps: bool,
+    state: Mutex<StreamState>,
     changed: Condvar,
 }
 
-struct State {
+struct StreamState {
     /// The writer's queue; `None` until its thread has started.
     writer: Option<NonBlocking>,
     /// Pieces that are not written yet, and their bytes.
-    waiting: usize,
-    waiting_bytes: usize,
+    queued: usize,
+    queued_bytes: usize,
     /// When the reader last took something, or when the queue last became non-empty.
-    taken: Instant,
+    last_read: Instant,
     /// Lines dropped since the reader fell behind. While it is above 0, only half of `MOST_PIECES` may be in
     /// the queue.
     gap: u64,
     /// Lines dropped in total.
     lost: u64,
     /// The last error of the writer, until it is returned to a caller.
-    failed: Option<io::Error>,
+    error: Option<io::Error>,
 }
 
 impl Stream {
     /// Creates a stream that writes to a file, pipe or terminal.
-    pub(super) fn begin(name: &str, file: File, policy: &'static Policy, tells_gaps: bool) -> Arc<Self> {
+    pub(super) fn start(
+        name: &str,
+        file: File,
+        policy: &'static BlockingPolicy,
+        tells_gaps: bool,
+    ) -> Arc<Self> {
         let stream = Arc::new(Self {
             policy,
-            tells_gaps,
-            state: Mutex::new(State {
+            reports_gaps: tells_gaps,
+            state: Mutex::new(StreamState {
                 writer: None,
-                waiting: 0,
-                waiting_bytes: 0,
-                taken: Instant::now(),
+                queued: 0,
+                queued_bytes: 0,
+                last_read: Instant::now(),
                 gap: 0,
                 lost: 0,
-                failed: None,
+                error: None,
             }),
             changed: Condvar::new(),
         });
@@ -119,7 +124,7 @@ impl Stream {
         };
         let (writer, guard) = NonBlockingBuilder::default()
             .lossy(true)
-            .buffered_lines_limit(MOST_PIECES + SAYING)
+            .buffered_lines_limit(MAX_PIECES + NOTICE_ROOM)
             .thread_name(name)
             .finish(writer);
         // Dropping the guard would wait for a second and print, even without a reader. `settle` ends in time
@@ -135,18 +140,18 @@ impl Stream {
     /// The writer failed since the last call.
     fn put(&self, piece: &[u8]) -> io::Result<()> {
         let (mut state, room) = self.wait(self.lock(), |state| state.has_room(piece.len()));
-        if let Some(error) = state.failed.take() {
+        if let Some(error) = state.error.take() {
             return Err(error);
         }
         if !room {
-            if state.gap == 0 && self.tells_gaps {
-                state.hand_over(b"[lines are dropped from here on: nobody reads them]\n");
+            if state.gap == 0 && self.reports_gaps {
+                state.enqueue(b"[lines are dropped from here on: nobody reads them]\n");
             }
-            state.lose(piece);
+            state.count_lost(piece);
             return Ok(());
         }
-        self.tell_gap(&mut state);
-        state.hand_over(piece);
+        self.report_gap(&mut state);
+        state.enqueue(piece);
         Ok(())
     }
 
@@ -154,16 +159,16 @@ impl Stream {
     ///
     /// # Errors
     /// The writer failed since the last call.
-    pub(super) fn settle(&self) -> io::Result<()> {
-        let (mut state, _) = self.wait(self.lock(), |state| state.waiting < MOST_PIECES);
-        self.tell_gap(&mut state);
-        let (mut state, _) = self.wait(state, |state| state.waiting == 0);
-        state.failed.take().map_or(Ok(()), Err)
+    pub(super) fn drain(&self) -> io::Result<()> {
+        let (mut state, _) = self.wait(self.lock(), |state| state.queued < MAX_PIECES);
+        self.report_gap(&mut state);
+        let (mut state, _) = self.wait(state, |state| state.queued == 0);
+        state.error.take().map_or(Ok(()), Err)
     }
 
     /// Whether everything is written.
     pub(super) fn is_idle(&self) -> bool {
-        self.lock().waiting == 0
+        self.lock().queued == 0
     }
 
     /// Returns the number of lines dropped so far.
@@ -171,70 +176,68 @@ impl Stream {
         self.lock().lost
     }
 
-    fn tell_gap(&self, state: &mut State) {
+    fn report_gap(&self, state: &mut StreamState) {
         let gap = std::mem::take(&mut state.gap);
-        if gap > 0 && self.tells_gaps {
+        if gap > 0 && self.reports_gaps {
             let lines = if gap == 1 { "line was" } else { "lines were" };
-            state.hand_over(format!("[{gap} {lines} dropped here: nobody read them in time]\n").as_bytes());
+            state.enqueue(format!("[{gap} {lines} dropped here: nobody read them in time]\n").as_bytes());
         }
     }
 
     /// Waits until `so` holds or the writer has failed. Returns false if the patience ended before.
     fn wait<'s>(
         &'s self,
-        mut state: MutexGuard<'s, State>,
-        so: impl Fn(&State) -> bool,
-    ) -> (MutexGuard<'s, State>, bool) {
+        mut state: MutexGuard<'s, StreamState>,
+        so: impl Fn(&StreamState) -> bool,
+    ) -> (MutexGuard<'s, StreamState>, bool) {
         loop {
-            if state.failed.is_some() || so(&state) {
+            if state.error.is_some() || so(&state) {
                 return (state, true);
             }
             let patience = *self.policy.lock();
             let left = match patience {
-                Patience::UntilRead => LOOK,
-                Patience::None => Duration::ZERO,
-                Patience::Brief(since) => GRACE.saturating_sub(state.taken.max(since).elapsed()),
+                BlockingMode::UntilRead => POLL_INTERVAL,
+                BlockingMode::Never => Duration::ZERO,
+                BlockingMode::Brief(since) => {
+                    GRACE_PERIOD.saturating_sub(state.last_read.max(since).elapsed())
+                }
             };
             if left.is_zero() {
                 return (state, false);
             }
-            let waited = self.changed.wait_timeout(state, left.min(LOOK));
+            let waited = self.changed.wait_timeout(state, left.min(POLL_INTERVAL));
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, StreamState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl StreamState {
     fn has_room(&self, bytes: usize) -> bool {
-        let most = if self.gap > 0 {
-            MOST_PIECES / 2
-        } else {
-            MOST_PIECES
-        };
-        self.waiting == 0 || (self.waiting < most && self.waiting_bytes + bytes <= MOST_BYTES)
+        let most = if self.gap > 0 { MAX_PIECES / 2 } else { MAX_PIECES };
+        self.queued == 0 || (self.queued < most && self.queued_bytes + bytes <= MAX_BYTES)
     }
 
-    fn hand_over(&mut self, piece: &[u8]) {
+    fn enqueue(&mut self, piece: &[u8]) {
         let Some(writer) = &mut self.writer else { return };
-        if self.waiting == 0 {
-            self.taken = Instant::now();
+        if self.queued == 0 {
+            self.last_read = Instant::now();
         }
         let dropped = writer.error_counter().dropped_lines();
         // It never fails: without room it drops and counts the piece.
         let _ = writer.write_all(piece);
         if writer.error_counter().dropped_lines() > dropped {
-            self.lose(piece);
+            self.count_lost(piece);
         } else {
-            self.waiting += 1;
-            self.waiting_bytes += piece.len();
+            self.queued += 1;
+            self.queued_bytes += piece.len();
         }
     }
 
-    fn lose(&mut self, piece: &[u8]) {
+    fn count_lost(&mut self, piece: &[u8]) {
         let lines = piece.iter().filter(|byte| **byte == b'\n').count().max(1) as u64;
         self.gap += lines;
         self.lost += lines;
@@ -254,7 +257,7 @@ impl Writer {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
                 Ok(written) => {
                     rest = &rest[written..];
-                    self.stream.lock().taken = Instant::now();
+                    self.stream.lock().last_read = Instant::now();
                     self.stream.changed.notify_all();
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -274,10 +277,10 @@ impl Write for Writer {
     fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
         let written = self.put(piece);
         let mut state = self.stream.lock();
-        state.waiting -= 1;
-        state.waiting_bytes -= piece.len();
+        state.queued -= 1;
+        state.queued_bytes -= piece.len();
         if let Err(error) = written {
-            state.failed = Some(error);
+            state.error = Some(error);
         }
         drop(state);
         self.stream.changed.notify_all();
@@ -316,9 +319,9 @@ impl Printer {
     ///
     /// # Errors
     /// Something could not be written.
-    pub(crate) fn settle(&mut self) -> io::Result<()> {
+    pub(crate) fn drain(&mut self) -> io::Result<()> {
         self.flush()?;
-        self.stream.settle()
+        self.stream.drain()
     }
 
     /// Returns the number of lines dropped on the stream.
@@ -349,7 +352,7 @@ impl Write for Printer {
 
     fn flush(&mut self) -> io::Result<()> {
         if self.line.is_empty() {
-            return self.stream.lock().failed.take().map_or(Ok(()), Err);
+            return self.stream.lock().error.take().map_or(Ok(()), Err);
         }
         self.put(self.line.len())
     }

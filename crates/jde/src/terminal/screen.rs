@@ -21,26 +21,26 @@ use ratatui::crossterm::terminal::{
 use ratatui::{Frame, Terminal};
 
 use super::hang_up::wait_for_key;
-use super::{Printer, err, is_interactive, raw_out, settle};
+use super::{Printer, drain, err, is_interactive, raw_out};
 
 /// Panics of other threads that are kept and printed at the end. The first ones show the cause.
-const PANICS_KEPT: usize = 20;
+const MAX_PANICS: usize = 20;
 
 /// How long the library may wait for a key. Without any time it does not read at all.
-const READ: Duration = Duration::from_millis(1);
+const POLL_TIMEOUT: Duration = Duration::from_millis(1);
 
 /// Whether this process has taken the terminal. Restoring it twice would put the cursor over text printed in
 /// between.
-static TAKEN: AtomicBool = AtomicBool::new(false);
+static ACQUIRED: AtomicBool = AtomicBool::new(false);
 
 /// The terminal of a view.
-pub(crate) struct Screen {
+pub(crate) struct TerminalScreen {
     /// Never dropped: its drop panics when the terminal is gone. [`give_back`] restores what it would.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Printer>>>,
     out: Printer,
 }
 
-impl Screen {
+impl TerminalScreen {
     /// Draws a picture, unless the terminal has not yet taken the previous one.
     ///
     /// # Errors
@@ -56,11 +56,11 @@ impl Screen {
     ///
     /// # Errors
     /// The terminal is gone.
-    pub(crate) fn key(&mut self, until: Instant) -> io::Result<Option<KeyEvent>> {
+    pub(crate) fn read_key(&mut self, until: Instant) -> io::Result<Option<KeyEvent>> {
         let mut most = Duration::ZERO;
         loop {
             wait_for_key(most)?;
-            while event::poll(READ)? {
+            while event::poll(POLL_TIMEOUT)? {
                 if let Event::Key(key) = event::read()?
                     && key.kind != KeyEventKind::Release
                 {
@@ -80,7 +80,7 @@ impl Screen {
 ///
 /// Panics of other threads are not printed over the picture: they are kept, and printed on standard error at
 /// the end.
-pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) -> io::Result<T> {
+pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Result<T>) -> io::Result<T> {
     if !is_interactive() {
         return Err(io::Error::new(
             io::ErrorKind::Unsupported,
@@ -92,12 +92,12 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) ->
     let (view_thread, told, keep) = (thread::current().id(), Arc::clone(&before), Arc::clone(&kept));
     panic::set_hook(Box::new(move |info| {
         if thread::current().id() == view_thread {
-            give_back();
+            release();
             told(info);
             return;
         }
         let mut kept = keep.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() < PANICS_KEPT {
+        if kept.len() < MAX_PANICS {
             kept.push(format!(
                 "thread '{}' {info}",
                 thread::current().name().unwrap_or("?")
@@ -106,10 +106,10 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) ->
     }));
 
     let result = panic::catch_unwind(AssertUnwindSafe(|| {
-        take().and_then(|mut screen| view(&mut screen))
+        acquire().and_then(|mut screen| view(&mut screen))
     }));
 
-    give_back();
+    release();
     panic::set_hook(Box::new(move |info| before(info)));
     for told in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         let _ = writeln!(err(), "{told}");
@@ -117,24 +117,24 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) ->
     result.unwrap_or_else(|panic| panic::resume_unwind(panic))
 }
 
-fn take() -> io::Result<Screen> {
+fn acquire() -> io::Result<TerminalScreen> {
     // Everything printed before must appear first.
-    settle()?;
-    TAKEN.store(true, Ordering::Relaxed);
+    drain()?;
+    ACQUIRED.store(true, Ordering::Relaxed);
     enable_raw_mode()?;
     let mut out = raw_out();
     // `Terminal::clear` would query the cursor's position, which the console of a robot may never answer.
     execute!(out, EnterAlternateScreen, Clear(ClearType::All))?;
     let terminal = Terminal::new(CrosstermBackend::new(raw_out()))?;
-    Ok(Screen {
+    Ok(TerminalScreen {
         terminal: ManuallyDrop::new(terminal),
         out,
     })
 }
 
 /// Restores the terminal. Errors are ignored: the terminal may be gone.
-fn give_back() {
-    if TAKEN.swap(false, Ordering::Relaxed) {
+fn release() {
+    if ACQUIRED.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();
         let _ = execute!(raw_out(), LeaveAlternateScreen, Show);
     }

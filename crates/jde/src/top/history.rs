@@ -9,11 +9,11 @@ use jde_core::{Health, Nanos, State};
 use jde_host::snapshot::Snapshot;
 
 /// Changes kept for a schema: with 20 snapshots per second, at least the last three minutes.
-const CHANGES_KEPT: usize = 4096;
+const MAX_CHANGES: usize = 4096;
 
 /// What a strip shows of a schema, ordered from the least to the most active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Trace {
+pub(super) enum StripState {
     /// SLEPT.
     Slept,
     /// CHECKING.
@@ -29,11 +29,11 @@ pub(super) enum Trace {
 /// The changes of all schemas since the view began.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    lanes: Vec<VecDeque<(Nanos, Trace)>>,
+    changes: Vec<VecDeque<(Nanos, StripState)>>,
     now: Nanos,
 }
 
-impl Trace {
+impl StripState {
     pub(super) fn of(state: State, health: &Health) -> Self {
         match (health, state) {
             (Health::Faulted(_), _) => Self::Faulted,
@@ -48,15 +48,15 @@ impl Trace {
 impl History {
     /// Adds a snapshot. One from the past, or with another number of schemas, starts a new history.
     pub(super) fn observe(&mut self, snapshot: &Snapshot) {
-        if snapshot.time < self.now || snapshot.schemas.len() != self.lanes.len() {
-            self.lanes = vec![VecDeque::new(); snapshot.schemas.len()];
+        if snapshot.time < self.now || snapshot.schemas.len() != self.changes.len() {
+            self.changes = vec![VecDeque::new(); snapshot.schemas.len()];
         }
         self.now = snapshot.time;
-        for (lane, schema) in self.lanes.iter_mut().zip(&snapshot.schemas) {
-            let trace = Trace::of(schema.state, &schema.health);
+        for (lane, schema) in self.changes.iter_mut().zip(&snapshot.schemas) {
+            let trace = StripState::of(schema.state, &schema.health);
             if lane.back().is_none_or(|(_, last)| *last != trace) {
                 lane.push_back((snapshot.time, trace));
-                if lane.len() > CHANGES_KEPT {
+                if lane.len() > MAX_CHANGES {
                     lane.pop_front();
                 }
             }
@@ -68,9 +68,9 @@ impl History {
     /// The most active, so that a win shorter than a slice is still visible. `None` where there was no
     /// snapshot. Slices begin at whole multiples of their length, so that past slices do not change while
     /// time advances.
-    pub(super) fn slices(&self, schema: usize, slice: Nanos, count: usize) -> Vec<Option<Trace>> {
+    pub(super) fn slices(&self, schema: usize, slice: Nanos, count: usize) -> Vec<Option<StripState>> {
         let mut slices = vec![None; count];
-        let Some(lane) = self.lanes.get(schema) else {
+        let Some(lane) = self.changes.get(schema) else {
             return slices;
         };
         let slice = slice.max(1);
@@ -116,14 +116,14 @@ mod tests {
         let history = history(&[(450, State::Checking)]);
         assert_eq!(
             history.slices(0, 100 * MS, 3),
-            [None, None, Some(Trace::Checking)]
+            [None, None, Some(StripState::Checking)]
         );
     }
 
     #[test]
     fn a_state_lasts_until_the_next_change() {
         let history = history(&[(0, State::Slept), (210, State::Ready), (399, State::Ready)]);
-        let (slept, ready) = (Some(Trace::Slept), Some(Trace::Ready));
+        let (slept, ready) = (Some(StripState::Slept), Some(StripState::Ready));
         assert_eq!(history.slices(0, 100 * MS, 4), [slept, slept, ready, ready]);
     }
 
@@ -135,7 +135,7 @@ mod tests {
             (150, State::Checking),
             (250, State::Checking),
         ]);
-        let (checking, winner) = (Some(Trace::Checking), Some(Trace::Winner));
+        let (checking, winner) = (Some(StripState::Checking), Some(StripState::Winner));
         assert_eq!(history.slices(0, 100 * MS, 3), [checking, winner, checking]);
     }
 
@@ -144,7 +144,7 @@ mod tests {
         let history = history(&[(0, State::Winner), (100, State::Slept), (150, State::Slept)]);
         assert_eq!(
             history.slices(0, 100 * MS, 2),
-            [Some(Trace::Winner), Some(Trace::Slept)]
+            [Some(StripState::Winner), Some(StripState::Slept)]
         );
     }
 
@@ -153,14 +153,18 @@ mod tests {
         let history = history(&[(0, State::Winner), (1000, State::Slept), (1199, State::Slept)]);
         assert_eq!(
             history.slices(0, 100 * MS, 3),
-            [Some(Trace::Winner), Some(Trace::Slept), Some(Trace::Slept)]
+            [
+                Some(StripState::Winner),
+                Some(StripState::Slept),
+                Some(StripState::Slept)
+            ]
         );
     }
 
     #[test]
     fn time_that_goes_back_begins_a_new_history() {
         let history = history(&[(5000, State::Winner), (100, State::Ready)]);
-        assert_eq!(history.slices(0, 100 * MS, 2), [None, Some(Trace::Ready)]);
+        assert_eq!(history.slices(0, 100 * MS, 2), [None, Some(StripState::Ready)]);
     }
 
     #[test]

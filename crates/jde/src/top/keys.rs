@@ -6,17 +6,17 @@ use jde_core::{Nanos, State};
 use jde_host::snapshot::HoldKind;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::screen::{Mode, Screen, Status, TIME_BASES};
-use super::{Action, Application, Left, text};
+use super::view_state::{ActionResult, Mode, TIME_BASES, ViewState};
+use super::{Action, ExitReason, ObservedApplication, text};
 
 /// The longest text that can be typed for a period. No period is longer.
-const LONGEST_INPUT: usize = 16;
+const MAX_INPUT_LENGTH: usize = 16;
 
-impl Screen {
+impl ViewState {
     /// Handles a key. Returns why the view is left, if the key leaves it.
-    pub(super) fn key(&mut self, app: &dyn Application, key: KeyEvent) -> Option<Left> {
+    pub(super) fn handle_key(&mut self, app: &dyn ObservedApplication, key: KeyEvent) -> Option<ExitReason> {
         if key.modifiers.contains(KeyModifiers::CONTROL) {
-            return (key.code == KeyCode::Char('c')).then(|| self.left());
+            return (key.code == KeyCode::Char('c')).then(|| self.exit_reason());
         }
         match self.mode.clone() {
             Mode::Watch => self.watch_key(app, key.code),
@@ -31,11 +31,11 @@ impl Screen {
         }
     }
 
-    fn watch_key(&mut self, app: &dyn Application, code: KeyCode) -> Option<Left> {
+    fn watch_key(&mut self, app: &dyn ObservedApplication, code: KeyCode) -> Option<ExitReason> {
         self.status = None;
         match code {
-            KeyCode::Char('q') | KeyCode::Esc => return Some(self.left()),
-            KeyCode::Enter if self.outcome.is_some() => return Some(self.left()),
+            KeyCode::Char('q') | KeyCode::Esc => return Some(self.exit_reason()),
+            KeyCode::Enter if self.outcome.is_some() => return Some(self.exit_reason()),
             KeyCode::Up | KeyCode::Char('k') => self.select(-1),
             KeyCode::Down | KeyCode::Char('j') => self.select(1),
             KeyCode::Home => self.select(isize::MIN),
@@ -52,7 +52,7 @@ impl Screen {
         None
     }
 
-    fn operate(&mut self, app: &dyn Application, letter: char) {
+    fn operate(&mut self, app: &dyn ObservedApplication, letter: char) {
         let schema = self.selected;
         let Some(view) = self.selection() else { return };
         let (period, held) = (view.period, view.operator.as_ref().map(|hold| hold.kind));
@@ -64,8 +64,8 @@ impl Screen {
             'f' if held == Some(HoldKind::Forced) => self.act(app, Action::Release(schema)),
             'f' => self.act(app, Action::Force(schema)),
             'r' => self.act(app, Action::Release(schema)),
-            '+' | '=' => self.act(app, Action::Period(schema, whole_micros(period as f64 * 1.1))),
-            '-' => self.act(app, Action::Period(schema, whole_micros(period as f64 / 1.1))),
+            '+' | '=' => self.act(app, Action::Period(schema, round_to_micros(period as f64 * 1.1))),
+            '-' => self.act(app, Action::Period(schema, round_to_micros(period as f64 / 1.1))),
             't' => {
                 self.mode = Mode::Period {
                     schema,
@@ -76,7 +76,7 @@ impl Screen {
         }
     }
 
-    fn input_key(&mut self, app: &dyn Application, code: KeyCode, schema: usize, mut typed: String) {
+    fn input_key(&mut self, app: &dyn ObservedApplication, code: KeyCode, schema: usize, mut typed: String) {
         match code {
             KeyCode::Esc => {
                 self.status = None;
@@ -89,18 +89,18 @@ impl Screen {
                     self.act(app, Action::Period(schema, period));
                     return;
                 }
-                Err(why) => self.status = Some(Status::Refused(why)),
+                Err(why) => self.status = Some(ActionResult::Refused(why)),
             },
             KeyCode::Backspace => {
                 typed.pop();
             }
-            KeyCode::Char(letter) if typed.chars().count() < LONGEST_INPUT => typed.push(letter),
+            KeyCode::Char(letter) if typed.chars().count() < MAX_INPUT_LENGTH => typed.push(letter),
             _ => {}
         }
         self.mode = Mode::Period { schema, typed };
     }
 
-    fn act(&mut self, app: &dyn Application, action: Action) {
+    fn act(&mut self, app: &dyn ObservedApplication, action: Action) {
         let name = |schema| self.name(schema);
         let done = match action {
             Action::Play(schema) => format!("{} is kept awake", name(schema)),
@@ -108,27 +108,27 @@ impl Screen {
             Action::Force(schema) => format!("{} is forced to win", name(schema)),
             Action::Release(schema) => format!("{} is released", name(schema)),
             Action::Period(schema, period) => {
-                format!("{} now runs every {}", name(schema), text::setting(period))
+                format!("{} now runs every {}", name(schema), text::format_setting(period))
             }
             Action::StopAll => "everything is stopped; g lets it go on".to_owned(),
             Action::ReleaseAll => "everything goes on as the hierarchy decides".to_owned(),
         };
         self.status = Some(match app.act(action) {
-            Ok(()) => Status::Done(done),
-            Err(why) => Status::Refused(why),
+            Ok(()) => ActionResult::Done(done),
+            Err(why) => ActionResult::Refused(why),
         });
     }
 
-    fn left(&self) -> Left {
+    fn exit_reason(&self) -> ExitReason {
         if self.outcome.is_some() {
-            Left::Ended
+            ExitReason::Ended
         } else {
-            Left::Quit
+            ExitReason::Quit
         }
     }
 }
 
 /// Rounds to whole microseconds, at least 1, so that a step up and a step down lead back to the same period.
-fn whole_micros(nanos: f64) -> Nanos {
+fn round_to_micros(nanos: f64) -> Nanos {
     ((nanos / 1e3).round() as Nanos).max(1) * 1_000
 }

@@ -8,13 +8,13 @@
 mod draw;
 mod history;
 mod keys;
-mod paint;
-mod screen;
 mod switches;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod text;
+mod theme;
 mod tree;
+mod view_state;
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -24,15 +24,15 @@ use jde_host::event::Outcome;
 use jde_host::snapshot::Snapshot;
 
 use crate::terminal;
-use screen::Screen;
 pub(crate) use tree::{Row, rows};
+use view_state::ViewState;
 
 /// Time between two redraws: 20 per second look continuous and cost a few per cent of one core.
 const REDRAW: Duration = Duration::from_millis(50);
 
 /// A running application as the oscilloscope sees it. No call waits. All calls come from the thread of
 /// [`run`].
-pub(crate) trait Application {
+pub(crate) trait ObservedApplication {
     /// Returns the present state of every schema and group.
     fn snapshot(&self) -> Snapshot;
 
@@ -86,7 +86,7 @@ pub(crate) struct RobotView {
 
 /// Why the view was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Left {
+pub(crate) enum ExitReason {
     /// The operator left while the application was running.
     Quit,
     /// The application has ended.
@@ -102,17 +102,17 @@ pub(crate) enum Left {
 ///
 /// # Errors
 /// Standard input or output is not a terminal, or the terminal is gone.
-pub(crate) fn run(app: &dyn Application, title: &str) -> io::Result<Left> {
+pub(crate) fn run(app: &dyn ObservedApplication, title: &str) -> io::Result<ExitReason> {
     terminal::with_screen(|terminal| {
-        let mut screen = Screen::new(title, paint::Paint::from_environment(), app);
+        let mut screen = ViewState::new(title, theme::Theme::from_environment(), app);
         loop {
             if screen.outcome == Some(Outcome::Stopped) {
-                return Ok(Left::Ended);
+                return Ok(ExitReason::Ended);
             }
             terminal.draw(|frame| draw::draw(frame, &mut screen))?;
             let redraw = Instant::now() + REDRAW;
-            if let Some(key) = terminal.key(redraw)?
-                && let Some(left) = screen.key(app, key)
+            if let Some(key) = terminal.read_key(redraw)?
+                && let Some(left) = screen.handle_key(app, key)
             {
                 return Ok(left);
             }

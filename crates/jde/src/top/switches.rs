@@ -8,22 +8,22 @@ use std::collections::VecDeque;
 use jde_host::snapshot::{Snapshot, Switch};
 
 /// More than the tallest terminals show.
-const KEPT: usize = 100;
+const MAX_SWITCHES: usize = 100;
 
 /// The latest changes of winner of all groups.
 #[derive(Debug, Default)]
 pub(super) struct Switches {
-    seen: VecDeque<(usize, Switch)>,
+    entries: VecDeque<(usize, Switch)>,
 }
 
 impl Switches {
     /// Adds the last change of every group, and updates its latency once that is known.
     pub(super) fn observe(&mut self, snapshot: &Snapshot) {
-        self.seen.retain(|(_, switch)| switch.time <= snapshot.time);
+        self.entries.retain(|(_, switch)| switch.time <= snapshot.time);
         for (group, view) in snapshot.groups.iter().enumerate() {
             let Some(last) = &view.last else { continue };
             if let Some((_, known)) = self
-                .seen
+                .entries
                 .iter_mut()
                 .find(|(of, known)| *of == group && known.time == last.time)
             {
@@ -31,18 +31,18 @@ impl Switches {
                 continue;
             }
             let place = self
-                .seen
+                .entries
                 .iter()
                 .position(|(_, known)| known.time <= last.time)
-                .unwrap_or(self.seen.len());
-            self.seen.insert(place, (group, last.clone()));
+                .unwrap_or(self.entries.len());
+            self.entries.insert(place, (group, last.clone()));
         }
-        self.seen.truncate(KEPT);
+        self.entries.truncate(MAX_SWITCHES);
     }
 
     /// Returns the changes with the places of their groups, newest first.
     pub(super) fn iter(&self) -> impl Iterator<Item = &(usize, Switch)> {
-        self.seen.iter()
+        self.entries.iter()
     }
 }
 

@@ -11,9 +11,9 @@ use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::{Color, Modifier};
 
-use super::paint::Paint;
-use super::screen::Screen;
-use super::{Action, Application, Left, RobotView, draw};
+use super::theme::Theme;
+use super::view_state::ViewState;
+use super::{Action, ExitReason, ObservedApplication, RobotView, draw};
 
 const MS: Nanos = 1_000_000;
 
@@ -153,12 +153,12 @@ impl Fixed {
         }
     }
 
-    fn screen(&self) -> Screen {
-        Screen::new("safe-navigation", Paint { color: true }, self)
+    fn screen(&self) -> ViewState {
+        ViewState::new("safe-navigation", Theme { color: true }, self)
     }
 }
 
-impl Application for Fixed {
+impl ObservedApplication for Fixed {
     fn snapshot(&self) -> Snapshot {
         self.snapshot.borrow().clone()
     }
@@ -186,13 +186,13 @@ impl Application for Fixed {
     }
 }
 
-fn drawn(screen: &mut Screen, width: u16, height: u16) -> Terminal<TestBackend> {
+fn drawn(screen: &mut ViewState, width: u16, height: u16) -> Terminal<TestBackend> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| draw::draw(frame, screen)).unwrap();
     terminal
 }
 
-fn lines(screen: &mut Screen, width: u16, height: u16) -> Vec<String> {
+fn lines(screen: &mut ViewState, width: u16, height: u16) -> Vec<String> {
     let terminal = drawn(screen, width, height);
     let cells: Vec<&str> = terminal
         .backend()
@@ -215,9 +215,9 @@ fn line(lines: &[String], word: &str) -> String {
         .clone()
 }
 
-fn press(screen: &mut Screen, app: &Fixed, keys: &[KeyCode]) -> Option<Left> {
+fn press(screen: &mut ViewState, app: &Fixed, keys: &[KeyCode]) -> Option<ExitReason> {
     keys.iter().fold(None, |_, key| {
-        screen.key(app, KeyEvent::new(*key, KeyModifiers::NONE))
+        screen.handle_key(app, KeyEvent::new(*key, KeyModifiers::NONE))
     })
 }
 
@@ -340,7 +340,7 @@ fn the_list_scrolls_to_the_selection() {
 fn states_have_their_colours_unless_no_color_asks_for_none() {
     let app = Fixed::new();
     for (color, green) in [(true, Color::Green), (false, Color::Reset)] {
-        let mut screen = Screen::new("x", Paint { color }, &app);
+        let mut screen = ViewState::new("x", Theme { color }, &app);
         let terminal = drawn(&mut screen, 80, 24);
         let cells = terminal.backend().buffer().content();
         let winner = cells.iter().find(|cell| cell.symbol() == "█").unwrap();
@@ -460,7 +460,7 @@ fn escape_leaves_the_input_and_not_the_view() {
     let mut screen = app.screen();
     press(&mut screen, &app, &typed("tq"));
     assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), None);
-    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), Some(Left::Quit));
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), Some(ExitReason::Quit));
     assert!(app.acts.borrow().is_empty());
 }
 
@@ -480,8 +480,8 @@ fn control_c_leaves_from_everywhere() {
     for keys in ["", "?", "t12"] {
         let mut screen = app.screen();
         press(&mut screen, &app, &typed(keys));
-        let left = screen.key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
-        assert_eq!(left, Some(Left::Quit), "after “{keys}”");
+        let left = screen.handle_key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+        assert_eq!(left, Some(ExitReason::Quit), "after “{keys}”");
     }
 }
 
@@ -494,5 +494,8 @@ fn an_ended_application_stays_in_sight_until_it_is_left() {
     screen.observe(&app);
     assert!(lines(&mut screen, 80, 24)[0].contains("done"));
     assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
-    assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), Some(Left::Ended));
+    assert_eq!(
+        press(&mut screen, &app, &[KeyCode::Enter]),
+        Some(ExitReason::Ended)
+    );
 }

@@ -1,16 +1,16 @@
 //! Times as text, and names cut to a width.
 
 use jde_core::Nanos;
-pub(crate) use jde_host::period::{read as period, setting, span};
+pub(crate) use jde_host::period::{format_duration, format_setting, parse as period};
 use ratatui::text::Span;
 
 /// Returns a time since the start in seconds: "12.345 s".
-pub(crate) fn moment(nanos: Nanos) -> String {
+pub(crate) fn format_time(nanos: Nanos) -> String {
     format!("{:.3} s", nanos as f64 / 1e9)
 }
 
 /// Cuts or pads a text to a width in columns of the terminal.
-pub(super) fn fit(text: &str, width: usize) -> String {
+pub(super) fn pad_or_cut(text: &str, width: usize) -> String {
     let mut fitted = cut(text, width);
     fitted.extend(std::iter::repeat_n(' ', width - columns(&fitted)));
     fitted
@@ -46,9 +46,9 @@ mod tests {
 
     #[test]
     fn a_text_is_cut_and_padded_to_columns() {
-        assert_eq!(fit("goon", 6), "goon  ");
-        assert_eq!(fit("safe-navigation", 6), "safe-…");
-        assert_eq!(fit("走行走行", 6), "走行… ");
-        assert_eq!(fit("x", 0), "");
+        assert_eq!(pad_or_cut("goon", 6), "goon  ");
+        assert_eq!(pad_or_cut("safe-navigation", 6), "safe-…");
+        assert_eq!(pad_or_cut("走行走行", 6), "走行… ");
+        assert_eq!(pad_or_cut("x", 0), "");
     }
 }

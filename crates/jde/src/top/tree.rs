@@ -27,12 +27,12 @@ pub(crate) enum Row {
 
 /// Returns the rows of a snapshot. Every schema appears once.
 pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
-    let mut list = List {
+    let mut list = RowBuilder {
         snapshot,
         listed: vec![false; snapshot.schemas.len()],
         rows: Vec::new(),
     };
-    list.below(None, "");
+    list.push_children(None, "");
     let mut apart: Vec<usize> = (0..list.listed.len())
         .filter(|&schema| !list.listed[schema])
         .collect();
@@ -41,19 +41,19 @@ pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
         list.rows.push(Row::Heading("drivers and perception"));
     }
     for schema in apart {
-        list.schema(schema, "  ", "  ");
+        list.push_schema(schema, "  ", "  ");
     }
     list.rows
 }
 
-struct List<'a> {
+struct RowBuilder<'a> {
     snapshot: &'a Snapshot,
     listed: Vec<bool>,
     rows: Vec<Row>,
 }
 
-impl List<'_> {
-    fn below(&mut self, father: Option<usize>, branch: &str) {
+impl RowBuilder<'_> {
+    fn push_children(&mut self, father: Option<usize>, branch: &str) {
         let snapshot = self.snapshot;
         for (group, view) in snapshot
             .groups
@@ -68,19 +68,19 @@ impl List<'_> {
             for (nth, &schema) in view.members.iter().enumerate() {
                 let last = nth + 1 == view.members.len();
                 let (own, under) = if last { ("└ ", "  ") } else { ("├ ", "│ ") };
-                self.schema(schema, &format!("{branch}{own}"), &format!("{branch}{under}"));
+                self.push_schema(schema, &format!("{branch}{own}"), &format!("{branch}{under}"));
             }
         }
         if let Some(father) = father {
             for (schema, view) in snapshot.schemas.iter().enumerate() {
                 if view.father == Some(father) && view.group.is_none() {
-                    self.schema(schema, &format!("{branch}· "), &format!("{branch}  "));
+                    self.push_schema(schema, &format!("{branch}· "), &format!("{branch}  "));
                 }
             }
         }
     }
 
-    fn schema(&mut self, schema: usize, own: &str, under: &str) {
+    fn push_schema(&mut self, schema: usize, own: &str, under: &str) {
         let Some(listed) = self.listed.get_mut(schema) else {
             return;
         };
@@ -89,7 +89,7 @@ impl List<'_> {
                 branch: own.to_owned(),
                 schema,
             });
-            self.below(Some(schema), under);
+            self.push_children(Some(schema), under);
         }
     }
 }

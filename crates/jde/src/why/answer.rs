@@ -1,15 +1,15 @@
 //! The answer to a question: the selection that it asks for. Prints nothing.
 
-use jde_host::story::{Candidate, Decision};
+use jde_host::records::{CandidateRecord, Decision};
 
 use super::question::Question;
 
 /// How far a time that a user read and rounded may be from the actual one, s.
-const ROUNDED: f64 = 0.1;
+const ROUNDING_S: f64 = 0.1;
 
 /// The span of time whose selections are known, s since the application's start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct KnownSpan {
     /// The beginning; earlier selections are no longer known.
     pub(crate) from: f64,
     /// The end; later selections have not occurred yet, or were not recorded.
@@ -20,7 +20,7 @@ pub(crate) struct Known {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer<'d> {
     /// This selection, with the takeovers of its group before and after it.
-    Found {
+    Match {
         /// The selection.
         decision: &'d Decision,
         /// The takeover before it.
@@ -29,26 +29,26 @@ pub(crate) enum Answer<'d> {
         after: Option<&'d Decision>,
     },
     /// There is no such selection; the text gives the reason.
-    None(String),
+    NoMatch(String),
 }
 
 impl Question {
     /// Finds the selection that the question asks for. `decisions` are in the order in which they were made.
-    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision], known: Known) -> Answer<'d> {
-        if let Some(reason) = self.beyond(known) {
-            return Answer::None(reason);
+    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision], known: KnownSpan) -> Answer<'d> {
+        if let Some(reason) = self.out_of_span_reason(known) {
+            return Answer::NoMatch(reason);
         }
-        let found = if self.not {
-            self.standing(decisions)
+        let found = if self.negated {
+            self.find_not_chosen(decisions)
         } else {
-            self.takeover(decisions)
+            self.find_takeover(decisions)
         };
         let Some(place) = found else {
-            return Answer::None(self.nothing(decisions));
+            return Answer::NoMatch(self.no_match_reason(decisions));
         };
         let decision = &decisions[place];
         let of_group = |other: &&Decision| other.changed && other.group == decision.group;
-        Answer::Found {
+        Answer::Match {
             decision,
             before: decisions[..place].iter().rev().find(of_group),
             after: decisions[place + 1..].iter().find(of_group),
@@ -56,13 +56,13 @@ impl Question {
     }
 
     /// Returns a reason if the question's time lies outside the known span.
-    fn beyond(&self, Known { from, until }: Known) -> Option<String> {
-        let at = self.at?;
-        if at > until + ROUNDED {
+    fn out_of_span_reason(&self, KnownSpan { from, until }: KnownSpan) -> Option<String> {
+        let at = self.time_s?;
+        if at > until + ROUNDING_S {
             Some(format!(
                 "{at} s lies beyond what is known, which ends at {until:.2} s"
             ))
-        } else if at < from - ROUNDED {
+        } else if at < from - ROUNDING_S {
             Some(format!(
                 "{at} s lies before what is known, which begins at {from:.2} s"
             ))
@@ -72,18 +72,18 @@ impl Question {
     }
 
     /// Returns the takeover that the question asks for: the nearest to its time, or the last.
-    fn takeover(&self, decisions: &[Decision]) -> Option<usize> {
+    fn find_takeover(&self, decisions: &[Decision]) -> Option<usize> {
         let mut matching = decisions
             .iter()
             .enumerate()
-            .filter(|(_, decision)| self.fits(decision));
-        let Some(at) = self.at else {
+            .filter(|(_, decision)| self.is_match(decision));
+        let Some(at) = self.time_s else {
             return matching.next_back().map(|(place, _)| place);
         };
         if self.winner.is_none() && self.loser.is_none() {
             // A question with a time alone asks for the takeover in force at that time.
             return matching
-                .take_while(|(_, decision)| decision.time_s <= at + ROUNDED / 2.0)
+                .take_while(|(_, decision)| decision.time_s <= at + ROUNDING_S / 2.0)
                 .last()
                 .map(|(place, _)| place);
         }
@@ -95,10 +95,10 @@ impl Question {
 
     /// Returns the last selection of the schema's group up to the question's time in which the schema was not
     /// chosen, even if it was not awake then.
-    fn standing(&self, decisions: &[Decision]) -> Option<usize> {
+    fn find_not_chosen(&self, decisions: &[Decision]) -> Option<usize> {
         let loser = self.winner.as_deref()?;
-        let until = self.at.map_or(f64::INFINITY, |at| at + ROUNDED / 2.0);
-        let is_loser = |candidate: &Candidate| candidate.name == loser;
+        let until = self.time_s.map_or(f64::INFINITY, |at| at + ROUNDING_S / 2.0);
+        let is_loser = |candidate: &CandidateRecord| candidate.name == loser;
         let known = decisions
             .iter()
             .find(|decision| decision.candidates.iter().any(is_loser))?;
@@ -109,7 +109,7 @@ impl Question {
         })
     }
 
-    fn fits(&self, decision: &Decision) -> bool {
+    fn is_match(&self, decision: &Decision) -> bool {
         let is = |asked: &Option<String>, there: Option<&str>| asked.is_none() || asked.as_deref() == there;
         decision.changed
             && is(&self.winner, decision.choice.as_deref())
@@ -118,7 +118,7 @@ impl Question {
     }
 
     /// Returns the reason why no selection fits, and what would fit.
-    fn nothing(&self, decisions: &[Decision]) -> String {
+    fn no_match_reason(&self, decisions: &[Decision]) -> String {
         let takeovers = decisions.iter().filter(|decision| decision.changed);
         let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
             return String::from("no selection has been made yet");
@@ -129,7 +129,7 @@ impl Question {
             .filter(|one| one.choice.as_deref() == winner)
             .count();
         match (winner, self.loser.as_deref()) {
-            (Some(name), _) if self.not => {
+            (Some(name), _) if self.negated => {
                 format!("{name} has been a candidate of no selection that somebody else won")
             }
             (Some(name), _) if won == 0 => format!(

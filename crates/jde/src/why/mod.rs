@@ -5,8 +5,8 @@ mod answer;
 mod question;
 #[cfg(test)]
 mod tests;
-mod words;
+mod text;
 
-pub(crate) use answer::{Answer, Known};
+pub(crate) use answer::{Answer, KnownSpan};
 pub(crate) use question::Question;
-pub(crate) use words::{line, tell};
+pub(crate) use text::{format_takeover, write};

@@ -14,9 +14,9 @@ pub(crate) struct Question {
     /// The group.
     pub(crate) group: Option<String>,
     /// The time, s since the application's start.
-    pub(crate) at: Option<f64>,
+    pub(crate) time_s: Option<f64>,
     /// Whether the question is why the schema did not win.
-    pub(crate) not: bool,
+    pub(crate) negated: bool,
 }
 
 /// Words without a meaning in a question.
@@ -26,15 +26,15 @@ const FILLERS: [&str; 26] = [
 ];
 
 /// The words before the name of the loser.
-const FROM: [&str; 5] = ["from", "instead", "of", "after", "before"];
+const LOSER_PREPOSITIONS: [&str; 5] = ["from", "instead", "of", "after", "before"];
 
 /// Examples of questions, for error messages.
-const HOW: &str =
+const EXAMPLES: &str =
     "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon";
 
 impl Question {
     /// Reads the words of a question, given the names of schemas and groups.
-    pub(crate) fn read(words: &[String], schemas: &[String], groups: &[String]) -> Result<Self, Failure> {
+    pub(crate) fn parse(words: &[String], schemas: &[String], groups: &[String]) -> Result<Self, Failure> {
         let mut question = Self::default();
         let mut from = false;
         let mut number: Option<f64> = None;
@@ -43,29 +43,32 @@ impl Question {
             let word = word.trim_end_matches(['?', ',', ';']);
             let plain = word.to_lowercase();
             if schemas.iter().any(|name| name == word) {
-                question.named(word, from)?;
+                question.set_schema(word, from)?;
                 from = false;
             } else if groups.iter().any(|name| name == word) {
                 question.group = Some(word.to_owned());
-            } else if FROM.contains(&plain.as_str()) {
+            } else if LOSER_PREPOSITIONS.contains(&plain.as_str()) {
                 from = true;
             } else if ["not", "never", "didn't", "isn't", "wasn't", "doesn't"].contains(&plain.as_str()) {
-                question.not = true;
-            } else if let Some(time) = time(&plain, number) {
-                question.at = Some(time);
+                question.negated = true;
+            } else if let Some(time) = parse_time(&plain, number) {
+                question.time_s = Some(time);
                 number = plain.parse().ok();
             } else if !FILLERS.contains(&plain.as_str()) && !word.is_empty() {
                 let names = schemas.iter().chain(groups).map(String::as_str);
                 return Err(Failure::unknown("schema or group", word, names));
             }
         }
-        if question.not && question.winner.is_none() {
-            return Err(Failure::usage("the question does not say who did not win", HOW));
+        if question.negated && question.winner.is_none() {
+            return Err(Failure::usage(
+                "the question does not say who did not win",
+                EXAMPLES,
+            ));
         }
         Ok(question)
     }
 
-    fn named(&mut self, name: &str, from: bool) -> Result<(), Failure> {
+    fn set_schema(&mut self, name: &str, from: bool) -> Result<(), Failure> {
         let place = match (from, &self.winner) {
             (true, _) => &mut self.loser,
             (false, None) => &mut self.winner,
@@ -73,7 +76,7 @@ impl Question {
         };
         if let Some(other) = place {
             let message = format!("the question names `{other}` and `{name}` in the same place");
-            return Err(Failure::usage(message, HOW));
+            return Err(Failure::usage(message, EXAMPLES));
         }
         *place = Some(name.to_owned());
         Ok(())
@@ -81,7 +84,7 @@ impl Question {
 }
 
 /// A time in seconds, such as "12.4s", "12.4" or "1min"; or the number `before` in the unit `word`.
-fn time(word: &str, before: Option<f64>) -> Option<f64> {
+fn parse_time(word: &str, before: Option<f64>) -> Option<f64> {
     let digits = word
         .find(|letter: char| letter.is_ascii_alphabetic())
         .unwrap_or(word.len());
@@ -110,9 +113,9 @@ mod tests {
     fn ask(words: &str) -> Result<Question, String> {
         let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
         let schemas = ["stop", "vff", "goon", "example"].map(str::to_owned);
-        Question::read(&words, &schemas, &["roots".to_owned(), "example/base".to_owned()]).map_err(
+        Question::parse(&words, &schemas, &["roots".to_owned(), "example/base".to_owned()]).map_err(
             |failure| match failure {
-                Failure::Use { message, help } => format!("{message}; {help}"),
+                Failure::Usage { message, help } => format!("{message}; {help}"),
                 other => other.to_string(),
             },
         )
@@ -122,7 +125,7 @@ mod tests {
         Question {
             winner: winner.map(str::to_owned),
             loser: loser.map(str::to_owned),
-            at,
+            time_s: at,
             ..Question::default()
         }
     }
@@ -145,7 +148,7 @@ mod tests {
             Some("example/base")
         );
         let not = ask("is goon not the winner").unwrap();
-        assert!(not.not && not.winner.as_deref() == Some("goon"));
+        assert!(not.negated && not.winner.as_deref() == Some("goon"));
         assert!(ask("not").unwrap_err().contains("who did not win"));
     }
 

@@ -1,11 +1,11 @@
 //! Questions about a drive, and their answers in words.
 
-use jde_host::story::{Candidate, Decision};
+use jde_host::records::{CandidateRecord, Decision};
 
-use super::{Answer, Known, Question, tell};
+use super::{Answer, KnownSpan, Question, write};
 
 fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>) -> Decision {
-    let candidate = |name: &str| Candidate {
+    let candidate = |name: &str| CandidateRecord {
         name: name.to_owned(),
         state: if before == Some(name) {
             "winner"
@@ -32,7 +32,7 @@ fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>
     }
 }
 
-const KNOWN: Known = Known {
+const KNOWN: KnownSpan = KnownSpan {
     from: 0.0,
     until: 200.0,
 };
@@ -55,20 +55,20 @@ fn names() -> Vec<String> {
 
 fn ask(words: &str) -> Question {
     let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
-    Question::read(&words, &names(), &["example/base".to_owned()]).unwrap()
+    Question::parse(&words, &names(), &["example/base".to_owned()]).unwrap()
 }
 
 fn found(words: &str) -> u64 {
     match ask(words).answer(&drive(), KNOWN) {
-        Answer::Found { decision, .. } => decision.number,
-        Answer::None(reason) => panic!("{reason}"),
+        Answer::Match { decision, .. } => decision.number,
+        Answer::NoMatch(reason) => panic!("{reason}"),
     }
 }
 
 fn refused(words: &str) -> String {
     match ask(words).answer(&drive(), KNOWN) {
-        Answer::Found { decision, .. } => panic!("found {}", decision.number),
-        Answer::None(reason) => reason,
+        Answer::Match { decision, .. } => panic!("found {}", decision.number),
+        Answer::NoMatch(reason) => reason,
     }
 }
 
@@ -100,7 +100,7 @@ fn who_was_not_awake_did_not_win_for_that() {
     last.candidates.retain(|candidate| candidate.name != "goon");
     decisions.push(last);
     let mut words = Vec::new();
-    tell(
+    write(
         &ask("not goon").answer(&decisions, KNOWN),
         Some("goon"),
         &mut words,
@@ -126,7 +126,7 @@ fn what_never_happened_is_said_with_what_did() {
     );
     assert_eq!(
         ask("vff").answer(&[], KNOWN),
-        Answer::None("no selection has been made yet".to_owned())
+        Answer::NoMatch("no selection has been made yet".to_owned())
     );
 }
 
@@ -134,7 +134,7 @@ fn what_never_happened_is_said_with_what_did() {
 fn an_answer_names_case_decider_cause_and_every_candidate() {
     let decisions = drive();
     let mut words = Vec::new();
-    tell(
+    write(
         &ask("vff goon 12.4s").answer(&decisions, KNOWN),
         Some("stop"),
         &mut words,
@@ -159,13 +159,13 @@ example/base at 12.402 s: goon -> vff  (selection 3)
 
 #[test]
 fn of_a_time_that_is_not_known_nothing_is_told() {
-    let known = Known {
+    let known = KnownSpan {
         from: 10.0,
         until: 32.0,
     };
     let asked = |words: &str| match ask(words).answer(&drive(), known) {
-        Answer::Found { decision, .. } => decision.number.to_string(),
-        Answer::None(reason) => reason,
+        Answer::Match { decision, .. } => decision.number.to_string(),
+        Answer::NoMatch(reason) => reason,
     };
     let beyond = "99999 s lies beyond what is known, which ends at 32.00 s";
     assert_eq!(asked("at 99999s"), beyond);

@@ -25,7 +25,7 @@ impl Place {
     pub(crate) fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a folder"),
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         }
     }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, UNIX_EPOCH};
 
-use jde_host::story::{Decision, Happening, Line};
+use jde_host::records::{Decision, EventRecord, RunRecord};
 use jde_log::{Options, Origin, Recorder};
 use serde_json::Value;
 
@@ -127,15 +127,15 @@ fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection()
             started: UNIX_EPOCH + Duration::from_secs(1000),
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     let recorder = Recorder::create(&file, options).unwrap();
-    recorder.line(Line::Happening(Happening {
+    recorder.push_record(RunRecord::Event(EventRecord {
         time_s: 1.0,
         kind: "operator".to_owned(),
         schema: None,
@@ -143,7 +143,7 @@ fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection()
         text: "plays".to_owned(),
         touched: None,
     }));
-    recorder.line(Line::Decision(Decision {
+    recorder.push_record(RunRecord::Decision(Decision {
         number: 1,
         time_s: 5.0,
         group: "roots".to_owned(),

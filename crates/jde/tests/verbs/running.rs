@@ -198,7 +198,7 @@ fn the_log_is_filtered_by_schema() {
 
 #[test]
 fn a_signal_stops_it_in_order() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let mut child = jde_with_plugins(&["run", &pair()])
         .stdout(Stdio::piped())
         .spawn()
@@ -220,7 +220,7 @@ fn a_signal_stops_it_in_order() {
 
 #[test]
 fn a_signal_that_was_to_be_ignored_is() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let script = "trap '' HUP; exec \"$0\" run \"$1\" --for 2s";
     let mut child = Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_jde"), &pair()])
@@ -243,7 +243,7 @@ fn a_signal_that_was_to_be_ignored_is() {
 
 #[test]
 fn a_closed_pipe_ends_it_quietly() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let mut command = jde_with_plugins(&["run", &pair()]);
     let mut child = command
         .stdout(Stdio::piped())

@@ -13,7 +13,7 @@ const LEAVE: &str = "\u{1b}[?1049l";
 
 #[test]
 fn on_a_terminal_it_shows_the_oscilloscope_and_gives_the_terminal_back() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let command = format!(
         "stty rows 24 cols 80; {} run {}",
         env!("CARGO_BIN_EXE_jde"),

@@ -19,7 +19,7 @@ struct Server {
 
 impl Server {
     fn start(world: &str, more: &[&str]) -> Self {
-        let watchdog = Watchdog::of_a_test();
+        let watchdog = Watchdog::for_test();
         let mut command = jde(&["sim", world, "--p2os", "127.0.0.1:0"]);
         let mut process = command
             .args(more)
@@ -108,7 +108,7 @@ fn driven(folder: &Path, server: &mut Server) -> (Child, BufReader<ChildStdout>)
 
 #[test]
 fn what_a_script_starts_in_the_background_says_how_it_ends() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let sim = jde(&["sim", "worlds/office.toml", "--p2os", "127.0.0.1:0"]);
     let mut script = Command::new("sh");
     // A process started with `&` would not be a child of this test. `trap` ignores the signal that the shell

@@ -84,7 +84,7 @@ pub(crate) fn jde_with_plugins(args: &[&str]) -> Command {
 
 /// Runs a command to its end.
 pub(crate) fn said(command: &mut Command) -> Said {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let Output {
         status,
         stdout,

@@ -6,7 +6,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use html5ever::tendril::TendrilSink;
-use jde_host::story::{Kind, Line};
+use jde_host::records::{RecordKind, RunRecord};
 use jde_log::Recording;
 use jde_types::{Odometry, Pose2D, Twist, Value};
 use markup5ever_rcdom::{Handle, NodeData, RcDom};
@@ -234,11 +234,14 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     let file = record(folder.path(), &[]);
     let recording = Recording::open(&file).unwrap();
     let messages = recording.messages().unwrap().map(Result::unwrap);
-    let decisions = messages.filter(|message| message.channel.topic == Kind::Decision.topic());
-    let switches = decisions.filter_map(|message| match Line::read(Kind::Decision, &message.data) {
-        Ok(Line::Decision(decision)) if decision.changed => Some(decision),
-        _ => None,
-    });
+    let decisions = messages.filter(|message| message.channel.topic == RecordKind::Decision.topic());
+    let switches =
+        decisions.filter_map(
+            |message| match RunRecord::parse(RecordKind::Decision, &message.data) {
+                Ok(RunRecord::Decision(decision)) if decision.changed => Some(decision),
+                _ => None,
+            },
+        );
     let switches: Vec<_> = switches.collect();
     assert!(switches.len() > 2);
     let page = Page::of(&file);

@@ -188,7 +188,7 @@ fn runs_and_ends(place: &Place, signal: &str, more: &[&str]) {
 
 #[test]
 fn a_run_whose_log_and_lines_nobody_reads_goes_on_and_ends_with_its_recording_closed() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let drive = place.folder().join("drive.mcap");
     let record = ["--plain", "--log", "trace", "--record", drive.to_str().unwrap()];
@@ -199,7 +199,7 @@ fn a_run_whose_log_and_lines_nobody_reads_goes_on_and_ends_with_its_recording_cl
 
 #[test]
 fn a_run_whose_json_and_decisions_nobody_reads_goes_on_and_ends() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let decisions = Unread::new();
     let path = format!("/proc/{}/fd/{}", std::process::id(), decisions.writer.as_raw_fd());
@@ -212,7 +212,7 @@ fn a_run_whose_json_and_decisions_nobody_reads_goes_on_and_ends() {
 
 #[test]
 fn a_run_in_lockstep_whose_lines_nobody_reads_ends_when_it_is_asked_to() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let (out, err) = (Unread::new(), Unread::new());
     let mut command = place.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--link"]));
@@ -229,7 +229,7 @@ fn a_run_in_lockstep_whose_lines_nobody_reads_ends_when_it_is_asked_to() {
 
 #[test]
 fn tools_whose_reader_does_not_read_end_when_they_are_asked_to() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let _application = place.start(&pair(), &[]);
     let (drive, file) = (recorded(&place), place.folder().join("other.mcap"));
@@ -281,7 +281,7 @@ const ASKS: &str = "\u{1b}[6n";
 
 #[test]
 fn whoever_had_a_terminal_ends_with_it() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let drive = recorded(&place);
     let _application = place.start(&pair(), &[]);
@@ -324,7 +324,7 @@ fn whoever_had_a_terminal_ends_with_it() {
 
 #[test]
 fn a_shell_that_is_asked_to_end_ends_with_the_verb_that_runs() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let _application = place.start(&pair(), &[]);
     let mut terminal = Terminal::new();
@@ -350,7 +350,7 @@ fn a_shell_that_is_asked_to_end_ends_with_the_verb_that_runs() {
 
 #[test]
 fn views_on_a_terminal_that_takes_nothing_end_when_they_are_asked_to() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let place = Place::new();
     let _application = place.start(&pair(), &[]);
     let pair = pair();

@@ -7,13 +7,13 @@ use crate::message::About;
 pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) -> Result<usize, Error> {
     let Some(name) = name else {
         return match running {
-            [] => Err(Error::NothingRuns(whereabouts.to_owned())),
+            [] => Err(Error::NoApplication(whereabouts.to_owned())),
             [_] => Ok(0),
-            several => Err(Error::Several(distinct(several))),
+            several => Err(Error::Ambiguous(distinct(several))),
         };
     };
     let (wanted, id) = parts(name);
-    let fits = |place: &usize| fits(running[*place], wanted, id);
+    let fits = |place: &usize| is_match(running[*place], wanted, id);
     let places: Vec<usize> = (0..running.len()).filter(fits).collect();
     match places.as_slice() {
         [place] => Ok(*place),
@@ -28,7 +28,7 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
         }
         several => {
             let several: Vec<_> = several.iter().map(|place| running[*place]).collect();
-            Err(Error::Several(distinct(&several)))
+            Err(Error::Ambiguous(distinct(&several)))
         }
     }
 }
@@ -39,7 +39,7 @@ pub(super) fn parts(name: &str) -> (&str, &str) {
 }
 
 /// Whether an application has this name, and an id with this beginning.
-pub(super) fn fits(about: &About, name: &str, id: &str) -> bool {
+pub(super) fn is_match(about: &About, name: &str, id: &str) -> bool {
     (name.is_empty() || about.name == name) && about.id.starts_with(id)
 }
 

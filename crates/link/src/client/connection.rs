@@ -11,16 +11,16 @@ use zenoh::{Session, Wait};
 use crate::Error;
 use crate::folder::{Entry, new_id};
 use crate::message::{About, Refusal};
-use crate::session::{self, Login, Opening, Tls};
+use crate::session::{self, Login, SessionOptions, Tls};
 
 /// How long a busy socket is retried, and how often.
-const KNOCKING: Duration = Duration::from_secs(1);
-const AGAIN: Duration = Duration::from_millis(20);
+const RETRY_FOR: Duration = Duration::from_secs(1);
+const RETRY_PAUSE: Duration = Duration::from_millis(20);
 
 /// Most answers accepted from one endpoint to one query; bounds endless senders.
-const ANSWERS: usize = 256;
+const MAX_REPLIES: usize = 256;
 /// How long further applications may take to answer after the first.
-const OTHERS: Duration = Duration::from_secs(1);
+const NEXT_REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A session; closed when dropped, unless another component owns it.
 pub(crate) struct Connection {
@@ -33,22 +33,22 @@ pub(crate) struct Connection {
 }
 
 /// An answer with its attachment.
-pub(crate) struct Answer {
+pub(crate) struct Reply {
     pub(crate) message: Vec<u8>,
     pub(crate) attachment: Option<Vec<u8>>,
 }
 
 /// The outcome of a query.
-pub(crate) enum Answered {
-    With(Answer),
+pub(crate) enum QueryOutcome {
+    Reply(Reply),
     Refused(Refusal),
     /// The query ended without an answer: no application received it, or the application had no room for it.
-    NotAtAll,
-    TooLate,
+    Unanswered,
+    TimedOut,
 }
 
 /// Connects to all endpoints concurrently. Succeeds if at least one connects.
-pub(super) fn all(
+pub(super) fn connect_all(
     endpoints: &[String],
     login: Option<&Login>,
     tls: Option<&Tls>,
@@ -82,31 +82,31 @@ impl Connection {
         let endpoint = format!("unixsock-stream/{}", entry.socket.display());
         let start = Instant::now();
         loop {
-            let opened = session::open(&Opening {
+            let opened = session::open(&SessionOptions {
                 connect: std::slice::from_ref(&endpoint),
-                ..Opening::default()
+                ..SessionOptions::default()
             });
             match opened {
                 Ok(session) => {
-                    return Self::of(session, endpoint, false);
+                    return Self::from_session(session, endpoint, false);
                 }
                 // The application holds the lock on its announcement, so it runs. A socket refuses at once
                 // when more clients connect than it accepts at a time.
                 Err(Error::Open(reason)) => {
                     tracing::debug!("{endpoint}: {reason}");
                     let waited = start.elapsed();
-                    if waited >= KNOCKING {
+                    if waited >= RETRY_FOR {
                         let application = entry.about.name.clone();
-                        return Err(Error::NoAnswer { application, waited });
+                        return Err(Error::Timeout { application, waited });
                     }
-                    std::thread::sleep(AGAIN);
+                    std::thread::sleep(RETRY_PAUSE);
                 }
                 Err(other) => return Err(other),
             }
         }
     }
 
-    fn of(session: Session, endpoint: String, shared: bool) -> Result<Self, Error> {
+    fn from_session(session: Session, endpoint: String, shared: bool) -> Result<Self, Error> {
         Ok(Self {
             session: Some(session),
             endpoint,
@@ -127,14 +127,14 @@ impl Connection {
             return Err(Error::Connect { endpoint, reason });
         }
         login.map_or(Ok(()), Login::check)?;
-        let opened = session::open(&Opening {
+        let opened = session::open(&SessionOptions {
             connect: std::slice::from_ref(&endpoint),
             login,
             tls,
-            ..Opening::default()
+            ..SessionOptions::default()
         });
         match opened {
-            Ok(session) => Self::of(session, endpoint, false),
+            Ok(session) => Self::from_session(session, endpoint, false),
             Err(Error::Open(reason)) => Err(Error::Connect { endpoint, reason }),
             Err(other) => Err(other),
         }
@@ -142,7 +142,7 @@ impl Connection {
 
     /// Uses a session that another component closes.
     pub(crate) fn shared(session: Session, endpoint: &str) -> Result<Self, Error> {
-        Self::of(session, endpoint.to_owned(), true)
+        Self::from_session(session, endpoint.to_owned(), true)
     }
 
     /// The description of the application at a key.
@@ -151,14 +151,14 @@ impl Connection {
             application: self.endpoint.clone(),
             reason,
         };
-        match self.ask_one(key, None, super::ANSWER)? {
-            Answered::With(answer) => {
+        match self.query_one(key, None, super::REPLY_TIMEOUT)? {
+            QueryOutcome::Reply(answer) => {
                 serde_json::from_slice(&answer.message).map_err(|error| garbled(error.to_string()))
             }
-            Answered::Refused(refusal) => Err(garbled(refusal.error)),
-            Answered::NotAtAll | Answered::TooLate => Err(Error::NoAnswer {
+            QueryOutcome::Refused(refusal) => Err(garbled(refusal.error)),
+            QueryOutcome::Unanswered | QueryOutcome::TimedOut => Err(Error::Timeout {
                 application: self.endpoint.clone(),
-                waited: super::ANSWER,
+                waited: super::REPLY_TIMEOUT,
             }),
         }
     }
@@ -173,14 +173,14 @@ impl Connection {
 
     /// Calls `hear` with the key and content of each answer as it arrives. Returns whether the query ended in
     /// time.
-    pub(super) fn ask(
+    pub(super) fn query(
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
         timeout: Duration,
         mut hear: impl FnMut(&str, Result<Vec<u8>, Refusal>),
     ) -> Result<bool, Error> {
-        let (tell, answers) = mpsc::sync_channel(ANSWERS);
+        let (tell, answers) = mpsc::sync_channel(MAX_REPLIES);
         let mut get = self
             .session()
             .get(selector)
@@ -197,12 +197,12 @@ impl Connection {
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
         let mut deadline = Instant::now() + timeout;
-        for _ in 0..ANSWERS {
+        for _ in 0..MAX_REPLIES {
             match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
                 Ok(Ok(sample)) => {
                     let answer = sample.payload().to_bytes().into_owned();
                     hear(sample.key_expr().as_str(), Ok(answer));
-                    deadline = deadline.min(Instant::now() + OTHERS);
+                    deadline = deadline.min(Instant::now() + NEXT_REPLY_TIMEOUT);
                 }
                 // An error that is no refusal is a timeout.
                 Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
@@ -217,12 +217,12 @@ impl Connection {
     }
 
     /// Sends a query that has one answer.
-    pub(crate) fn ask_one(
+    pub(crate) fn query_one(
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
         timeout: Duration,
-    ) -> Result<Answered, Error> {
+    ) -> Result<QueryOutcome, Error> {
         let (tell, answers) = mpsc::channel();
         let start = Instant::now();
         let mut get = self
@@ -246,19 +246,19 @@ impl Connection {
         let answered = answers.recv_timeout(timeout + Duration::from_secs(1));
         let waited = start.elapsed();
         Ok(match answered {
-            Ok(Ok(sample)) => Answered::With(Answer {
+            Ok(Ok(sample)) => QueryOutcome::Reply(Reply {
                 message: sample.payload().to_bytes().into_owned(),
                 attachment: sample
                     .attachment()
                     .map(|attachment| attachment.to_bytes().into_owned()),
             }),
             Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
-                Ok(refusal) => Answered::Refused(refusal),
-                Err(_) if waited < timeout => Answered::NotAtAll,
-                Err(_) => Answered::TooLate,
+                Ok(refusal) => QueryOutcome::Refused(refusal),
+                Err(_) if waited < timeout => QueryOutcome::Unanswered,
+                Err(_) => QueryOutcome::TimedOut,
             },
-            Err(_) if waited < timeout => Answered::NotAtAll,
-            Err(_) => Answered::TooLate,
+            Err(_) if waited < timeout => QueryOutcome::Unanswered,
+            Err(_) => QueryOutcome::TimedOut,
         })
     }
 }

@@ -46,7 +46,7 @@ impl Hold {
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(lease / 3) {
                 match remote.operate(&renew) {
                     Ok(()) => {}
-                    Err(error @ (Error::Refused { .. } | Error::Gone(_))) => {
+                    Err(error @ (Error::Refused { .. } | Error::Disconnected(_))) => {
                         *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
                         break;
                     }

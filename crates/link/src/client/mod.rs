@@ -1,40 +1,40 @@
 //! The tools' end of the link: finds applications and sends them requests. Blocking calls and callbacks;
 //! every wait is bounded.
 
+mod broadcast;
 mod choice;
 mod connection;
 mod events;
-mod everything;
 mod hold;
-mod life;
+mod liveliness;
 mod panel;
 mod remote;
 mod sample;
-mod watching;
+mod subscription;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::folder::{Entry, Folders};
-use crate::keys::{EVERYBODY, PROTOCOL};
+use crate::keys::{ALL_ABOUT, PROTOCOL};
 use crate::message::About;
 use crate::session::{Login, Tls};
 use crate::{Error, keys::Keys};
 pub(crate) use connection::Connection;
 
-pub use events::Happened;
-pub use everything::{Heard, everything};
+pub use broadcast::{BroadcastOutcome, broadcast};
+pub use events::ReceivedEvent;
 pub use hold::Hold;
 pub use panel::PanelSample;
 pub use remote::Remote;
 pub use sample::Sample;
-pub use watching::Watching;
+pub use subscription::Subscription;
 
 /// Where local applications are searched, for error texts.
-const HERE: &str = "on this machine for this user";
+const ON_THIS_MACHINE: &str = "on this machine for this user";
 
 /// Longest wait for an answer.
-const ANSWER: Duration = Duration::from_secs(5);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Where to look for applications.
 #[derive(Clone, Debug)]
@@ -54,16 +54,16 @@ pub enum Reach {
 
 /// Looks for applications.
 pub struct Client {
-    place: Place,
+    backend: Backend,
 }
 
-enum Place {
+enum Backend {
     Local(Folders),
     Network(Vec<Arc<Connection>>),
 }
 
 /// An application that was found, and its access.
-enum Found {
+enum Discovered {
     Local(Entry),
     Network(About, Arc<Connection>),
 }
@@ -78,15 +78,15 @@ impl Client {
         let place = match reach {
             Reach::Local(folder) => {
                 folder.list()?;
-                Place::Local(folder.clone())
+                Backend::Local(folder.clone())
             }
             Reach::Network {
                 endpoints,
                 login,
                 tls,
-            } => Place::Network(connection::all(endpoints, login.as_ref(), tls.as_ref())?),
+            } => Backend::Network(connection::connect_all(endpoints, login.as_ref(), tls.as_ref())?),
         };
-        Ok(Self { place })
+        Ok(Self { backend: place })
     }
 
     /// Lists the running applications in order of their start.
@@ -94,7 +94,11 @@ impl Client {
     /// # Errors
     /// [`Error::Folder`]. Takes 5 s at most.
     pub fn applications(&self) -> Result<Vec<About>, Error> {
-        Ok(self.found()?.iter().map(|found| found.about().clone()).collect())
+        Ok(self
+            .discover()?
+            .iter()
+            .map(|found| found.about().clone())
+            .collect())
     }
 
     /// Connects to an application: the one of that name, or the only one. `name@` and the beginning of the id
@@ -104,29 +108,29 @@ impl Client {
     /// [`Error::NothingRuns`], [`Error::Several`], [`Error::UnknownApplication`], [`Error::Version`],
     /// [`Error::NoAnswer`]. Takes at most 13 s on this machine, 8 s on the network.
     pub fn application(&self, name: Option<&str>) -> Result<Remote, Error> {
-        let mut found = self.found()?;
-        let abouts: Vec<&About> = found.iter().map(Found::about).collect();
-        let place = choice::choose(&abouts, name, &self.whereabouts())?;
+        let mut found = self.discover()?;
+        let abouts: Vec<&About> = found.iter().map(Discovered::about).collect();
+        let place = choice::choose(&abouts, name, &self.describe_backend())?;
         let found = found.swap_remove(place);
         let about = found.about();
         check_version(about)?;
         match found {
-            Found::Local(entry) => {
+            Discovered::Local(entry) => {
                 let connection = Connection::local(&entry)?;
                 Remote::new(Arc::new(connection), entry.about)
             }
-            Found::Network(about, connection) => Remote::new(connection, about),
+            Discovered::Network(about, connection) => Remote::new(connection, about),
         }
     }
 
-    fn found(&self) -> Result<Vec<Found>, Error> {
-        match &self.place {
-            Place::Local(folder) => Ok(folder.list()?.into_iter().map(Found::Local).collect()),
-            Place::Network(connections) => {
+    fn discover(&self) -> Result<Vec<Discovered>, Error> {
+        match &self.backend {
+            Backend::Local(folder) => Ok(folder.list()?.into_iter().map(Discovered::Local).collect()),
+            Backend::Network(connections) => {
                 // All concurrently: a silent endpoint delays no other.
                 let answers = at_once(connections, |connection| {
                     let mut abouts: Vec<About> = Vec::new();
-                    connection.ask(EVERYBODY, None, ANSWER, |_, answer| {
+                    connection.query(ALL_ABOUT, None, REPLY_TIMEOUT, |_, answer| {
                         // An answer that cannot be read is not from an application of jde.
                         let about = answer
                             .ok()
@@ -135,11 +139,11 @@ impl Client {
                     })?;
                     Ok(abouts)
                 });
-                let mut found: Vec<Found> = Vec::new();
+                let mut found: Vec<Discovered> = Vec::new();
                 for (connection, abouts) in connections.iter().zip(answers) {
                     for about in abouts? {
                         if !found.iter().any(|known| known.about().id == about.id) {
-                            found.push(Found::Network(about, Arc::clone(connection)));
+                            found.push(Discovered::Network(about, Arc::clone(connection)));
                         }
                     }
                 }
@@ -149,10 +153,10 @@ impl Client {
         }
     }
 
-    fn whereabouts(&self) -> String {
-        match &self.place {
-            Place::Local(_) => HERE.to_owned(),
-            Place::Network(connections) => {
+    fn describe_backend(&self) -> String {
+        match &self.backend {
+            Backend::Local(_) => ON_THIS_MACHINE.to_owned(),
+            Backend::Network(connections) => {
                 let endpoints: Vec<_> = connections
                     .iter()
                     .map(|connection| connection.endpoint())
@@ -163,7 +167,7 @@ impl Client {
     }
 }
 
-impl Found {
+impl Discovered {
     fn about(&self) -> &About {
         match self {
             Self::Local(entry) => &entry.about,

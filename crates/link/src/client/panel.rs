@@ -24,7 +24,7 @@ impl PanelSample {
             sequence,
             time,
             age,
-            nothing,
+            is_error: nothing,
         } = attachment
             .and_then(PanelTag::read)
             .ok_or("a panel without its attachment")?;
@@ -58,7 +58,7 @@ mod tests {
             sequence: 7,
             time: 8,
             age: 9,
-            nothing,
+            is_error: nothing,
         };
         tag.bytes().to_vec()
     }

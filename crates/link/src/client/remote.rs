@@ -4,23 +4,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::Type;
-use jde_host::reload::Reloaded;
+use jde_host::records::RecordKind;
+use jde_host::reload::ReloadReport;
 use jde_host::snapshot::Snapshot;
-use jde_host::story::Kind;
 use jde_panel::Gesture;
 use serde::de::DeserializeOwned;
 use zenoh::Wait;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
-use super::connection::{Answer, Answered, Connection};
-use super::life::Life;
-use super::watching::{Tokens, Watching};
-use super::{ANSWER, Happened, Hold, PanelSample, Sample, events, keys};
+use super::connection::{Connection, QueryOutcome, Reply};
+use super::liveliness::Liveliness;
+use super::subscription::{Subscription, Tokens};
+use super::{Hold, PanelSample, REPLY_TIMEOUT, ReceivedEvent, Sample, events, keys};
 use crate::Error;
 use crate::folder::new_id;
 use crate::keys::{self as key, Keys, Rate};
-use crate::message::{About, Action, Fine, Request, Schemas, VariableInfo};
+use crate::message::{About, Action, OperateReply, Request, Schemas, VariableInfo};
 use crate::server::no_panel;
 
 /// How long an application may take to appear on a new connection.
@@ -35,16 +35,16 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// An application on this machine or on the network.
 #[derive(Clone)]
 pub struct Remote {
-    inner: Arc<Inner>,
+    inner: Arc<RemoteInner>,
 }
 
-struct Inner {
+struct RemoteInner {
     about: About,
     keys: Keys,
-    alive: Arc<Life>,
+    liveliness: Arc<Liveliness>,
     tokens: Tokens,
     variables: Mutex<Option<Arc<Vec<VariableInfo>>>>,
-    _alive: Subscriber<()>,
+    _subscriber: Subscriber<()>,
     // Dropped last.
     connection: Arc<Connection>,
 }
@@ -52,7 +52,7 @@ struct Inner {
 impl Remote {
     pub(crate) fn new(connection: Arc<Connection>, about: About) -> Result<Self, Error> {
         let keys = keys(&about);
-        let alive = Arc::new(Life::default());
+        let alive = Arc::new(Liveliness::default());
         let life = Arc::clone(&alive);
         let watch = connection
             .session()
@@ -63,19 +63,19 @@ impl Remote {
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
         if !alive.wait(true, APPEAR) {
-            return Err(Error::NoAnswer {
+            return Err(Error::Timeout {
                 application: about.name,
                 waited: APPEAR,
             });
         }
-        let inner = Inner {
+        let inner = RemoteInner {
             keys,
-            alive,
+            liveliness: alive,
             tokens: Tokens::new(new_id()?),
             variables: Mutex::new(None),
             connection,
             about,
-            _alive: watch,
+            _subscriber: watch,
         };
         Ok(Self {
             inner: Arc::new(inner),
@@ -90,19 +90,19 @@ impl Remote {
 
     /// Whether the application is reachable.
     #[must_use]
-    pub fn alive(&self) -> bool {
-        self.inner.alive.is()
+    pub fn is_alive(&self) -> bool {
+        self.inner.liveliness.is_alive()
     }
 
     /// Waits until the application is gone, at most for `timeout`. Returns whether it is.
     #[must_use]
     pub fn wait_gone(&self, timeout: Duration) -> bool {
-        self.inner.alive.wait(false, timeout)
+        self.inner.liveliness.wait(false, timeout)
     }
 
     /// Calls `call` once when the application is gone; at once if it already is.
     pub fn on_gone(&self, call: impl FnOnce() + Send + 'static) {
-        self.inner.alive.on_gone(Box::new(call));
+        self.inner.liveliness.on_gone(Box::new(call));
     }
 
     /// The application's schemas and groups.
@@ -110,7 +110,7 @@ impl Remote {
     /// # Errors
     /// [`Error::Gone`], [`Error::NoAnswer`] after 5 s, [`Error::Garbled`]; likewise for all methods below.
     pub fn schemas(&self) -> Result<Schemas, Error> {
-        self.ask(&self.inner.keys.of(key::SCHEMAS))
+        self.query_json(&self.inner.keys.of(key::SCHEMAS))
     }
 
     /// The application's variables, with their status if requested.
@@ -120,7 +120,7 @@ impl Remote {
     pub fn variables(&self, with_status: bool) -> Result<Vec<VariableInfo>, Error> {
         let all = self.inner.keys.of(key::VARIABLES);
         if with_status {
-            return self.ask(&format!("{all}?status"));
+            return self.query_json(&format!("{all}?status"));
         }
         Ok(self.known_variables()?.to_vec())
     }
@@ -148,7 +148,7 @@ impl Remote {
     pub fn get(&self, name: &str) -> Result<Sample, Error> {
         let (variable, value_type) = self.typed(name)?;
         let at = self.inner.keys.variable(&variable.owner, &variable.variable);
-        let answer = self.answer(&at, None)?;
+        let answer = self.query(&at, None)?;
         Sample::read(&value_type, &answer.message, answer.attachment.as_deref())
             .map_err(|reason| self.garbled(reason))
     }
@@ -163,7 +163,7 @@ impl Remote {
         name: &str,
         rate: Rate,
         call: impl FnMut(Sample) + Send + Sync + 'static,
-    ) -> Result<Watching, Error> {
+    ) -> Result<Subscription, Error> {
         let (variable, value_type) = self.typed(name)?;
         self.watch_as(&variable, value_type, rate, call)
     }
@@ -175,8 +175,8 @@ impl Remote {
         value_type: Arc<Type>,
         rate: Rate,
         mut call: impl FnMut(Sample) + Send + Sync + 'static,
-    ) -> Result<Watching, Error> {
-        let (owner, own, rate) = (&variable.owner, &variable.variable, rate.on_offer());
+    ) -> Result<Subscription, Error> {
+        let (owner, own, rate) = (&variable.owner, &variable.variable, rate.to_supported());
         let session = self.inner.connection.session();
         let application = self.inner.about.name.clone();
         let mut last = None;
@@ -202,8 +202,8 @@ impl Remote {
         let token = self
             .inner
             .tokens
-            .declare(session, |client| keys.want(owner, own, rate, client))?;
-        Ok(Watching::new(vec![subscriber], Some(token), self))
+            .declare(session, |client| keys.value_token(owner, own, rate, client))?;
+        Ok(Subscription::new(vec![subscriber], Some(token), self))
     }
 
     /// Calls `call` with the panel of a schema each time it is drawn, at most at this rate, on a thread of
@@ -217,9 +217,9 @@ impl Remote {
         schema: &str,
         rate: Rate,
         mut call: impl FnMut(PanelSample) + Send + Sync + 'static,
-    ) -> Result<Watching, Error> {
+    ) -> Result<Subscription, Error> {
         self.check_panel(schema)?;
-        let rate = rate.on_offer();
+        let rate = rate.to_supported();
         let application = self.inner.about.name.clone();
         let mut last = None;
         let hear = move |sample: zenoh::sample::Sample| {
@@ -240,8 +240,8 @@ impl Remote {
         let token = self
             .inner
             .tokens
-            .declare(session, |client| keys.look(schema, rate, client))?;
-        Ok(Watching::new(vec![subscriber], Some(token), self))
+            .declare(session, |client| keys.panel_token(schema, rate, client))?;
+        Ok(Subscription::new(vec![subscriber], Some(token), self))
     }
 
     /// Performs a gesture on a widget of a schema's panel as the operator `by`, such as `ana@laptop`. The
@@ -265,7 +265,7 @@ impl Remote {
     /// # Errors
     /// As above.
     pub fn hierarchy(&self) -> Result<Snapshot, Error> {
-        self.ask(&self.inner.keys.of(key::HIERARCHY))
+        self.query_json(&self.inner.keys.of(key::HIERARCHY))
     }
 
     /// Calls `call` with the state of every schema and group 20 times a second, on a thread of the link.
@@ -275,7 +275,7 @@ impl Remote {
     pub fn watch_hierarchy(
         &self,
         mut call: impl FnMut(Snapshot) + Send + Sync + 'static,
-    ) -> Result<Watching, Error> {
+    ) -> Result<Subscription, Error> {
         let application = self.inner.about.name.clone();
         let subscriber = self
             .inner
@@ -290,7 +290,7 @@ impl Remote {
             )
             .wait()
             .map_err(failed)?;
-        Ok(Watching::new(vec![subscriber], None, self))
+        Ok(Subscription::new(vec![subscriber], None, self))
     }
 
     /// Calls `call` with the last `last` events of each kind and then with each new one, in the order of each
@@ -300,11 +300,11 @@ impl Remote {
     /// As above.
     pub fn events(
         &self,
-        kinds: &[Kind],
+        kinds: &[RecordKind],
         last: usize,
-        call: impl FnMut(Happened) + Send + 'static,
-    ) -> Result<Watching, Error> {
-        let merge = events::Merge::new(Box::new(call));
+        call: impl FnMut(ReceivedEvent) + Send + 'static,
+    ) -> Result<Subscription, Error> {
+        let merge = events::EventMerger::new(Box::new(call));
         let mut subscribers = Vec::new();
         for kind in kinds {
             let (merge, kind, application) = (Arc::clone(&merge), *kind, self.inner.about.name.clone());
@@ -315,7 +315,7 @@ impl Remote {
                 .declare_subscriber(self.inner.keys.of(key::events(kind)))
                 .callback(move |sample| {
                     let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
-                    if let Err(reason) = merge.hear(kind, &sample.payload().to_bytes(), attachment.as_deref())
+                    if let Err(reason) = merge.push(kind, &sample.payload().to_bytes(), attachment.as_deref())
                     {
                         tracing::warn!("an event of {application} cannot be read: {reason}");
                     }
@@ -328,12 +328,12 @@ impl Remote {
         if last > 0 {
             for kind in kinds {
                 let key = self.inner.keys.of(key::events(*kind));
-                let lines = self.ask::<Vec<events::Numbered>>(&format!("{key}?last={last}"))?;
+                let lines = self.query_json::<Vec<events::StoredEvent>>(&format!("{key}?last={last}"))?;
                 earlier.extend(lines.into_iter().map(|line| (*kind, line)));
             }
         }
         merge.begin(earlier).map_err(|reason| self.garbled(reason))?;
-        Ok(Watching::new(subscribers, None, self))
+        Ok(Subscription::new(subscribers, None, self))
     }
 
     /// Sends an operator's request to the application (R14).
@@ -342,7 +342,7 @@ impl Remote {
     /// [`Error::Refused`] with the reason; and as above.
     pub fn operate(&self, request: &Request) -> Result<(), Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
-        self.answer(&self.inner.keys.of(key::OPERATE), Some(json))
+        self.query(&self.inner.keys.of(key::OPERATE), Some(json))
             .map(drop)
     }
 
@@ -350,10 +350,10 @@ impl Remote {
     ///
     /// # Errors
     /// [`Error::Refused`] with all reasons; nothing has changed then. And as above.
-    pub fn reload(&self, request: &Request) -> Result<Reloaded, Error> {
+    pub fn reload(&self, request: &Request) -> Result<ReloadReport, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
-        let answer = self.answer_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
-        let fine: Fine =
+        let answer = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
+        let fine: OperateReply =
             serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))?;
         fine.reloaded
             .ok_or_else(|| self.garbled("it does not say what came of the reload"))
@@ -394,7 +394,7 @@ impl Remote {
         if let Some(known) = &*known {
             return Ok(Arc::clone(known));
         }
-        let variables: Vec<VariableInfo> = self.ask(&self.inner.keys.of(key::VARIABLES))?;
+        let variables: Vec<VariableInfo> = self.query_json(&self.inner.keys.of(key::VARIABLES))?;
         Ok(Arc::clone(known.insert(Arc::new(variables))))
     }
 
@@ -407,47 +407,51 @@ impl Remote {
         Ok((variable, Arc::new(value_type)))
     }
 
-    fn ask<T: DeserializeOwned>(&self, selector: &str) -> Result<T, Error> {
-        let answer = self.answer(selector, None)?;
+    fn query_json<T: DeserializeOwned>(&self, selector: &str) -> Result<T, Error> {
+        let answer = self.query(selector, None)?;
         serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))
     }
 
-    fn answer(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Answer, Error> {
-        self.answer_within(selector, payload, ANSWER)
+    fn query(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Reply, Error> {
+        self.query_within(selector, payload, REPLY_TIMEOUT)
     }
 
-    fn answer_within(
+    fn query_within(
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
         within: Duration,
-    ) -> Result<Answer, Error> {
+    ) -> Result<Reply, Error> {
         let name = || self.inner.about.name.clone();
         let start = Instant::now();
         for _ in 0..TRIES {
-            if !self.alive() {
-                return Err(Error::Gone(name()));
+            if !self.is_alive() {
+                return Err(Error::Disconnected(name()));
             }
-            match self.inner.connection.ask_one(selector, payload.clone(), within)? {
-                Answered::With(answer) => return Ok(answer),
-                Answered::Refused(refusal) => {
+            match self
+                .inner
+                .connection
+                .query_one(selector, payload.clone(), within)?
+            {
+                QueryOutcome::Reply(answer) => return Ok(answer),
+                QueryOutcome::Refused(refusal) => {
                     return Err(Error::Refused {
                         text: refusal.error,
                         nearest: refusal.nearest,
                     });
                 }
-                Answered::NotAtAll => {
+                QueryOutcome::Unanswered => {
                     if self.wait_gone(PAUSE) {
-                        return Err(Error::Gone(name()));
+                        return Err(Error::Disconnected(name()));
                     }
                 }
-                Answered::TooLate => break,
+                QueryOutcome::TimedOut => break,
             }
         }
-        if !self.alive() {
-            return Err(Error::Gone(name()));
+        if !self.is_alive() {
+            return Err(Error::Disconnected(name()));
         }
-        Err(Error::NoAnswer {
+        Err(Error::Timeout {
             application: name(),
             waited: start.elapsed(),
         })

@@ -2,13 +2,13 @@
 //! search for them. An application uses the first folder that only its user controls. A tool searches all of
 //! them, since a boot service, a login and `su` have different environments. Opens no session.
 
-pub(crate) mod place;
+pub(crate) mod runtime_folder;
 
 use std::path::{Path, PathBuf};
 
 use crate::{Error, whoami};
-pub(crate) use place::{Announced, Claim, Entry, Listing, Secret, new_id};
-use place::{Place, is_own};
+pub(crate) use runtime_folder::{Announcement, Claim, Entry, Listing, Secret, new_id};
+use runtime_folder::{RuntimeFolder, is_own};
 
 /// Environment variable with the only folder to use, for tests and for isolated applications.
 const ONLY: &str = "JDE_RUNTIME_DIR";
@@ -21,7 +21,7 @@ const TEMPORARY: &str = "tmp";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folders {
     /// At least one.
-    places: Vec<Place>,
+    folders: Vec<RuntimeFolder>,
 }
 
 impl Folders {
@@ -58,23 +58,23 @@ impl Folders {
         let home = home.map(|home| {
             // Machines may share a home.
             let run = format!("run-{}", whoami::host());
-            Place::below(home, Path::new(".local/state/jde").join(run))
+            RuntimeFolder::below(home, Path::new(".local/state/jde").join(run))
         });
-        let mut places: Vec<Place> = Vec::new();
+        let mut places: Vec<RuntimeFolder> = Vec::new();
         let shallow = runtime.map(|folder| folder.join("jde")).chain(temporary);
-        for place in shallow.map(Place::at).chain(home) {
+        for place in shallow.map(RuntimeFolder::at).chain(home) {
             if !places.contains(&place) {
                 places.push(place);
             }
         }
-        Self { places }
+        Self { folders: places }
     }
 
     /// A single folder.
     #[must_use]
     pub fn at(path: impl Into<PathBuf>) -> Self {
         Self {
-            places: vec![Place::at(path.into())],
+            folders: vec![RuntimeFolder::at(path.into())],
         }
     }
 
@@ -82,20 +82,23 @@ impl Folders {
     #[cfg(test)]
     pub(crate) fn several(paths: [PathBuf; 2]) -> Self {
         Self {
-            places: paths.map(Place::at).into(),
+            folders: paths.map(RuntimeFolder::at).into(),
         }
     }
 
     /// The first folder.
     #[must_use]
     pub fn path(&self) -> &Path {
-        self.places[0].path()
+        self.folders[0].path()
     }
 
     /// Starts listing all folders concurrently.
     pub(crate) fn listings(&self) -> Vec<Listing> {
-        let only = self.places.len() == 1;
-        self.places.iter().map(|place| place.listing(only)).collect()
+        let only = self.folders.len() == 1;
+        self.folders
+            .iter()
+            .map(|place| place.start_listing(only))
+            .collect()
     }
 
     /// Lists the running applications in order of their start, and removes the files of killed ones. A folder
@@ -108,7 +111,7 @@ impl Folders {
         for listing in self.listings() {
             match listing.wait() {
                 Ok(found) => entries.extend(found),
-                Err(error) if self.places.len() == 1 => return Err(error),
+                Err(error) if self.folders.len() == 1 => return Err(error),
                 Err(error) => tracing::debug!("{error}"),
             }
         }
@@ -126,7 +129,7 @@ impl Folders {
     /// [`Error::Name`].
     pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
         let mut refused = None;
-        for place in &self.places {
+        for place in &self.folders {
             match place.claim(wanted, asked_for, || self.list()) {
                 Err(error @ Error::Folder { .. }) => {
                     refused.get_or_insert(error);
@@ -163,9 +166,9 @@ mod tests {
         )
     }
 
-    fn announce(folders: &Folders, name: &str) -> Announced {
+    fn announce(folders: &Folders, name: &str) -> Announcement {
         let claim = folders.claim(name, true).unwrap();
-        let about = place::tests::about(name, &claim.id);
+        let about = runtime_folder::tests::about(name, &claim.id);
         claim.announce(&about).unwrap()
     }
 

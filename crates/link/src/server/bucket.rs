@@ -3,29 +3,29 @@
 use std::time::Instant;
 
 /// A limit of `rate` events per second.
-pub(super) struct Bucket {
+pub(super) struct TokenBucket {
     rate: f64,
-    left: f64,
+    tokens: f64,
     last: Instant,
 }
 
-impl Bucket {
+impl TokenBucket {
     pub(super) fn new(rate: f64, now: Instant) -> Self {
         Self {
             rate,
-            left: rate,
+            tokens: rate,
             last: now,
         }
     }
 
     /// Whether an event may occur now; if so, it counts.
-    pub(super) fn take(&mut self, now: Instant) -> bool {
+    pub(super) fn try_take(&mut self, now: Instant) -> bool {
         let passed = now.saturating_duration_since(self.last).as_secs_f64();
-        self.left = (self.left + passed * self.rate).min(self.rate);
+        self.tokens = (self.tokens + passed * self.rate).min(self.rate);
         self.last = now;
-        let may = self.left >= 1.0;
+        let may = self.tokens >= 1.0;
         if may {
-            self.left -= 1.0;
+            self.tokens -= 1.0;
         }
         may
     }
@@ -40,8 +40,8 @@ mod tests {
     #[test]
     fn what_is_not_used_is_saved_for_a_second_and_no_longer() {
         let start = Instant::now();
-        let mut bucket = Bucket::new(10.0, start);
-        let taken = |bucket: &mut Bucket, at| (0..100).filter(|_| bucket.take(at)).count();
+        let mut bucket = TokenBucket::new(10.0, start);
+        let taken = |bucket: &mut TokenBucket, at| (0..100).filter(|_| bucket.try_take(at)).count();
         assert_eq!(taken(&mut bucket, start), 10);
         assert_eq!(taken(&mut bucket, start + Duration::from_millis(550)), 5);
         assert_eq!(taken(&mut bucket, start + Duration::from_secs(60)), 10);

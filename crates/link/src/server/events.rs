@@ -8,43 +8,43 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crossbeam_queue::ArrayQueue;
 use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
-use jde_host::story::{Kind, Line, Story};
+use jde_host::records::{RecordBuilder, RecordKind, RunRecord};
 
 /// Most events that wait for the worker: more than the busiest application has between two polls.
-const WAITING: usize = 4096;
+const MAX_PENDING: usize = 4096;
 /// Lines of each kind kept for later queries.
-const KEPT: usize = 1000;
+const MAX_RECORDS: usize = 1000;
 /// Their limit in bytes of JSON, approximately. A selection among hundreds lists each candidate, and a query
 /// gets the last lines as one message, which must be transferred before its receiver counts as blocked.
-const KEPT_BYTES: usize = 4 << 20;
+const MAX_RECORD_BYTES: usize = 4 << 20;
 
 /// Collects events and keeps them until the link has published them.
 #[derive(Clone)]
 pub struct Events {
-    heard: Arc<Heard>,
-    story: Arc<dyn Fn() -> Option<Story> + Send + Sync>,
+    queue: Arc<EventQueue>,
+    make_records: Arc<dyn Fn() -> Option<RecordBuilder> + Send + Sync>,
 }
 
-struct Heard {
-    waiting: ArrayQueue<Happened>,
+struct EventQueue {
+    pending: ArrayQueue<QueuedItem>,
     lost: AtomicU64,
 }
 
-enum Happened {
+enum QueuedItem {
     Event(Event),
-    Line(Line),
+    Record(RunRecord),
 }
 
 /// The history of events.
-pub(super) struct Chronicle {
-    heard: Arc<Heard>,
-    story: Option<Story>,
-    kinds: [Kept; Kind::ALL.len()],
+pub(super) struct EventHistory {
+    queue: Arc<EventQueue>,
+    records: Option<RecordBuilder>,
+    kinds: [KindHistory; RecordKind::ALL.len()],
 }
 
 #[derive(Default)]
-struct Kept {
-    lines: VecDeque<Numbered>,
+struct KindHistory {
+    records: VecDeque<NumberedRecord>,
     /// Their total weight.
     bytes: usize,
     /// The number of the last line.
@@ -52,9 +52,9 @@ struct Kept {
 }
 
 /// A line with its sequence number. A gap in the numbers is a lost line.
-pub(super) struct Numbered {
+pub(super) struct NumberedRecord {
     pub(super) number: u64,
-    pub(super) line: Line,
+    pub(super) record: RunRecord,
 }
 
 impl Events {
@@ -63,17 +63,17 @@ impl Events {
     pub fn of(application: &Application) -> Self {
         let application = Arc::new(application.clone());
         Self {
-            heard: Heard::new(),
-            story: Arc::new(move || Some(Story::new(&application))),
+            queue: EventQueue::new(),
+            make_records: Arc::new(move || Some(RecordBuilder::new(&application))),
         }
     }
 
     /// Events that arrive as lines, for the replay of a recording.
     #[must_use]
-    pub fn told() -> Self {
+    pub fn of_records() -> Self {
         Self {
-            heard: Heard::new(),
-            story: Arc::new(|| None),
+            queue: EventQueue::new(),
+            make_records: Arc::new(|| None),
         }
     }
 
@@ -81,54 +81,54 @@ impl Events {
     /// which the numbers of the lines show.
     #[must_use]
     pub fn observer(&self) -> Box<dyn Observer> {
-        let heard = Arc::clone(&self.heard);
-        Box::new(move |event: &Event| heard.push(Happened::Event(event.clone())))
+        let heard = Arc::clone(&self.queue);
+        Box::new(move |event: &Event| heard.push(QueuedItem::Event(event.clone())))
     }
 
     /// Adds a line.
-    pub fn tell(&self, line: Line) {
-        self.heard.push(Happened::Line(line));
+    pub fn push(&self, line: RunRecord) {
+        self.queue.push(QueuedItem::Record(line));
     }
 
-    pub(super) fn chronicle(&self) -> Chronicle {
-        Chronicle {
-            heard: Arc::clone(&self.heard),
-            story: (self.story)(),
+    pub(super) fn history(&self) -> EventHistory {
+        EventHistory {
+            queue: Arc::clone(&self.queue),
+            records: (self.make_records)(),
             kinds: Default::default(),
         }
     }
 }
 
-impl Heard {
+impl EventQueue {
     fn new() -> Arc<Self> {
         Arc::new(Self {
-            waiting: ArrayQueue::new(WAITING),
+            pending: ArrayQueue::new(MAX_PENDING),
             lost: AtomicU64::new(0),
         })
     }
 
-    fn push(&self, happened: Happened) {
-        if self.waiting.force_push(happened).is_some() {
+    fn push(&self, happened: QueuedItem) {
+        if self.pending.force_push(happened).is_some() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
 
-impl Chronicle {
+impl EventHistory {
     /// Processes the collected events; calls `tell` with each new line.
-    pub(super) fn catch_up(&mut self, mut tell: impl FnMut(Kind, &Numbered)) {
+    pub(super) fn process(&mut self, mut tell: impl FnMut(RecordKind, &NumberedRecord)) {
         // At most the events present at the start, so that a busy application does not hold the worker here.
-        for _ in 0..self.heard.waiting.len() {
-            let Some(happened) = self.heard.waiting.pop() else {
+        for _ in 0..self.queue.pending.len() {
+            let Some(happened) = self.queue.pending.pop() else {
                 break;
             };
             // The kinds of the lost events are unknown, so the numbers of every kind skip them.
-            let lost = self.heard.lost.swap(0, Ordering::Relaxed);
+            let lost = self.queue.lost.swap(0, Ordering::Relaxed);
             self.kinds.iter_mut().for_each(|kind| kind.last += lost);
-            let lines = match (happened, &mut self.story) {
-                (Happened::Event(event), Some(story)) => story.hear(&event),
-                (Happened::Event(_), None) => Vec::new(),
-                (Happened::Line(line), _) => vec![line],
+            let lines = match (happened, &mut self.records) {
+                (QueuedItem::Event(event), Some(story)) => story.process(&event),
+                (QueuedItem::Event(_), None) => Vec::new(),
+                (QueuedItem::Record(line), _) => vec![line],
             };
             for line in lines {
                 let kind = line.kind();
@@ -138,15 +138,15 @@ impl Chronicle {
     }
 
     /// The last lines of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`.
-    pub(super) fn last(&self, kind: Kind, count: usize) -> Vec<u8> {
-        let lines = &self.kinds[kind as usize].lines;
+    pub(super) fn last(&self, kind: RecordKind, count: usize) -> Vec<u8> {
+        let lines = &self.kinds[kind as usize].records;
         let mut json = vec![b'['];
-        for Numbered { number, line } in lines.range(lines.len().saturating_sub(count)..) {
+        for NumberedRecord { number, record: line } in lines.range(lines.len().saturating_sub(count)..) {
             if json.len() > 1 {
                 json.push(b',');
             }
             json.extend_from_slice(format!("{{\"number\":{number},\"line\":").as_bytes());
-            json.extend_from_slice(&line.json());
+            json.extend_from_slice(&line.to_json());
             json.push(b'}');
         }
         json.push(b']');
@@ -154,53 +154,53 @@ impl Chronicle {
     }
 }
 
-impl Kept {
-    fn add(&mut self, line: Line) -> &Numbered {
+impl KindHistory {
+    fn add(&mut self, line: RunRecord) -> &NumberedRecord {
         self.last += 1;
         self.bytes += weight(&line);
-        self.lines.push_back(Numbered {
+        self.records.push_back(NumberedRecord {
             number: self.last,
-            line,
+            record: line,
         });
         // The newest line stays, whatever its weight.
-        while self.lines.len() > KEPT || (self.bytes > KEPT_BYTES && self.lines.len() > 1) {
-            let oldest = self.lines.pop_front();
-            self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.line));
+        while self.records.len() > MAX_RECORDS || (self.bytes > MAX_RECORD_BYTES && self.records.len() > 1) {
+            let oldest = self.records.pop_front();
+            self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.record));
         }
-        &self.lines[self.lines.len() - 1]
+        &self.records[self.records.len() - 1]
     }
 }
 
 /// The approximate number of bytes of a line's JSON, without writing it.
-fn weight(line: &Line) -> usize {
+fn weight(line: &RunRecord) -> usize {
     const PLAIN: usize = 200;
     match line {
-        Line::Decision(decision) => {
+        RunRecord::Decision(decision) => {
             let candidates = decision.candidates.iter();
             let each = candidates
                 .map(|candidate| candidate.name.len() + 64)
                 .sum::<usize>();
             PLAIN + decision.reason.len() + decision.cause.len() + each
         }
-        Line::Change(_) => PLAIN,
-        Line::Happening(happening) => PLAIN + happening.text.len(),
+        RunRecord::State(_) => PLAIN,
+        RunRecord::Event(happening) => PLAIN + happening.text.len(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use jde_host::story::{Candidate, Decision};
+    use jde_host::records::{CandidateRecord, Decision};
 
     use super::*;
 
-    fn decision(candidates: usize) -> Line {
-        let candidate = |number: usize| Candidate {
+    fn decision(candidates: usize) -> RunRecord {
+        let candidate = |number: usize| CandidateRecord {
             name: format!("listener{number}"),
             state: "checking".to_owned(),
             ready: false,
             urgency: Some(0.0),
         };
-        Line::Decision(Decision {
+        RunRecord::Decision(Decision {
             number: 1,
             time_s: 1.25,
             group: "roots".to_owned(),
@@ -218,30 +218,33 @@ mod tests {
 
     #[test]
     fn of_many_lines_and_of_long_ones_the_newest_are_kept() {
-        let mut short = Kept::default();
-        for _ in 0..2 * KEPT {
+        let mut short = KindHistory::default();
+        for _ in 0..2 * MAX_RECORDS {
             short.add(decision(3));
         }
         assert_eq!(
-            (short.lines.len(), short.lines[0].number),
-            (KEPT, KEPT as u64 + 1)
+            (short.records.len(), short.records[0].number),
+            (MAX_RECORDS, MAX_RECORDS as u64 + 1)
         );
-        let mut long = Kept::default();
+        let mut long = KindHistory::default();
         for _ in 0..200 {
             long.add(decision(500));
         }
-        let json: usize = long.lines.iter().map(|kept| kept.line.json().len()).sum();
-        assert!(json <= KEPT_BYTES && json > KEPT_BYTES / 2, "{json} bytes");
-        assert_eq!(long.lines.back().map(|kept| kept.number), Some(200));
+        let json: usize = long.records.iter().map(|kept| kept.record.to_json().len()).sum();
+        assert!(
+            json <= MAX_RECORD_BYTES && json > MAX_RECORD_BYTES / 2,
+            "{json} bytes"
+        );
+        assert_eq!(long.records.back().map(|kept| kept.number), Some(200));
         let huge = long.add(decision(100_000)).number;
-        assert_eq!((long.lines.len(), huge), (1, 201));
+        assert_eq!((long.records.len(), huge), (1, 201));
     }
 
     #[test]
     fn a_line_weighs_about_as_much_as_it_is_long() {
         for candidates in [1, 10, 500] {
             let line = decision(candidates);
-            let (weight, json) = (weight(&line) as f64, line.json().len() as f64);
+            let (weight, json) = (weight(&line) as f64, line.to_json().len() as f64);
             assert!((0.8..1.5).contains(&(weight / json)), "{weight} for {json}");
         }
     }

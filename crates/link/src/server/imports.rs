@@ -10,45 +10,45 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Nanos, Writer};
-use jde_host::app::Remote as Import;
+use jde_host::app::RemoteVariable as Import;
 
 use super::peer::{self, Search};
 use super::subject::Subject;
 use crate::{Error, Sample};
 
 /// The least time between two values of one import, which bounds the load that a peer can cause.
-const LEAST: Duration = Duration::from_millis(1);
+const MIN_INTERVAL: Duration = Duration::from_millis(1);
 
 /// All imports; dropping them retracts their values.
 pub(super) struct Imports {
-    inner: Arc<Inner>,
+    state: Arc<ImportState>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// The state that the peers' threads share with the writing thread.
-pub(super) struct Inner {
+pub(super) struct ImportState {
     pub(super) slots: Vec<Slot>,
     pub(super) subject: Arc<dyn Subject>,
-    ring: SyncSender<()>,
+    waker: SyncSender<()>,
     stop: AtomicBool,
 }
 
 /// An import and its newest message.
 pub(super) struct Slot {
     pub(super) import: Import,
-    newest: Mutex<Option<News>>,
+    newest: Mutex<Option<ImportUpdate>>,
 }
 
-enum News {
+enum ImportUpdate {
     Value { bytes: Vec<u8>, time: Nanos },
-    Gone,
+    Retracted,
 }
 
 /// The writing thread's state of an import.
-struct Kept {
+struct ImportWriter {
     writer: Writer,
     /// The time of the current value, if there is one.
-    shown: Option<Nanos>,
+    current_time: Option<Nanos>,
     /// Earliest time of the next write.
     next: Instant,
 }
@@ -58,7 +58,7 @@ impl Imports {
     pub(super) fn start(subject: &Arc<dyn Subject>, search: &Arc<Search>) -> Result<Self, Error> {
         let (ring, rung) = sync_channel(1);
         let imports = subject.imports();
-        let inner = Arc::new(Inner {
+        let inner = Arc::new(ImportState {
             slots: imports
                 .iter()
                 .map(|import| Slot {
@@ -67,28 +67,28 @@ impl Imports {
                 })
                 .collect(),
             subject: Arc::clone(subject),
-            ring,
+            waker: ring,
             stop: AtomicBool::new(false),
         });
         let mut kept = Vec::new();
         for import in imports {
-            kept.push(Kept::open(&**subject, import)?);
+            kept.push(ImportWriter::open(&**subject, import)?);
         }
         let writing = Arc::clone(&inner);
         let thread = std::thread::Builder::new()
             .name("link-imports".to_owned())
-            .spawn(move || write(&writing, kept, &rung))
+            .spawn(move || run_writer(&writing, kept, &rung))
             .map_err(Error::Thread)?;
         let imports = Self {
-            inner,
+            state: inner,
             thread: Some(thread),
         };
         let mut peers: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (place, slot) in imports.inner.slots.iter().enumerate() {
+        for (place, slot) in imports.state.slots.iter().enumerate() {
             peers.entry(&slot.import.peer).or_default().push(place);
         }
         for (name, places) in peers {
-            peer::follow(name, places, &imports.inner, search)?;
+            peer::follow(name, places, &imports.state, search)?;
         }
         Ok(imports)
     }
@@ -96,60 +96,60 @@ impl Imports {
 
 impl Drop for Imports {
     fn drop(&mut self) {
-        self.inner.stop.store(true, Ordering::Release);
-        self.inner.ring();
+        self.state.stop.store(true, Ordering::Release);
+        self.state.wake();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-impl Inner {
+impl ImportState {
     /// Accepts a value. `ratio` is application time here per application time of the peer.
-    pub(super) fn came(&self, place: usize, sample: Sample, ratio: f64) {
+    pub(super) fn receive(&self, place: usize, sample: Sample, ratio: f64) {
         let news = match sample.bytes {
             Some(bytes) => {
                 let age = (sample.age as f64 * ratio) as Nanos;
                 let time = self.subject.now().saturating_sub(age);
-                News::Value { bytes, time }
+                ImportUpdate::Value { bytes, time }
             }
-            None => News::Gone,
+            None => ImportUpdate::Retracted,
         };
-        self.tell(place, news);
+        self.set_newest(place, news);
     }
 
     /// Retracts the value of an import.
-    pub(super) fn gone(&self, place: usize) {
-        self.tell(place, News::Gone);
+    pub(super) fn retract(&self, place: usize) {
+        self.set_newest(place, ImportUpdate::Retracted);
     }
 
-    pub(super) fn stopping(&self) -> bool {
+    pub(super) fn is_stopping(&self) -> bool {
         self.stop.load(Ordering::Acquire)
     }
 
-    fn tell(&self, place: usize, news: News) {
+    fn set_newest(&self, place: usize, news: ImportUpdate) {
         let mut newest = self.slots[place]
             .newest
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         *newest = Some(news);
         drop(newest);
-        self.ring();
+        self.wake();
     }
 
-    fn ring(&self) {
+    fn wake(&self) {
         // One pending wake-up is enough.
-        let _ = self.ring.try_send(());
+        let _ = self.waker.try_send(());
     }
 }
 
 impl Slot {
-    fn take(&self) -> Option<News> {
+    fn take(&self) -> Option<ImportUpdate> {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
-impl Kept {
+impl ImportWriter {
     fn open(subject: &dyn Subject, import: &Import) -> Result<Self, Error> {
         let opened = subject
             .board()
@@ -157,14 +157,14 @@ impl Kept {
             .and_then(|variable| variable.writer(Import::WRITER, "link"));
         Ok(Self {
             writer: opened.map_err(|error| Error::Open(error.to_string()))?,
-            shown: None,
+            current_time: None,
             next: Instant::now(),
         })
     }
 
-    fn write(&mut self, news: News, now: Nanos) {
+    fn write(&mut self, news: ImportUpdate, now: Nanos) {
         match news {
-            News::Value { bytes, time } => {
+            ImportUpdate::Value { bytes, time } => {
                 let room = self.writer.loan();
                 if room.len() != bytes.len() {
                     // The types were compared before.
@@ -172,14 +172,14 @@ impl Kept {
                     return;
                 }
                 room.copy_from_slice(&bytes);
-                self.shown = self.writer.publish(time, now).is_ok().then_some(time);
+                self.current_time = self.writer.publish(time, now).is_ok().then_some(time);
             }
-            News::Gone => self.take_back(),
+            ImportUpdate::Retracted => self.retract(),
         }
     }
 
-    fn take_back(&mut self) {
-        if self.shown.take().is_some() {
+    fn retract(&mut self) {
+        if self.current_time.take().is_some() {
             self.writer.retract();
         }
     }
@@ -187,8 +187,8 @@ impl Kept {
 
 /// The thread that writes imports. It has the priority of the application's threads, since it also runs the
 /// callbacks of waiting readers.
-fn write(inner: &Inner, mut kept: Vec<Kept>, rung: &Receiver<()>) {
-    let speed = inner.subject.title().speed.max(f64::MIN_POSITIVE);
+fn run_writer(inner: &ImportState, mut kept: Vec<ImportWriter>, rung: &Receiver<()>) {
+    let speed = inner.subject.info().speed.max(f64::MIN_POSITIVE);
     loop {
         let start = Instant::now();
         let mut wake: Option<Instant> = None;
@@ -201,21 +201,21 @@ fn write(inner: &Inner, mut kept: Vec<Kept>, rung: &Receiver<()>) {
             let now = inner.subject.now();
             if let Some(news) = slot.take() {
                 kept.write(news, now);
-                kept.next = start + LEAST;
+                kept.next = start + MIN_INTERVAL;
             }
-            if let Some(time) = kept.shown {
+            if let Some(time) = kept.current_time {
                 let over = time.saturating_add(slot.import.stale_ns);
                 if now > over {
-                    kept.take_back();
+                    kept.retract();
                 } else {
                     // Application time may run faster or slower than real time.
                     let left = (over - now) as f64 / speed;
-                    sooner(start + Duration::from_nanos(left as u64) + LEAST);
+                    sooner(start + Duration::from_nanos(left as u64) + MIN_INTERVAL);
                 }
             }
         }
-        if inner.stopping() {
-            return kept.iter_mut().for_each(Kept::take_back);
+        if inner.is_stopping() {
+            return kept.iter_mut().for_each(ImportWriter::retract);
         }
         let heard = match wake {
             Some(wake) => rung.recv_timeout(wake.saturating_duration_since(Instant::now())),

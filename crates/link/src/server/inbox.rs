@@ -13,24 +13,24 @@ use crossbeam_queue::ArrayQueue;
 use serde::Deserialize;
 use zenoh::query::Query;
 
-use super::bucket::Bucket;
-use super::hands::Done;
-use super::lines::{LINES, Lines};
-use crate::keys::{self, Keys, OPERATE, Rate, Wanted};
+use super::bucket::TokenBucket;
+use super::fair_queue::{FairQueue, QUEUES};
+use super::operator_workers::JobOutcome;
+use crate::keys::{self, Keys, OPERATE, Rate, TokenTarget};
 
 /// Most outcomes that wait to be answered.
-const DONE: usize = 256;
+const MAX_OUTCOMES: usize = 256;
 /// Queries per second and line: more than tools send, and few enough that many endless senders leave time for
 /// others.
-const LOOKS: f64 = 200.0;
+const QUERIES_PER_SECOND: f64 = 200.0;
 /// Most tokens accepted per origin: more values and panels than clients watch at once.
 const TOKENS: usize = 4096;
 /// Longest accepted token, bytes: the longest names, and room for a client's.
-const LONGEST_TOKEN: usize = 1024;
+const MAX_TOKEN_BYTES: usize = 1024;
 
 /// Longest message that is examined for a gesture, bytes: its names, each character of which may take six
 /// bytes, and its numbers.
-const LONGEST_TOUCH: usize = 8 << 10;
+const MAX_GESTURE_MESSAGE: usize = 8 << 10;
 
 /// The session through which a message arrived. Each session has its own subscribers, so an origin cannot be
 /// forged.
@@ -43,10 +43,10 @@ pub(super) enum Origin {
 }
 
 /// A request.
-pub(super) struct Ask {
+pub(super) struct QueuedQuery {
     pub(super) origin: Origin,
     /// The line of its client.
-    pub(super) line: usize,
+    pub(super) queue: usize,
     pub(super) query: Query,
 }
 
@@ -56,11 +56,11 @@ enum Rank {
     /// Stop everything. Served by a thread that does nothing else.
     Stop,
     /// Other requests of operators.
-    Order,
+    Operate,
     /// Gestures on panels. Separate, since their number must not displace orders.
-    Touch,
+    Gesture,
     /// Queries.
-    Look,
+    Query,
 }
 
 /// The number of ranks.
@@ -68,48 +68,48 @@ const RANKS: usize = 4;
 
 /// A request of clients for one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Want {
-    pub(super) what: Wanted,
+pub(super) struct Demand {
+    pub(super) target: TokenTarget,
     pub(super) rate: Rate,
     pub(super) origin: Origin,
 }
 
 /// All that clients want.
 #[derive(Default)]
-struct Wants {
-    wants: BTreeMap<Want, Wanting>,
+struct Demands {
+    demands: BTreeMap<Demand, DemandClients>,
     /// The number of tokens by origin.
     tokens: [usize; 2],
     /// Counts all tokens ever accepted. It never restarts, so that a client that arrives when the last one
     /// leaves is recognised as another.
     arrivals: u64,
     /// Whether the excess of tokens was logged. It is logged once, so that a flood does not fill the log.
-    told: bool,
+    is_excess_logged: bool,
 }
 
 /// The clients that want the same.
 #[derive(Default)]
-struct Wanting {
+struct DemandClients {
     tokens: BTreeSet<String>,
     /// The number of the last arrival.
-    joined: u64,
+    last_arrival: u64,
 }
 
 /// The queues of the link.
 pub(super) struct Inbox {
     /// Requests by [`Rank`] and then by client: a busy client displaces no other kind of request, and takes
     /// turns with other clients of the same kind.
-    asks: [Lines<Ask>; RANKS],
+    queries: [FairQueue<QueuedQuery>; RANKS],
     /// The remaining queries of each line.
-    looks: [Mutex<Bucket>; LINES],
+    limiters: [Mutex<TokenBucket>; QUEUES],
     /// Hashes clients' names to lines, differently in each run, so that no client can choose another's line.
-    mix: RandomState,
-    pub(super) done: ArrayQueue<Done>,
+    hasher: RandomState,
+    pub(super) outcomes: ArrayQueue<JobOutcome>,
     /// Outcomes of orders to stop everything. Any client may send these at any rate, which must not displace
     /// other answers.
-    pub(super) stopped: ArrayQueue<Done>,
-    wants: Mutex<Wants>,
-    wants_changed: AtomicBool,
+    pub(super) stop_outcomes: ArrayQueue<JobOutcome>,
+    demands: Mutex<Demands>,
+    demands_changed: AtomicBool,
     /// A variable that a client watches at full rate has a new value, or a panel was drawn.
     fresh: AtomicBool,
     stop: AtomicBool,
@@ -121,13 +121,15 @@ pub(super) struct Inbox {
 impl Inbox {
     pub(super) fn new() -> Self {
         Self {
-            asks: std::array::from_fn(|_| Lines::new()),
-            looks: std::array::from_fn(|_| Mutex::new(Bucket::new(LOOKS, Instant::now()))),
-            mix: RandomState::new(),
-            done: ArrayQueue::new(DONE),
-            stopped: ArrayQueue::new(DONE),
-            wants: Mutex::default(),
-            wants_changed: AtomicBool::new(false),
+            queries: std::array::from_fn(|_| FairQueue::new()),
+            limiters: std::array::from_fn(|_| {
+                Mutex::new(TokenBucket::new(QUERIES_PER_SECOND, Instant::now()))
+            }),
+            hasher: RandomState::new(),
+            outcomes: ArrayQueue::new(MAX_OUTCOMES),
+            stop_outcomes: ArrayQueue::new(MAX_OUTCOMES),
+            demands: Mutex::default(),
+            demands_changed: AtomicBool::new(false),
             fresh: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             worker: OnceLock::new(),
@@ -165,56 +167,63 @@ impl Inbox {
         }
     }
 
-    pub(super) fn ask(&self, origin: Origin, query: Query) {
+    pub(super) fn push_query(&self, origin: Origin, query: Query) {
         let rank = if is_order(query.key_expr().as_str()) {
             let message = query.payload().map(|payload| payload.to_bytes());
             rank(message.as_deref().unwrap_or_default())
         } else {
-            Rank::Look
+            Rank::Query
         };
         let client = query.attachment().map(|client| client.to_bytes());
         let client = client.filter(|client| !client.is_empty());
         // Clients without a name share the first line of their origin.
         let line = client.map_or(0, |client| {
-            let mixed = self.mix.hash_one(&*client) as usize;
-            1 + mixed % (LINES / 2 - 1)
-        }) + origin as usize * (LINES / 2);
-        if rank == Rank::Look {
-            let mut looks = self.looks[line].lock().unwrap_or_else(PoisonError::into_inner);
-            if !looks.take(Instant::now()) {
+            let mixed = self.hasher.hash_one(&*client) as usize;
+            1 + mixed % (QUEUES / 2 - 1)
+        }) + origin as usize * (QUEUES / 2);
+        if rank == Rank::Query {
+            let mut looks = self.limiters[line].lock().unwrap_or_else(PoisonError::into_inner);
+            if !looks.try_take(Instant::now()) {
                 return;
             }
         }
         // A dropped request ends without an answer, so its sender knows at once.
-        if self.asks[rank as usize].push(line, Ask { origin, line, query }) {
+        if self.queries[rank as usize].push(
+            line,
+            QueuedQuery {
+                origin,
+                queue: line,
+                query,
+            },
+        ) {
             match rank {
                 Rank::Stop => self.wake_stopper(),
-                Rank::Order | Rank::Touch | Rank::Look => self.wake(),
+                Rank::Operate | Rank::Gesture | Rank::Query => self.wake(),
             }
         }
     }
 
     /// Takes the next order to stop everything. Only one thread may call this.
-    pub(super) fn next_stop(&self) -> Option<Ask> {
-        self.asks[Rank::Stop as usize].pop()
+    pub(super) fn next_stop(&self) -> Option<QueuedQuery> {
+        self.queries[Rank::Stop as usize].pop()
     }
 
     /// Takes the next request other than a stop. With `look`, a query takes precedence. Only one thread may
     /// call this.
-    pub(super) fn next_ask(&self, look: bool) -> Option<Ask> {
-        let [_, order, touch, asked] = &self.asks;
+    pub(super) fn next_query(&self, look: bool) -> Option<QueuedQuery> {
+        let [_, order, touch, asked] = &self.queries;
         let first = look.then(|| asked.pop()).flatten();
-        first.or_else(|| [order, touch, asked].into_iter().find_map(Lines::pop))
+        first.or_else(|| [order, touch, asked].into_iter().find_map(FairQueue::pop))
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        let [_, mine @ ..] = &self.asks;
-        mine.iter().all(Lines::is_empty) && self.done.is_empty() && self.stopped.is_empty()
+        let [_, mine @ ..] = &self.queries;
+        mine.iter().all(FairQueue::is_empty) && self.outcomes.is_empty() && self.stop_outcomes.is_empty()
     }
 
     /// Notifies the value thread that a variable has a new value or a panel was drawn. Called by the writing
     /// thread.
-    pub(super) fn freshen(&self) {
+    pub(super) fn mark_fresh(&self) {
         if !self.fresh.swap(true, Ordering::AcqRel) {
             self.wake_values();
         }
@@ -231,37 +240,41 @@ impl Inbox {
         self.wake_stopper();
     }
 
-    pub(super) fn stopping(&self) -> bool {
+    pub(super) fn is_stopping(&self) -> bool {
         self.stop.load(Ordering::Acquire)
     }
 
     /// Adds or removes a token.
-    pub(super) fn want(&self, origin: Origin, keys: &Keys, token: &str, there: bool) {
-        let Some((what, rate)) = keys.below(token).and_then(keys::wanted) else {
+    pub(super) fn update_demand(&self, origin: Origin, keys: &Keys, token: &str, there: bool) {
+        let Some((what, rate)) = keys.strip_root(token).and_then(keys::parse_token) else {
             return;
         };
-        let want = Want { what, rate, origin };
-        let mut wants = self.wants.lock().unwrap_or_else(PoisonError::into_inner);
+        let want = Demand {
+            target: what,
+            rate,
+            origin,
+        };
+        let mut wants = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
         if there {
-            wants.come(want, token);
+            wants.add(want, token);
         } else {
-            wants.go(&want, token);
+            wants.remove(&want, token);
         }
         drop(wants);
-        self.wants_changed.store(true, Ordering::Release);
+        self.demands_changed.store(true, Ordering::Release);
         self.wake_values();
     }
 
     /// All wants, each with the number of its last arrival; none if nothing changed since the last call.
-    pub(super) fn wants(&self) -> Option<BTreeMap<Want, u64>> {
-        if !self.wants_changed.swap(false, Ordering::AcqRel) {
+    pub(super) fn take_demands(&self) -> Option<BTreeMap<Demand, u64>> {
+        if !self.demands_changed.swap(false, Ordering::AcqRel) {
             return None;
         }
-        let wants = self.wants.lock().unwrap_or_else(PoisonError::into_inner);
+        let wants = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
         let joined = wants
-            .wants
+            .demands
             .iter()
-            .map(|(want, wanting)| (want.clone(), wanting.joined));
+            .map(|(want, wanting)| (want.clone(), wanting.last_arrival));
         Some(joined.collect())
     }
 }
@@ -279,43 +292,43 @@ fn rank(message: &[u8]) -> Rank {
         #[serde(borrow)]
         action: Cow<'m, str>,
     }
-    let short = message.len() <= LONGEST_TOUCH;
+    let short = message.len() <= MAX_GESTURE_MESSAGE;
     let head = short.then(|| serde_json::from_slice::<Head<'_>>(message).ok());
     match head.flatten() {
         Some(head) if head.action == "stop-all" => Rank::Stop,
-        Some(head) if head.action == "touch" => Rank::Touch,
-        Some(_) | None => Rank::Order,
+        Some(head) if head.action == "touch" => Rank::Gesture,
+        Some(_) | None => Rank::Operate,
     }
 }
 
-impl Wants {
-    fn come(&mut self, want: Want, token: &str) {
+impl Demands {
+    fn add(&mut self, want: Demand, token: &str) {
         let count = &mut self.tokens[want.origin as usize];
-        if *count >= TOKENS || token.len() > LONGEST_TOKEN {
-            if !std::mem::replace(&mut self.told, true) {
+        if *count >= TOKENS || token.len() > MAX_TOKEN_BYTES {
+            if !std::mem::replace(&mut self.is_excess_logged, true) {
                 tracing::warn!(
-                    "clients want more than {TOKENS} values and panels at once, or by names of more than {LONGEST_TOKEN} bytes; the rest get none"
+                    "clients want more than {TOKENS} values and panels at once, or by names of more than {MAX_TOKEN_BYTES} bytes; the rest get none"
                 );
             }
             return;
         }
-        let wanting = self.wants.entry(want).or_default();
+        let wanting = self.demands.entry(want).or_default();
         if wanting.tokens.insert(token.to_owned()) {
             *count += 1;
             self.arrivals += 1;
-            wanting.joined = self.arrivals;
+            wanting.last_arrival = self.arrivals;
         }
     }
 
-    fn go(&mut self, want: &Want, token: &str) {
-        let Some(wanting) = self.wants.get_mut(want) else {
+    fn remove(&mut self, want: &Demand, token: &str) {
+        let Some(wanting) = self.demands.get_mut(want) else {
             return;
         };
         if wanting.tokens.remove(token) {
             self.tokens[want.origin as usize] -= 1;
         }
         if wanting.tokens.is_empty() {
-            self.wants.remove(want);
+            self.demands.remove(want);
         }
     }
 }
@@ -329,7 +342,7 @@ mod tests {
     }
 
     fn token(variable: &str, client: &str) -> String {
-        keys().want("pioneer", variable, Rate::Full, client)
+        keys().value_token("pioneer", variable, Rate::Full, client)
     }
 
     #[test]
@@ -338,26 +351,26 @@ mod tests {
         assert!(is_order("jde/1/*/*/operate"));
         assert!(!is_order("jde/1/robot/ab12/var/goon/co-operate"));
         let touch = r#"{"by": "ana", "action": "touch", "schema": "goon", "gesture": {"widget": "stop", "touch": "pressed"}}"#;
-        assert_eq!(rank(touch.as_bytes()), Rank::Touch);
+        assert_eq!(rank(touch.as_bytes()), Rank::Gesture);
         let stop = r#"{"by": "touch", "action": "stop", "schema": "touch"}"#;
-        assert_eq!(rank(stop.as_bytes()), Rank::Order);
-        assert_eq!(rank(b"touch"), Rank::Order);
-        let long = format!("{touch}{}", " ".repeat(LONGEST_TOUCH));
-        assert_eq!(rank(long.as_bytes()), Rank::Order);
+        assert_eq!(rank(stop.as_bytes()), Rank::Operate);
+        assert_eq!(rank(b"touch"), Rank::Operate);
+        let long = format!("{touch}{}", " ".repeat(MAX_GESTURE_MESSAGE));
+        assert_eq!(rank(long.as_bytes()), Rank::Operate);
     }
 
     fn want(inbox: &Inbox, origin: Origin, token: &str, there: bool) {
-        inbox.want(origin, &keys(), token, there);
+        inbox.update_demand(origin, &keys(), token, there);
     }
 
     #[test]
     fn whoever_comes_as_the_last_one_goes_is_another() {
         let inbox = Inbox::new();
         want(&inbox, Origin::Local, &token("laser", "a"), true);
-        let before = inbox.wants().unwrap();
+        let before = inbox.take_demands().unwrap();
         want(&inbox, Origin::Local, &token("laser", "a"), false);
         want(&inbox, Origin::Local, &token("laser", "b"), true);
-        let after = inbox.wants().unwrap();
+        let after = inbox.take_demands().unwrap();
         assert!(before.keys().eq(after.keys()));
         assert_ne!(before, after, "or `b` would get no value until the next");
     }
@@ -372,13 +385,13 @@ mod tests {
         want(
             &inbox,
             Origin::Local,
-            &token("laser", &"x".repeat(LONGEST_TOKEN)),
+            &token("laser", &"x".repeat(MAX_TOKEN_BYTES)),
             true,
         );
-        assert_eq!(inbox.wants().unwrap().len(), TOKENS);
+        assert_eq!(inbox.take_demands().unwrap().len(), TOKENS);
         want(&inbox, Origin::Local, &token("laser", "a"), true);
         assert_eq!(
-            inbox.wants().unwrap().len(),
+            inbox.take_demands().unwrap().len(),
             TOKENS + 1,
             "not those of this machine"
         );
@@ -390,11 +403,11 @@ mod tests {
             false,
         );
         want(&inbox, Origin::Network, &token("more", "a"), true);
-        assert_eq!(inbox.wants().unwrap().len(), TOKENS + 1);
+        assert_eq!(inbox.take_demands().unwrap().len(), TOKENS + 1);
         want(&inbox, Origin::Network, &token("v0", "a"), false);
         want(&inbox, Origin::Network, &token("more", "a"), true);
-        let wants = inbox.wants().unwrap();
-        let more = Wanted::Variable("pioneer/more".to_owned());
-        assert!(wants.keys().any(|want| want.what == more));
+        let wants = inbox.take_demands().unwrap();
+        let more = TokenTarget::Variable("pioneer/more".to_owned());
+        assert!(wants.keys().any(|want| want.target == more));
     }
 }

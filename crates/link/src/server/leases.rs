@@ -8,22 +8,22 @@ use std::time::{Duration, Instant};
 use crate::message::{Action, Refusal, Request};
 
 /// The shortest and the longest lease, ms.
-const SHORTEST: u64 = 100;
-const LONGEST: u64 = 3_600_000;
+const MIN_LEASE_MS: u64 = 100;
+const MAX_LEASE_MS: u64 = 3_600_000;
 /// Most leases at once; more than operators and schemas need.
-const MOST: usize = 256;
+const MAX_LEASES: usize = 256;
 
 /// All leases, by operator and schema.
 #[derive(Default)]
 pub(super) struct Leases {
-    held: BTreeMap<(String, String), Lease>,
+    leases: BTreeMap<(String, String), Lease>,
 }
 
 /// A lease.
 struct Lease {
     until: Instant,
     /// The action taken under it.
-    what: Discriminant<Action>,
+    action: Discriminant<Action>,
 }
 
 impl Leases {
@@ -40,102 +40,105 @@ impl Leases {
                 return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
             }
             Action::StopAll | Action::ReleaseAll => {
-                return Err(Refusal::everything_stays());
+                return Err(Refusal::lease_on_global());
             }
             _ => {}
         }
         if let Action::Reload { .. } = request.action {
             return Err(Refusal::new("a reload is done at once, and is held by no lease"));
         }
-        if !(SHORTEST..=LONGEST).contains(&lease) {
+        if !(MIN_LEASE_MS..=MAX_LEASE_MS).contains(&lease) {
             return Err(Refusal::new(format!(
-                "a lease of {lease} ms is not given; ask for {SHORTEST} to {LONGEST}"
+                "a lease of {lease} ms is not given; ask for {MIN_LEASE_MS} to {MAX_LEASE_MS}"
             )));
         }
-        let known = self.held.contains_key(&key(request));
+        let known = self.leases.contains_key(&key(request));
         match request.action {
             Action::Renew { .. } if !known => Err(Refusal::new(format!(
                 "`{}` holds nothing at `{}` by a lease any more",
                 request.by,
                 request.action.schema()
             ))),
-            _ if !known && self.held.len() >= MOST => Err(Refusal::new(format!(
-                "there are {MOST} leases already; let go of some"
+            _ if !known && self.leases.len() >= MAX_LEASES => Err(Refusal::new(format!(
+                "there are {MAX_LEASES} leases already; let go of some"
             ))),
             _ => Ok(()),
         }
     }
 
     /// Records a request that was carried out.
-    pub(super) fn acted(&mut self, request: &Request, now: Instant) {
+    pub(super) fn record(&mut self, request: &Request, now: Instant) {
         match (&request.action, request.lease_ms) {
-            (Action::Release { schema }, _) => self.held.retain(|(_, held), _| held != schema),
+            (Action::Release { schema }, _) => self.leases.retain(|(_, held), _| held != schema),
             (Action::LetGo { .. }, _) => {
-                self.held.remove(&key(request));
+                self.leases.remove(&key(request));
             }
             // The same action without a lease lasts; another action leaves the lease unchanged.
             (action, None) => {
                 let key = key(request);
                 if self
-                    .held
+                    .leases
                     .get(&key)
-                    .is_some_and(|lease| lease.what == discriminant(action))
+                    .is_some_and(|lease| lease.action == discriminant(action))
                 {
-                    self.held.remove(&key);
+                    self.leases.remove(&key);
                 }
             }
             (Action::Renew { .. }, Some(lease)) => {
-                if let Some(held) = self.held.get_mut(&key(request)) {
-                    held.until = end(now, lease);
+                if let Some(held) = self.leases.get_mut(&key(request)) {
+                    held.until = expiry(now, lease);
                 }
             }
             (action, Some(lease)) => {
                 let lease = Lease {
-                    until: end(now, lease),
-                    what: discriminant(action),
+                    until: expiry(now, lease),
+                    action: discriminant(action),
                 };
-                self.held.insert(key(request), lease);
+                self.leases.insert(key(request), lease);
             }
         }
     }
 
     /// Removes the expired leases and returns requests to let go.
-    pub(super) fn over(&mut self, now: Instant) -> Vec<Request> {
-        self.held
+    pub(super) fn take_expired(&mut self, now: Instant) -> Vec<Request> {
+        self.leases
             .extract_if(.., |_, lease| lease.until <= now)
-            .map(|(key, _)| let_go(key))
+            .map(|(key, _)| release_request(key))
             .collect()
     }
 
     /// Removes all leases and returns requests to let go.
-    pub(super) fn end(&mut self) -> Vec<Request> {
-        std::mem::take(&mut self.held).into_keys().map(let_go).collect()
+    pub(super) fn take_all(&mut self) -> Vec<Request> {
+        std::mem::take(&mut self.leases)
+            .into_keys()
+            .map(release_request)
+            .collect()
     }
 
     /// Reinserts a lease that could not be ended now.
     pub(super) fn retry(&mut self, request: &Request, now: Instant) {
         let lease = Lease {
-            until: now + Duration::from_millis(SHORTEST),
-            what: discriminant(&request.action),
+            until: now + Duration::from_millis(MIN_LEASE_MS),
+            action: discriminant(&request.action),
         };
-        self.held.insert(key(request), lease);
+        self.leases.insert(key(request), lease);
     }
 
     /// When the next lease expires.
     pub(super) fn next(&self) -> Option<Instant> {
-        self.held.values().map(|lease| lease.until).min()
+        self.leases.values().map(|lease| lease.until).min()
     }
 }
 
-fn end(now: Instant, lease_ms: u64) -> Instant {
-    now + Duration::from_millis(lease_ms.min(LONGEST))
+fn expiry(now: Instant, lease_ms: u64) -> Instant {
+    now + Duration::from_millis(lease_ms.min(MAX_LEASE_MS))
 }
 
 fn key(request: &Request) -> (String, String) {
     (request.by.clone(), request.action.schema().to_owned())
 }
 
-fn let_go((by, schema): (String, String)) -> Request {
+fn release_request((by, schema): (String, String)) -> Request {
     Request {
         by,
         action: Action::LetGo { schema },
@@ -170,13 +173,17 @@ mod tests {
     #[test]
     fn r14_a_lease_ends_unless_it_is_renewed() {
         let (mut leases, start) = (Leases::default(), Instant::now());
-        leases.acted(&request("ana", play(), Some(1000)), start);
-        assert!(leases.over(start + Duration::from_millis(999)).is_empty());
+        leases.record(&request("ana", play(), Some(1000)), start);
+        assert!(leases.take_expired(start + Duration::from_millis(999)).is_empty());
         let renewal = request("ana", renew(), Some(1000));
         assert_eq!(leases.check(&renewal), Ok(()));
-        leases.acted(&renewal, start + Duration::from_millis(999));
-        assert!(leases.over(start + Duration::from_millis(1998)).is_empty());
-        let over = leases.over(start + Duration::from_millis(1999));
+        leases.record(&renewal, start + Duration::from_millis(999));
+        assert!(
+            leases
+                .take_expired(start + Duration::from_millis(1998))
+                .is_empty()
+        );
+        let over = leases.take_expired(start + Duration::from_millis(1999));
         assert_eq!(over.len(), 1);
         assert_eq!((over[0].by.as_str(), over[0].action.schema()), ("ana", "goon"));
         assert!(leases.check(&renewal).is_err(), "what is over is not renewed");
@@ -186,20 +193,20 @@ mod tests {
     #[test]
     fn r14_what_is_done_without_a_lease_stands_and_a_release_ends_all() {
         let (mut leases, start) = (Leases::default(), Instant::now());
-        leases.acted(&request("ana", play(), Some(1000)), start);
-        leases.acted(&request("ben", play(), Some(1000)), start);
+        leases.record(&request("ana", play(), Some(1000)), start);
+        leases.record(&request("ben", play(), Some(1000)), start);
         let retimed = Action::Period {
             schema: "goon".to_owned(),
             period_s: 0.05,
         };
-        leases.acted(&request("ben", retimed, None), start);
-        leases.acted(&request("ana", play(), None), start);
-        assert_eq!(leases.over(start + Duration::from_secs(2)).len(), 1);
-        leases.acted(&request("ana", play(), Some(1000)), start);
+        leases.record(&request("ben", retimed, None), start);
+        leases.record(&request("ana", play(), None), start);
+        assert_eq!(leases.take_expired(start + Duration::from_secs(2)).len(), 1);
+        leases.record(&request("ana", play(), Some(1000)), start);
         let release = Action::Release {
             schema: "goon".to_owned(),
         };
-        leases.acted(&request("eva", release, None), start);
+        leases.record(&request("eva", release, None), start);
         assert_eq!(leases.next(), None);
     }
 
@@ -213,8 +220,8 @@ mod tests {
             assert_eq!(leases.check(&request("ana", everything.clone(), None)), Ok(()));
             assert!(leases.check(&request("ana", everything, Some(1000))).is_err());
         }
-        for number in 0..MOST {
-            leases.acted(
+        for number in 0..MAX_LEASES {
+            leases.record(
                 &request(&format!("a{number}"), play(), Some(1000)),
                 Instant::now(),
             );

@@ -3,20 +3,20 @@
 //! all waiting is done on the link's own threads.
 
 mod bucket;
-mod described;
-mod door;
+mod description;
 mod events;
-mod hands;
+mod fair_queue;
 mod imports;
 mod inbox;
-mod lanes;
 mod leases;
-mod lines;
-mod panel_lane;
+mod operator_workers;
+mod panel_publisher;
 mod peer;
+mod publications;
+mod server_session;
 mod stopper;
 mod subject;
-mod value_lane;
+mod value_publisher;
 mod worker;
 
 use std::path::Path;
@@ -25,28 +25,28 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-pub use described::schemas;
+pub use description::schemas;
 pub use events::Events;
 pub(crate) use subject::no_panel;
-pub use subject::{Looking, News, Running, Subject, Title};
+pub use subject::{OnDrawn, PanelViewer, Running, Subject, SubjectInfo};
 
-use jde_host::app::Remote;
+use jde_host::app::RemoteVariable;
 
-use crate::folder::{Announced, Claim, Folders};
+use crate::folder::{Announcement, Claim, Folders};
 use crate::keys::{Keys, OPERATE, PROTOCOL};
 use crate::message::{About, Network};
-use crate::session::{self, Login, Opening, Tls};
+use crate::session::{self, Login, SessionOptions, Tls};
 use crate::{Error, whoami};
-use door::Door;
-use hands::Hands;
 use imports::Imports;
 use inbox::{Inbox, Origin};
+use operator_workers::OperatorWorkers;
 use peer::Search;
+use server_session::ServerSession;
 use stopper::Stopper;
 use worker::Worker;
 
 /// How long closing the link may take.
-const LEAVING: Duration = Duration::from_secs(3);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// The configuration of a link.
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ pub struct Settings {
     pub name: String,
     /// The name is mandatory: another application of that name is an error. Otherwise a taken name gets a
     /// number.
-    pub named: bool,
+    pub require_name: bool,
     /// Endpoints on the network to listen on: `tcp/0.0.0.0:7447`.
     pub listen: Vec<String>,
     /// Endpoints on the network to connect to, retried forever.
@@ -91,9 +91,9 @@ pub struct Link {
     inbox: Arc<Inbox>,
     worker: Option<JoinHandle<()>>,
     /// Dropped before the sessions close, so that no client connects to a closing session.
-    announced: Option<Announced>,
+    announced: Option<Announcement>,
     imports: Option<Imports>,
-    left: mpsc::Receiver<()>,
+    stopped: mpsc::Receiver<()>,
 }
 
 impl Settings {
@@ -102,7 +102,7 @@ impl Settings {
     pub fn local(name: &str) -> Self {
         Self {
             name: crate::keys::as_name(name),
-            named: false,
+            require_name: false,
             listen: Vec::new(),
             connect: Vec::new(),
             discover: false,
@@ -128,8 +128,8 @@ impl Link {
     /// [`Error`]: a taken name, an unsafe folder, a port in use, or a network that would admit anybody.
     pub fn open(settings: &Settings, subject: Arc<dyn Subject>, events: &Events) -> Result<Self, Error> {
         check(settings)?;
-        let claim = settings.folder.claim(&settings.name, settings.named)?;
-        let title = subject.title();
+        let claim = settings.folder.claim(&settings.name, settings.require_name)?;
+        let title = subject.info();
         let about = About {
             name: claim.name.clone(),
             id: claim.id.clone(),
@@ -153,15 +153,21 @@ impl Link {
         };
         let keys = Keys::new(&about.name, &about.id);
         let inbox = Arc::new(Inbox::new());
-        let mut doors = vec![local_door(&claim.socket(), &keys, &inbox)?];
+        let mut doors = vec![open_local_session(&claim.socket(), &keys, &inbox)?];
         if settings.is_networked() {
-            doors.push(network_door(settings, &claim, &keys, subject.imports(), &inbox)?);
+            doors.push(open_network_session(
+                settings,
+                &claim,
+                &keys,
+                subject.imports(),
+                &inbox,
+            )?);
         }
         let search = Arc::new(Search {
             folder: settings.folder.clone(),
             network: doors.get(1).map(|door| door.session.clone()),
         });
-        let hands = Hands::start(Arc::clone(&subject), Arc::clone(&inbox))?;
+        let hands = OperatorWorkers::start(Arc::clone(&subject), Arc::clone(&inbox))?;
         let imports = match subject.imports() {
             [] => None,
             _ => Some(Imports::start(&subject, &search)?),
@@ -175,8 +181,8 @@ impl Link {
         let values = std::thread::Builder::new()
             .name("link-values".to_owned())
             .spawn(move || {
-                session::give_way();
-                lanes::run(&lanes::Yard {
+                session::lower_priority();
+                publications::run(&publications::PublishContext {
                     subject: &*shown,
                     inbox: &lanes,
                     sessions: &sessions,
@@ -207,14 +213,14 @@ impl Link {
             &about,
             doors,
             hands,
-            events.chronicle(),
+            events.history(),
         )
-        .outlast(vec![values, stops]);
+        .with_threads(vec![values, stops]);
         let (gone, left) = mpsc::channel();
         let worker = std::thread::Builder::new()
             .name("link".to_owned())
             .spawn(move || {
-                session::give_way();
+                session::lower_priority();
                 worker.run();
                 let _ = gone.send(());
             })
@@ -231,7 +237,7 @@ impl Link {
             worker: Some(worker),
             announced: Some(announced),
             imports,
-            left,
+            stopped: left,
         })
     }
 
@@ -247,7 +253,7 @@ impl Drop for Link {
         drop((self.announced.take(), self.imports.take()));
         self.inbox.stop();
         // A client that takes no data must not keep the application from ending.
-        if self.left.recv_timeout(LEAVING).is_ok()
+        if self.stopped.recv_timeout(CLOSE_TIMEOUT).is_ok()
             && let Some(worker) = self.worker.take()
         {
             let _ = worker.join();
@@ -255,24 +261,24 @@ impl Drop for Link {
     }
 }
 
-fn local_door(socket: &Path, keys: &Keys, inbox: &Arc<Inbox>) -> Result<Door, Error> {
+fn open_local_session(socket: &Path, keys: &Keys, inbox: &Arc<Inbox>) -> Result<ServerSession, Error> {
     let endpoint = format!("unixsock-stream/{}", socket.display());
-    let session = session::open(&Opening {
+    let session = session::open(&SessionOptions {
         listen: std::slice::from_ref(&endpoint),
-        guard: Some(door::guard(keys, &[])),
-        ..Opening::default()
+        access_control: Some(server_session::access_rules(keys, &[])),
+        ..SessionOptions::default()
     })
     .map_err(|error| cannot_listen(&endpoint, error))?;
-    Door::open(Origin::Local, session, keys, inbox)
+    ServerSession::open(Origin::Local, session, keys, inbox)
 }
 
-fn network_door(
+fn open_network_session(
     settings: &Settings,
     claim: &Claim,
     keys: &Keys,
-    imports: &[Remote],
+    imports: &[RemoteVariable],
     inbox: &Arc<Inbox>,
-) -> Result<Door, Error> {
+) -> Result<ServerSession, Error> {
     let mut peers: Vec<_> = imports.iter().map(|import| import.peer.clone()).collect();
     peers.sort();
     peers.dedup();
@@ -283,10 +289,10 @@ fn network_door(
         .map(|login| claim.secret(&format!("{}:{}\n", login.user, login.password)))
         .transpose()?;
     let users_path = users.as_ref().map(crate::folder::Secret::path);
-    let session = session::open(&Opening {
+    let session = session::open(&SessionOptions {
         listen: &settings.listen,
         connect: &settings.connect,
-        patient: true,
+        retry: true,
         discover: settings
             .discover
             .then_some(if settings.insecure && settings.login.is_none() {
@@ -297,10 +303,10 @@ fn network_door(
         login: settings.login.as_ref(),
         users: users_path.as_deref(),
         tls: settings.tls.as_ref(),
-        guard: Some(door::guard(keys, &peers)),
+        access_control: Some(server_session::access_rules(keys, &peers)),
     })
     .map_err(|error| cannot_listen(&settings.listen.join(", "), error))?;
-    Door::open(Origin::Network, session, keys, inbox)
+    ServerSession::open(Origin::Network, session, keys, inbox)
 }
 
 fn cannot_listen(endpoint: &str, error: Error) -> Error {

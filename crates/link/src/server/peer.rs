@@ -9,14 +9,14 @@ use jde_ros::definition;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use super::imports::Inner;
-use crate::client::{Connection, Remote, Watching, check_version};
+use super::imports::ImportState;
+use crate::client::{Connection, Remote, Subscription, check_version};
 use crate::folder::Folders;
 use crate::keys::{self, Keys, Rate};
 use crate::{Error, session};
 
 /// Pause between two searches for an absent peer.
-const LOOK: Duration = Duration::from_millis(500);
+const SEARCH_PAUSE: Duration = Duration::from_millis(500);
 
 /// Where peers are searched.
 pub(super) struct Search {
@@ -27,14 +27,14 @@ pub(super) struct Search {
 
 /// Wakes the thread that waits for a peer.
 #[derive(Default)]
-struct Bell {
-    state: Mutex<Heard>,
-    rung: Condvar,
+struct Waker {
+    state: Mutex<PeerState>,
+    condvar: Condvar,
 }
 
 #[derive(Default)]
-struct Heard {
-    rung: bool,
+struct PeerState {
+    is_woken: bool,
     /// Ids of the peer's instances that are alive on the network.
     alive: BTreeSet<String>,
 }
@@ -43,20 +43,20 @@ struct Heard {
 pub(super) fn follow(
     name: &str,
     places: Vec<usize>,
-    inner: &Arc<Inner>,
+    inner: &Arc<ImportState>,
     search: &Arc<Search>,
 ) -> Result<(), Error> {
     let peer = Peer {
         name: name.to_owned(),
-        places,
+        slots: places,
         inner: Arc::clone(inner),
         search: Arc::clone(search),
-        bell: Arc::default(),
+        waker: Arc::default(),
     };
     std::thread::Builder::new()
         .name("link-peer".to_owned())
         .spawn(move || {
-            session::give_way();
+            session::lower_priority();
             peer.run();
         })
         .map(drop)
@@ -66,43 +66,43 @@ pub(super) fn follow(
 struct Peer {
     name: String,
     /// Indices of the imports from this peer.
-    places: Vec<usize>,
-    inner: Arc<Inner>,
+    slots: Vec<usize>,
+    inner: Arc<ImportState>,
     search: Arc<Search>,
-    bell: Arc<Bell>,
+    waker: Arc<Waker>,
 }
 
 impl Peer {
     fn run(self) {
         let _watch = self.search.network.as_ref().map(|session| self.listen(session));
         let mut last_trouble = None;
-        while !self.inner.stopping() {
+        while !self.inner.is_stopping() {
             match self.find() {
                 Ok(Some(remote)) => {
                     last_trouble = None;
-                    let bell = Arc::clone(&self.bell);
-                    remote.on_gone(move || bell.ring());
-                    let mut missing = self.places.clone();
+                    let bell = Arc::clone(&self.waker);
+                    remote.on_gone(move || bell.wake());
+                    let mut missing = self.slots.clone();
                     let mut watching = self.import(&remote, &mut missing);
                     tracing::info!(peer = self.name, "found on {}", remote.about().host);
-                    while remote.alive() && !self.inner.stopping() {
-                        self.bell.wait();
+                    while remote.is_alive() && !self.inner.is_stopping() {
+                        self.waker.wait();
                         watching.extend(self.import(&remote, &mut missing));
                     }
                     drop(watching);
-                    self.places.iter().for_each(|place| self.inner.gone(*place));
-                    if !self.inner.stopping() {
+                    self.slots.iter().for_each(|place| self.inner.retract(*place));
+                    if !self.inner.is_stopping() {
                         tracing::warn!(peer = self.name, "gone; what it exports is taken back");
                     }
                 }
-                Ok(None) => self.bell.wait(),
+                Ok(None) => self.waker.wait(),
                 Err(error) => {
                     let trouble = error.to_string();
                     if last_trouble.as_ref() != Some(&trouble) {
                         tracing::warn!(peer = self.name, "{trouble}");
                     }
                     last_trouble = Some(trouble);
-                    self.bell.wait();
+                    self.waker.wait();
                 }
             }
         }
@@ -110,14 +110,14 @@ impl Peer {
 
     /// Subscribes to the peer's liveliness on the network.
     fn listen(&self, session: &Session) -> Option<zenoh::pubsub::Subscriber<()>> {
-        let bell = Arc::clone(&self.bell);
+        let bell = Arc::clone(&self.waker);
         let subscriber = session
             .liveliness()
             .declare_subscriber(format!("{}/{}", keys::of_name(&self.name), keys::ALIVE))
             .history(true)
             .callback(move |token| {
                 if let Some(id) = token.key_expr().as_str().split('/').nth(3) {
-                    bell.alive(id, token.kind() == SampleKind::Put);
+                    bell.set_alive(id, token.kind() == SampleKind::Put);
                 }
             })
             .wait();
@@ -133,7 +133,7 @@ impl Peer {
             let connection = Connection::local(&entry)?;
             return Remote::new(Arc::new(connection), entry.about).map(Some);
         }
-        let (Some(session), Some(id)) = (&self.search.network, self.bell.first()) else {
+        let (Some(session), Some(id)) = (&self.search.network, self.waker.first_alive()) else {
             return Ok(None);
         };
         let connection = Connection::shared(session.clone(), &self.name)?;
@@ -145,8 +145,8 @@ impl Peer {
 
     /// Subscribes to the missing imports. An import that the peer does not have, or has with another type,
     /// stays without a value. One that was not answered in time stays missing and is requested again.
-    fn import(&self, remote: &Remote, missing: &mut Vec<usize>) -> Vec<Watching> {
-        let own = self.inner.subject.title().speed;
+    fn import(&self, remote: &Remote, missing: &mut Vec<usize>) -> Vec<Subscription> {
+        let own = self.inner.subject.info().speed;
         let ratio = own / remote.about().speed.max(f64::MIN_POSITIVE);
         let watch = |place: usize| {
             let import = &self.inner.slots[place].import;
@@ -173,7 +173,7 @@ impl Peer {
             }
             let (inner, native) = (Arc::clone(&self.inner), Arc::clone(&import.value_type));
             remote.watch_as(&variable, native, Rate::Full, move |sample| {
-                inner.came(place, sample, ratio);
+                inner.receive(place, sample, ratio);
             })
         };
         let mut watching = Vec::new();
@@ -182,7 +182,7 @@ impl Peer {
                 watching.push(watch);
                 false
             }
-            Err(Error::NoAnswer { .. } | Error::Gone(_)) => true,
+            Err(Error::Timeout { .. } | Error::Disconnected(_)) => true,
             Err(error) => {
                 tracing::error!(peer = self.name, "not imported: {error}");
                 false
@@ -192,13 +192,13 @@ impl Peer {
     }
 }
 
-impl Bell {
-    fn ring(&self) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).rung = true;
-        self.rung.notify_all();
+impl Waker {
+    fn wake(&self) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).is_woken = true;
+        self.condvar.notify_all();
     }
 
-    fn alive(&self, id: &str, there: bool) {
+    fn set_alive(&self, id: &str, there: bool) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if there {
             state.alive.insert(id.to_owned());
@@ -206,10 +206,10 @@ impl Bell {
             state.alive.remove(id);
         }
         drop(state);
-        self.ring();
+        self.wake();
     }
 
-    fn first(&self) -> Option<String> {
+    fn first_alive(&self) -> Option<String> {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.alive.first().cloned()
     }
@@ -218,9 +218,9 @@ impl Bell {
     fn wait(&self) {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut state, _) = self
-            .rung
-            .wait_timeout_while(state, LOOK, |state| !state.rung)
+            .condvar
+            .wait_timeout_while(state, SEARCH_PAUSE, |state| !state.is_woken)
             .unwrap_or_else(PoisonError::into_inner);
-        state.rung = false;
+        state.is_woken = false;
     }
 }

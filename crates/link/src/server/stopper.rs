@@ -7,19 +7,19 @@ use std::time::{Duration, Instant};
 
 use zenoh::query::Query;
 
-use super::bucket::Bucket;
-use super::hands::Done;
-use super::inbox::{Ask, Inbox, Origin};
+use super::bucket::TokenBucket;
+use super::inbox::{Inbox, Origin, QueuedQuery};
+use super::operator_workers::JobOutcome;
 use super::subject::Subject;
-use super::worker::{about, may_operate, request};
+use super::worker::{matches_key, may_operate, parse_query};
 use crate::message::{Action, Network, Refusal};
 
 /// Stops per second. More frequent orders are combined into one stop, and all get its answer.
 const STOPS: f64 = 10.0;
 /// Pause before the next attempt when the rate is exceeded.
-const AGAIN: Duration = Duration::from_millis(10);
+const RETRY_PAUSE: Duration = Duration::from_millis(10);
 /// Most operators named when several stopped everything at once.
-const NAMED: usize = 4;
+const MAX_NAMES: usize = 4;
 
 /// The thread that stops everything.
 pub(super) struct Stopper {
@@ -33,8 +33,8 @@ pub(super) struct Stopper {
 impl Stopper {
     /// Carries out stops until the link ends.
     pub(super) fn run(self) {
-        let mut bucket = Bucket::new(STOPS, Instant::now());
-        while !self.inbox.stopping() {
+        let mut bucket = TokenBucket::new(STOPS, Instant::now());
+        while !self.inbox.is_stopping() {
             let asked: Vec<_> = std::iter::from_fn(|| self.inbox.next_stop()).collect();
             if asked.is_empty() {
                 std::thread::park();
@@ -47,7 +47,7 @@ impl Stopper {
                         queries.push(ask.query);
                         names.push(by);
                     }
-                    Some(Err(refusal)) => self.answer(vec![ask.query], Err(refusal)),
+                    Some(Err(refusal)) => self.push_outcome(vec![ask.query], Err(refusal)),
                     // The order is for other applications.
                     None => {}
                 }
@@ -55,38 +55,41 @@ impl Stopper {
             if queries.is_empty() {
                 continue;
             }
-            while !bucket.take(Instant::now()) {
-                std::thread::park_timeout(AGAIN);
+            while !bucket.try_take(Instant::now()) {
+                std::thread::park_timeout(RETRY_PAUSE);
             }
             names.sort();
             names.dedup();
-            names.truncate(NAMED);
+            names.truncate(MAX_NAMES);
             let outcome = self.subject.act(&names.join(", "), &Action::StopAll);
-            self.answer(queries, outcome);
+            self.push_outcome(queries, outcome);
         }
     }
 
     /// The operator, or the reason for a refusal; none if the order is not for this application.
-    fn read(&self, Ask { origin, query, .. }: &Ask) -> Option<Result<String, Refusal>> {
-        if !about(query.key_expr(), &self.key) {
+    fn read(&self, QueuedQuery { origin, query, .. }: &QueuedQuery) -> Option<Result<String, Refusal>> {
+        if !matches_key(query.key_expr(), &self.key) {
             return None;
         }
         let read = || {
             if *origin == Origin::Network {
                 may_operate(self.network)?;
             }
-            let request = request(query)?;
+            let request = parse_query(query)?;
             match request.lease_ms {
-                Some(_) => Err(Refusal::everything_stays()),
+                Some(_) => Err(Refusal::lease_on_global()),
                 None => Ok(request.by),
             }
         };
         Some(read())
     }
 
-    fn answer(&self, queries: Vec<Query>, outcome: Result<(), Refusal>) {
+    fn push_outcome(&self, queries: Vec<Query>, outcome: Result<(), Refusal>) {
         // Without room the query ends without an answer, and the client repeats it.
-        let _ = self.inbox.stopped.push(Done::Stopped(queries, outcome));
+        let _ = self
+            .inbox
+            .stop_outcomes
+            .push(JobOutcome::Stopped(queries, outcome));
         self.inbox.wake();
     }
 }
@@ -100,14 +103,14 @@ mod tests {
 
     use super::*;
     use crate::message::Schemas;
-    use crate::server::subject::Title;
-    use crate::session::{Opening, open};
+    use crate::server::subject::SubjectInfo;
+    use crate::session::{SessionOptions, open};
 
     /// A subject that must not be called, since all orders are refused.
-    struct Unasked;
+    struct UncalledSubject;
 
-    impl Subject for Unasked {
-        fn title(&self) -> Title {
+    impl Subject for UncalledSubject {
+        fn info(&self) -> SubjectInfo {
             unreachable!()
         }
 
@@ -138,11 +141,11 @@ mod tests {
 
     #[test]
     fn r14_orders_to_stop_that_are_refused_fill_the_place_of_no_other_answer() {
-        let _watchdog = Watchdog::of_a_test();
+        let _watchdog = Watchdog::for_test();
         let inbox = Arc::new(Inbox::new());
         let key = "jde/1/robot/ab12/operate";
         let stopper = Stopper {
-            subject: Arc::new(Unasked),
+            subject: Arc::new(UncalledSubject),
             inbox: Arc::clone(&inbox),
             key: key.to_owned(),
             network: Network::Read,
@@ -150,19 +153,19 @@ mod tests {
         let stopper = std::thread::spawn(|| stopper.run());
         let me = std::thread::current();
         inbox.attach(&me, &me, stopper.thread());
-        let session = open(&Opening::default()).unwrap();
+        let session = open(&SessionOptions::default()).unwrap();
         let asked = Arc::clone(&inbox);
         let _asked = session
             .declare_queryable(key)
-            .callback(move |query| asked.ask(Origin::Network, query))
+            .callback(move |query| asked.push_query(Origin::Network, query))
             .wait()
             .unwrap();
         // No thread takes the answers.
-        while !inbox.stopped.is_full() && !inbox.done.is_full() {
+        while !inbox.stop_outcomes.is_full() && !inbox.outcomes.is_full() {
             let order = r#"{"by": "eve", "action": "stop-all"}"#;
             session.get(key).payload(order).callback(drop).wait().unwrap();
         }
-        assert_eq!(inbox.done.len(), 0);
+        assert_eq!(inbox.outcomes.len(), 0);
         inbox.stop();
         stopper.join().unwrap();
     }

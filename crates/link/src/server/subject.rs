@@ -5,20 +5,20 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Kind, Port, Role};
 use jde_board::{Board, Nanos, Stamp, Variable};
-use jde_host::app::{Application, Executor, Remote};
+use jde_host::app::{Application, Executor, RemoteVariable};
 use jde_host::plugin::Plugins;
-use jde_host::reload::{How, Reloaded, Reloader};
+use jde_host::reload::{ReloadOptions, ReloadReport, Reloader};
 use jde_host::snapshot::Snapshot;
-use jde_host::{Drawn, Handle, Look, Operating, period};
+use jde_host::{Handle, OperatorHandle, PanelFrame, PanelViewGuard, period};
 
-use super::described::schemas;
+use super::description::schemas;
 use crate::message::{Action, Range, Refusal, Schemas};
 use crate::value;
 
 /// The subject of a link. Called only from threads of the link, at bounded rates.
 pub trait Subject: Send + Sync + 'static {
     /// The title.
-    fn title(&self) -> Title;
+    fn info(&self) -> SubjectInfo;
     /// The schemas and groups.
     fn schemas(&self) -> Schemas;
     /// The variables.
@@ -47,7 +47,7 @@ pub trait Subject: Send + Sync + 'static {
     ///
     /// # Errors
     /// The reason why nothing was reloaded.
-    fn reload(&self, by: &str, action: &Action) -> Result<Reloaded, Refusal> {
+    fn reload(&self, by: &str, action: &Action) -> Result<ReloadReport, Refusal> {
         self.act(by, action)?;
         Err(Refusal::new("nothing here can be reloaded"))
     }
@@ -57,23 +57,23 @@ pub trait Subject: Send + Sync + 'static {
     ///
     /// # Errors
     /// The reason for a refusal.
-    fn look(&self, schema: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+    fn view_panel(&self, schema: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
         let _ = (rate, news);
         Err(no_panel(schema))
     }
     /// The imports from other applications.
-    fn imports(&self) -> &[Remote] {
+    fn imports(&self) -> &[RemoteVariable] {
         &[]
     }
 }
 
 /// Called when a panel was drawn.
-pub type News = Arc<dyn Fn() + Send + Sync>;
+pub type OnDrawn = Arc<dyn Fn() + Send + Sync>;
 
 /// A viewer of a panel, until dropped.
-pub trait Looking: Send {
+pub trait PanelViewer: Send {
     /// The newest drawing, or the reason why there is none; `None` before the first.
-    fn newest(&self) -> Option<Arc<Drawn>>;
+    fn newest(&self) -> Option<Arc<PanelFrame>>;
 }
 
 /// Refuses a schema without a panel.
@@ -83,7 +83,7 @@ pub(crate) fn no_panel(schema: &str) -> Refusal {
 
 /// The description of a subject.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Title {
+pub struct SubjectInfo {
     /// The name of the application.
     pub application: String,
     /// The file that it was loaded from.
@@ -94,7 +94,7 @@ pub struct Title {
     pub speed: f64,
 }
 
-impl Title {
+impl SubjectInfo {
     /// The title of an application that runs at this speed.
     #[must_use]
     pub fn new(application: &Application, speed: f64) -> Self {
@@ -114,17 +114,17 @@ impl Title {
 /// A running application as a subject.
 pub struct Running {
     handle: Handle,
-    title: Title,
+    info: SubjectInfo,
     reloader: Option<Reloader>,
 }
 
 impl Running {
     /// Creates the subject from a handle; the title states how the application runs.
     #[must_use]
-    pub fn new(handle: Handle, title: Title) -> Self {
+    pub fn new(handle: Handle, title: SubjectInfo) -> Self {
         Self {
             handle,
-            title,
+            info: title,
             reloader: None,
         }
     }
@@ -136,7 +136,7 @@ impl Running {
         Self { reloader, ..self }
     }
 
-    fn place(&self, schema: &str) -> Result<usize, Refusal> {
+    fn index_of(&self, schema: &str) -> Result<usize, Refusal> {
         let application = self.handle.application();
         application.instance(schema).ok_or_else(|| {
             let names = application
@@ -149,8 +149,8 @@ impl Running {
 }
 
 impl Subject for Running {
-    fn title(&self) -> Title {
-        self.title.clone()
+    fn info(&self) -> SubjectInfo {
+        self.info.clone()
     }
 
     fn schemas(&self) -> Schemas {
@@ -181,8 +181,8 @@ impl Subject for Running {
         let application = self.handle.application();
         match application.instances.get(number as usize) {
             Some(instance) => instance.name.clone(),
-            None if number == Stamp::NOBODY => String::new(),
-            None if number == Remote::WRITER => "another application".to_owned(),
+            None if number == Stamp::NO_WRITER => String::new(),
+            None if number == RemoteVariable::WRITER => "another application".to_owned(),
             None => "operator".to_owned(),
         }
     }
@@ -195,24 +195,24 @@ impl Subject for Running {
         self.handle.snapshot()
     }
 
-    fn imports(&self) -> &[Remote] {
+    fn imports(&self) -> &[RemoteVariable] {
         &self.handle.application().remotes
     }
 
-    fn look(&self, schema: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
-        let schema = self.place(schema)?;
+    fn view_panel(&self, schema: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
+        let schema = self.index_of(schema)?;
         let look = self
             .handle
-            .look(schema, rate, move || news())
+            .view_panel(schema, rate, move || news())
             .map_err(|refusal| Refusal::new(refusal.to_string()))?;
-        Ok(Box::new(Watched {
+        Ok(Box::new(PanelView {
             handle: self.handle.clone(),
             schema,
-            _look: look,
+            _view: look,
         }))
     }
 
-    fn reload(&self, by: &str, action: &Action) -> Result<Reloaded, Refusal> {
+    fn reload(&self, by: &str, action: &Action) -> Result<ReloadReport, Refusal> {
         let Action::Reload {
             schema,
             probation_s,
@@ -225,14 +225,14 @@ impl Subject for Running {
             .reloader
             .as_ref()
             .ok_or_else(|| Refusal::new("this application does not know the files of its plugins"))?;
-        let mut how = How {
+        let mut how = ReloadOptions {
             fresh: *fresh,
-            ..How::default()
+            ..ReloadOptions::default()
         };
         if let Some(seconds) = probation_s {
-            if !(0.0..=LONGEST_PROBATION).contains(seconds) {
+            if !(0.0..=MAX_PROBATION_S).contains(seconds) {
                 return Err(Refusal::new(format!(
-                    "a probation of {seconds} s is not given; ask for 0 to {LONGEST_PROBATION}"
+                    "a probation of {seconds} s is not given; ask for 0 to {MAX_PROBATION_S}"
                 )));
             }
             how.probation = (seconds * 1e9) as Nanos;
@@ -247,7 +247,7 @@ impl Subject for Running {
         match action {
             Action::Reload { .. } => return self.reload(by, action).map(drop),
             Action::Unload { schema } | Action::Load { schema } => {
-                let of_plugin = self.handle.places(schema);
+                let of_plugin = self.handle.schema_indices(schema);
                 if of_plugin.len() > 1 {
                     return self.act_on_all(by, action, of_plugin);
                 }
@@ -255,7 +255,7 @@ impl Subject for Running {
             _ => {}
         }
         let operator = self.handle.operator(by);
-        let schema = || self.place(action.schema());
+        let schema = || self.index_of(action.schema());
         match action {
             Action::StopAll => operator.stop_all(),
             Action::ReleaseAll => operator.release_all(),
@@ -263,8 +263,8 @@ impl Subject for Running {
             Action::Stop { .. } => operator.hold_asleep(schema()?),
             Action::Force { .. } => operator.force(schema()?),
             Action::Release { .. } => operator.release(schema()?),
-            Action::LetGo { .. } => operator.let_go(schema()?),
-            Action::Period { period_s, .. } => match period::of_seconds(*period_s) {
+            Action::LetGo { .. } => operator.release_own(schema()?),
+            Action::Period { period_s, .. } => match period::from_seconds(*period_s) {
                 Ok(period) => operator.set_period(schema()?, period),
                 Err(error) => Err(error.to_string()),
             },
@@ -287,20 +287,20 @@ impl Subject for Running {
 }
 
 /// An action on one schema.
-type Act = fn(&Operating, usize) -> Result<(), String>;
+type SchemaAction = fn(&OperatorHandle, usize) -> Result<(), String>;
 
 /// The longest probation of a new build, s: an hour.
-const LONGEST_PROBATION: f64 = 3600.0;
+const MAX_PROBATION_S: f64 = 3600.0;
 
 /// The panel of a running schema.
-struct Watched {
+struct PanelView {
     handle: Handle,
     schema: usize,
-    _look: Look,
+    _view: PanelViewGuard,
 }
 
-impl Looking for Watched {
-    fn newest(&self) -> Option<Arc<Drawn>> {
+impl PanelViewer for PanelView {
+    fn newest(&self) -> Option<Arc<PanelFrame>> {
         self.handle.panel(self.schema)
     }
 }
@@ -311,10 +311,10 @@ impl Running {
     fn act_on_all(&self, by: &str, action: &Action, mut schemas: Vec<usize>) -> Result<(), Refusal> {
         let operator = self.handle.operator(by);
         let unloads = matches!(action, Action::Unload { .. });
-        let (act, undo): (Act, Act) = if unloads {
-            (Operating::unload, Operating::load)
+        let (act, undo): (SchemaAction, SchemaAction) = if unloads {
+            (OperatorHandle::unload, OperatorHandle::load)
         } else {
-            (Operating::load, Operating::unload)
+            (OperatorHandle::load, OperatorHandle::unload)
         };
         let instances = &self.handle.application().instances;
         let rank = |schema: &usize| match instances[*schema].schema.kind {
@@ -342,7 +342,7 @@ impl Running {
     /// Finds the variable and converts its new value.
     fn modulate(
         &self,
-        operator: &jde_host::Operating,
+        operator: &jde_host::OperatorHandle,
         schema: usize,
         owner: &str,
         variable: &str,

@@ -7,83 +7,83 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, VariableStatus};
+use jde_host::records::RecordKind;
 use jde_host::snapshot::Snapshot;
-use jde_host::story::Kind;
 use serde::Serialize;
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::key_expr::KeyExpr;
 use zenoh::query::Query;
 
-use super::bucket::Bucket;
-use super::described::variable_info;
-use super::door::Door;
-use super::events::Chronicle;
-use super::hands::{Act, Done, Errand, Hands};
-use super::inbox::{Ask, Inbox, Origin, is_order};
+use super::bucket::TokenBucket;
+use super::description::variable_info;
+use super::events::EventHistory;
+use super::fair_queue::QUEUES;
+use super::inbox::{Inbox, Origin, QueuedQuery, is_order};
 use super::leases::Leases;
-use super::lines::LINES;
+use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers};
+use super::server_session::ServerSession;
 use super::subject::Subject;
-use super::value_lane;
+use super::value_publisher;
 use crate::keys::{self, Keys};
-use crate::message::{About, Action, Fine, Network, Refusal, Request, VariableInfo};
+use crate::message::{About, Action, Network, OperateReply, Refusal, Request, VariableInfo};
 
 /// Least time between two snapshots, and between two statuses of all variables.
-const FRESH: Duration = Duration::from_millis(50);
+const MIN_INTERVAL: Duration = Duration::from_millis(50);
 /// Polling interval for events, with and without subscribers.
-const LISTENING: Duration = Duration::from_millis(20);
+const ACTIVE_POLL: Duration = Duration::from_millis(20);
 const IDLE: Duration = Duration::from_millis(250);
 /// Most requests answered between two rounds of other work.
 const ROUND: usize = 16;
 /// Most queries of one line that wait for the same answer.
-const WAITING: usize = 256 / LINES;
+const MAX_PENDING: usize = 256 / QUEUES;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
-const LONGEST: usize = 1 << 20;
+const MAX_REQUEST_BYTES: usize = 1 << 20;
 /// Default number of lines in the answer to a query for events.
 const USUAL: usize = 100;
 /// Requests to operate per second, from all clients of an origin together: each takes the application's
 /// locks.
-const ACTS: f64 = 100.0;
+const REQUESTS_PER_SECOND: f64 = 100.0;
 
 /// Gestures per second, likewise. Dragging sends one for each displayed picture. They are counted separately,
 /// so that no panel uses up the allowance for stopping a robot.
-const TOUCHES: f64 = 100.0;
+const GESTURES_PER_SECOND: f64 = 100.0;
 
 /// The state of the thread.
 pub(super) struct Worker {
     pub(super) subject: Arc<dyn Subject>,
     pub(super) inbox: Arc<Inbox>,
     pub(super) keys: Keys,
-    pub(super) doors: Vec<Door>,
-    hands: Hands,
-    chronicle: Chronicle,
+    pub(super) sessions: Vec<ServerSession>,
+    operator_workers: OperatorWorkers,
+    history: EventHistory,
     /// Threads that must end before the doors close.
-    others: Vec<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
     leases: Leases,
     /// One per origin, so that no origin uses up the other's allowance.
-    acts: [Bucket; 2],
-    touches: [Bucket; 2],
-    about: Answer,
+    request_limits: [TokenBucket; 2],
+    gesture_limits: [TokenBucket; 2],
+    about: JsonMessage,
     network: Network,
-    schemas: Answer,
+    schemas: JsonMessage,
     /// The members of all groups without a father.
     roots: Vec<String>,
     variables: Vec<VariableInfo>,
-    plain_variables: Answer,
+    plain_variables: JsonMessage,
     readers: Vec<Option<Reader>>,
-    hierarchy: Fetched,
-    statuses: Fetched,
+    hierarchy: CachedReply,
+    statuses: CachedReply,
 }
 
 /// A message in JSON.
-type Answer = ZBytes;
+type JsonMessage = ZBytes;
 
 /// An answer that the hands fetch on demand, at a bounded rate.
 #[derive(Default)]
-struct Fetched {
-    newest: Option<(Instant, Answer)>,
-    under_way: bool,
-    waiting: Vec<(usize, Query)>,
+struct CachedReply {
+    newest: Option<(Instant, JsonMessage)>,
+    is_pending: bool,
+    pending: Vec<(usize, Query)>,
 }
 
 impl Worker {
@@ -92,9 +92,9 @@ impl Worker {
         inbox: Arc<Inbox>,
         keys: Keys,
         about: &About,
-        doors: Vec<Door>,
-        hands: Hands,
-        chronicle: Chronicle,
+        doors: Vec<ServerSession>,
+        hands: OperatorWorkers,
+        chronicle: EventHistory,
     ) -> Self {
         let board: Vec<_> = subject.board().list().collect();
         let variables: Vec<_> = board
@@ -111,88 +111,93 @@ impl Worker {
             variables,
             about: json(about),
             network: about.network,
-            acts: std::array::from_fn(|_| Bucket::new(ACTS, Instant::now())),
-            touches: std::array::from_fn(|_| Bucket::new(TOUCHES, Instant::now())),
+            request_limits: std::array::from_fn(|_| TokenBucket::new(REQUESTS_PER_SECOND, Instant::now())),
+            gesture_limits: std::array::from_fn(|_| TokenBucket::new(GESTURES_PER_SECOND, Instant::now())),
             subject,
             inbox,
             keys,
-            doors,
-            hands,
-            chronicle,
-            others: Vec::new(),
+            sessions: doors,
+            operator_workers: hands,
+            history: chronicle,
+            threads: Vec::new(),
             leases: Leases::default(),
-            hierarchy: Fetched::default(),
-            statuses: Fetched::default(),
+            hierarchy: CachedReply::default(),
+            statuses: CachedReply::default(),
         }
     }
 
     /// Sets threads to join before the doors close.
-    pub(super) fn outlast(self, others: Vec<JoinHandle<()>>) -> Self {
-        Self { others, ..self }
+    pub(super) fn with_threads(self, others: Vec<JoinHandle<()>>) -> Self {
+        Self {
+            threads: others,
+            ..self
+        }
     }
 
     /// Works until the link stops, then ends all leases and closes the doors.
     pub(super) fn run(mut self) {
-        while !self.inbox.stopping() {
+        while !self.inbox.is_stopping() {
             let next = self.round();
             if self.inbox.is_idle() {
                 std::thread::park_timeout(next.saturating_duration_since(Instant::now()));
             }
         }
-        self.tell_events();
-        for request in self.leases.end() {
+        self.publish_events();
+        for request in self.leases.take_all() {
             let _ = self.subject.act(&request.by, &request.action);
         }
         drop((self.hierarchy, self.statuses));
-        for other in self.others {
+        for other in self.threads {
             let _ = other.join();
         }
-        self.doors.into_iter().for_each(Door::close);
+        self.sessions.into_iter().for_each(ServerSession::close);
     }
 
     /// Does all pending work; returns when the next is due.
     fn round(&mut self) -> Instant {
-        self.tell_events();
+        self.publish_events();
         let inbox = Arc::clone(&self.inbox);
-        for queue in [&inbox.stopped, &inbox.done] {
+        for queue in [&inbox.stop_outcomes, &inbox.outcomes] {
             for _ in 0..queue.len() {
                 if let Some(done) = queue.pop() {
-                    self.take_back(done);
+                    self.handle_outcome(done);
                 }
             }
         }
         self.end_leases();
         for place in 0..ROUND {
             // One query per round takes precedence, so that endless orders do not block queries.
-            let Some(ask) = self.inbox.next_ask(place == 0) else {
+            let Some(ask) = self.inbox.next_query(place == 0) else {
                 break;
             };
-            self.answer(ask);
+            self.handle_query(ask);
         }
-        let looked_at = self.doors.iter().any(|door| door.hierarchy.listened());
-        let next_snapshot = (looked_at || !self.hierarchy.waiting.is_empty())
+        let looked_at = self.sessions.iter().any(|door| door.hierarchy.has_subscribers());
+        let next_snapshot = (looked_at || !self.hierarchy.pending.is_empty())
             .then(|| self.fetch(true))
             .flatten();
-        let next_look = (!self.statuses.waiting.is_empty())
+        let next_look = (!self.statuses.pending.is_empty())
             .then(|| self.fetch(false))
             .flatten();
-        let listening = Kind::ALL
-            .iter()
-            .any(|kind| self.doors.iter().any(|door| door.events(*kind).listened()));
+        let listening = RecordKind::ALL.iter().any(|kind| {
+            self.sessions
+                .iter()
+                .any(|door| door.events(*kind).has_subscribers())
+        });
         let now = Instant::now();
-        let look = now + if listening { LISTENING } else { IDLE };
+        let look = now + if listening { ACTIVE_POLL } else { IDLE };
         [next_snapshot, next_look, self.leases.next()]
             .into_iter()
             .flatten()
             .fold(look, Instant::min)
     }
 
-    fn tell_events(&mut self) {
-        let doors = &self.doors;
-        self.chronicle.catch_up(|kind, line| {
-            for door in doors.iter().filter(|door| door.events(kind).listened()) {
+    fn publish_events(&mut self) {
+        let doors = &self.sessions;
+        self.history.process(|kind, line| {
+            for door in doors.iter().filter(|door| door.events(kind).has_subscribers()) {
                 let number = line.number.to_le_bytes().to_vec();
-                door.events(kind).put(line.line.json().into(), Some(number));
+                door.events(kind).put(line.record.to_json().into(), Some(number));
             }
         });
     }
@@ -202,49 +207,49 @@ impl Worker {
     fn fetch(&mut self, snapshot: bool) -> Option<Instant> {
         let now = Instant::now();
         let (what, errand) = if snapshot {
-            (&mut self.hierarchy, Errand::Snapshot)
+            (&mut self.hierarchy, Job::Snapshot)
         } else {
-            (&mut self.statuses, Errand::Statuses)
+            (&mut self.statuses, Job::Statuses)
         };
-        if what.under_way {
+        if what.is_pending {
             return None;
         }
         match &what.newest {
-            Some((at, _)) if now < *at + FRESH => Some(*at + FRESH),
+            Some((at, _)) if now < *at + MIN_INTERVAL => Some(*at + MIN_INTERVAL),
             _ => {
-                what.under_way = self.hands.send(errand).is_ok();
-                (!what.under_way).then(|| now + FRESH)
+                what.is_pending = self.operator_workers.send(errand).is_ok();
+                (!what.is_pending).then(|| now + MIN_INTERVAL)
             }
         }
     }
 
-    fn take_back(&mut self, done: Done) {
+    fn handle_outcome(&mut self, done: JobOutcome) {
         match done {
-            Done::Snapshot(snapshot) => self.shown(&snapshot),
-            Done::Statuses(statuses) => self.looked(&statuses),
-            Done::Acted(act, outcome) => {
-                self.hands.acted(&act);
+            JobOutcome::Snapshot(snapshot) => self.publish_snapshot(&snapshot),
+            JobOutcome::Statuses(statuses) => self.publish_statuses(&statuses),
+            JobOutcome::Operated(act, outcome) => {
+                self.operator_workers.finish(&act);
                 if outcome.is_ok() {
-                    self.leases.acted(&act.request, Instant::now());
+                    self.leases.record(&act.request, Instant::now());
                 }
                 if let Some(query) = act.query {
-                    let everything = act.request.action.is_about_everything();
-                    self.acted(&query, outcome, everything);
+                    let everything = act.request.action.is_global();
+                    self.reply_outcome(&query, outcome, everything);
                 }
             }
-            Done::Stopped(queries, outcome) => {
+            JobOutcome::Stopped(queries, outcome) => {
                 for query in queries {
-                    self.acted(&query, outcome.clone(), true);
+                    self.reply_outcome(&query, outcome.clone(), true);
                 }
             }
-            Done::Reloaded(act, outcome) => {
+            JobOutcome::Reloaded(act, outcome) => {
                 if let Some(query) = act.query {
                     match outcome {
                         Ok(reloaded) => {
-                            let fine = Fine {
+                            let fine = OperateReply {
                                 ok: true,
                                 reloaded: Some(reloaded),
-                                ..Fine::default()
+                                ..OperateReply::default()
                             };
                             reply(&query, &self.keys.of(keys::OPERATE), json(&fine));
                         }
@@ -255,17 +260,17 @@ impl Worker {
         }
     }
 
-    fn acted(&self, query: &Query, outcome: Result<(), Refusal>, everything: bool) {
+    fn reply_outcome(&self, query: &Query, outcome: Result<(), Refusal>, everything: bool) {
         match outcome {
             Ok(()) => {
-                let fine = Fine {
+                let fine = OperateReply {
                     ok: true,
                     roots: if everything {
                         self.roots.clone()
                     } else {
                         Vec::new()
                     },
-                    ..Fine::default()
+                    ..OperateReply::default()
                 };
                 reply(query, &self.keys.of(keys::OPERATE), json(&fine));
             }
@@ -273,16 +278,20 @@ impl Worker {
         }
     }
 
-    fn shown(&mut self, snapshot: &Snapshot) {
+    fn publish_snapshot(&mut self, snapshot: &Snapshot) {
         let message = json(snapshot);
         let key = self.keys.of(keys::HIERARCHY);
-        self.hierarchy.arrived(&key, message.clone());
-        for door in self.doors.iter().filter(|door| door.hierarchy.listened()) {
+        self.hierarchy.complete(&key, message.clone());
+        for door in self
+            .sessions
+            .iter()
+            .filter(|door| door.hierarchy.has_subscribers())
+        {
             door.hierarchy.put(message.clone(), None);
         }
     }
 
-    fn looked(&mut self, statuses: &[VariableStatus]) {
+    fn publish_statuses(&mut self, statuses: &[VariableStatus]) {
         let names = |writer: u32| Some(self.subject.writer(writer)).filter(|name| !name.is_empty());
         for (info, status) in self.variables.iter_mut().zip(statuses) {
             info.status = Some(crate::message::Status {
@@ -298,24 +307,28 @@ impl Worker {
             });
         }
         let message = json(&self.variables);
-        self.statuses.arrived(&self.keys.of(keys::VARIABLES), message);
+        self.statuses.complete(&self.keys.of(keys::VARIABLES), message);
     }
 
     fn end_leases(&mut self) {
         let now = Instant::now();
-        for request in self.leases.over(now) {
-            let act = Act { request, query: None };
-            if let Err(Errand::Act(act)) = self.hands.send(Errand::Act(Box::new(act))) {
+        for request in self.leases.take_expired(now) {
+            let act = OperatorRequest { request, query: None };
+            if let Err(Job::Operate(act)) = self.operator_workers.send(Job::Operate(Box::new(act))) {
                 self.leases.retry(&act.request, now);
             }
         }
     }
 
     /// Answers all parts of the application that a query matches, each separately.
-    fn answer(&mut self, ask: Ask) {
-        let Ask { origin, line, query } = ask;
+    fn handle_query(&mut self, ask: QueuedQuery) {
+        let QueuedQuery {
+            origin,
+            queue: line,
+            query,
+        } = ask;
         let key = query.key_expr().clone();
-        let asked = |what: &str| about(&key, what);
+        let asked = |what: &str| matches_key(&key, what);
         let keys = self.keys.clone();
         let of = |what: &str| keys.of(what);
         for (what, answer) in [(keys::ABOUT, &self.about), (keys::SCHEMAS, &self.schemas)] {
@@ -323,15 +336,15 @@ impl Worker {
                 reply(&query, &of(what), answer.clone());
             }
         }
-        for kind in Kind::ALL {
+        for kind in RecordKind::ALL {
             let events = of(keys::events(kind));
             if asked(&events) {
                 let count = parameter(&query, "last").unwrap_or(USUAL);
-                reply(&query, &events, self.chronicle.last(kind, count).into());
+                reply(&query, &events, self.history.last(kind, count).into());
             }
         }
         if asked(&of("var/*/*")) {
-            self.answer_values(&query, &key);
+            self.reply_values(&query, &key);
         }
         // These keep the query until there is an answer, so only one of them can get it.
         if is_order(&key) {
@@ -339,20 +352,20 @@ impl Worker {
                 self.operate(origin, query);
             }
         } else if asked(&of(keys::HIERARCHY)) {
-            self.hierarchy.ask(query, &of(keys::HIERARCHY), line);
+            self.hierarchy.query(query, &of(keys::HIERARCHY), line);
         } else if asked(&of(keys::VARIABLES)) {
             if query.parameters().contains_key("status") {
-                self.statuses.ask(query, &of(keys::VARIABLES), line);
+                self.statuses.query(query, &of(keys::VARIABLES), line);
             } else {
                 reply(&query, &of(keys::VARIABLES), self.plain_variables.clone());
             }
         }
     }
 
-    fn answer_values(&mut self, query: &Query, key: &KeyExpr<'_>) {
+    fn reply_values(&mut self, query: &Query, key: &KeyExpr<'_>) {
         for (place, info) in self.variables.iter().enumerate() {
             let variable = self.keys.variable(&info.owner, &info.variable);
-            if !about(key, &variable) {
+            if !matches_key(key, &variable) {
                 continue;
             }
             if self.readers[place].is_none() {
@@ -362,7 +375,7 @@ impl Worker {
             let Some(reader) = &mut self.readers[place] else {
                 continue;
             };
-            if let (Some(tag), value) = value_lane::newest(reader, &*self.subject, None) {
+            if let (Some(tag), value) = value_publisher::newest(reader, &*self.subject, None) {
                 let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
                 if let Err(error) = sent {
                     tracing::debug!("an answer was not sent: {error}");
@@ -377,12 +390,12 @@ impl Worker {
         {
             return refuse(&query, &refusal);
         }
-        let request = match request(&query) {
+        let request = match parse_query(&query) {
             Ok(request) => request,
             Err(refusal) => return refuse(&query, &refusal),
         };
         // An order for one schema must be addressed to one application.
-        if query.key_expr().as_str() != self.keys.of(keys::OPERATE) && !request.action.is_about_everything() {
+        if query.key_expr().as_str() != self.keys.of(keys::OPERATE) && !request.action.is_global() {
             return;
         }
         if let Err(refusal) = self.leases.check(&request) {
@@ -390,23 +403,23 @@ impl Worker {
         }
         let busy = Refusal::new("too much is asked of the application at once; try again");
         let bucket = match request.action {
-            Action::Touch { .. } => &mut self.touches[origin as usize],
-            _ => &mut self.acts[origin as usize],
+            Action::Touch { .. } => &mut self.gesture_limits[origin as usize],
+            _ => &mut self.request_limits[origin as usize],
         };
-        if !bucket.take(Instant::now()) {
+        if !bucket.try_take(Instant::now()) {
             return refuse(&query, &busy);
         }
         let reload = matches!(request.action, Action::Reload { .. });
-        let act = Box::new(Act {
+        let act = Box::new(OperatorRequest {
             request,
             query: Some(query),
         });
         let errand = if reload {
-            Errand::Reload(act)
+            Job::Reload(act)
         } else {
-            Errand::Act(act)
+            Job::Operate(act)
         };
-        if let Err(Errand::Act(act) | Errand::Reload(act)) = self.hands.send(errand)
+        if let Err(Job::Operate(act) | Job::Reload(act)) = self.operator_workers.send(errand)
             && let Some(query) = &act.query
         {
             refuse(query, &busy);
@@ -414,21 +427,21 @@ impl Worker {
     }
 }
 
-impl Fetched {
+impl CachedReply {
     /// Answers with a fresh result, or keeps the query until one arrives.
-    fn ask(&mut self, query: Query, key: &str, line: usize) {
-        let waiting = self.waiting.iter().filter(|(of, _)| *of == line);
+    fn query(&mut self, query: Query, key: &str, line: usize) {
+        let waiting = self.pending.iter().filter(|(of, _)| *of == line);
         match &self.newest {
-            Some((at, answer)) if at.elapsed() < FRESH => reply(&query, key, answer.clone()),
+            Some((at, answer)) if at.elapsed() < MIN_INTERVAL => reply(&query, key, answer.clone()),
             // Beyond the limit the query ends without an answer.
-            _ if waiting.count() < WAITING => self.waiting.push((line, query)),
+            _ if waiting.count() < MAX_PENDING => self.pending.push((line, query)),
             _ => {}
         }
     }
 
-    fn arrived(&mut self, key: &str, answer: Answer) {
-        self.under_way = false;
-        for (_, query) in self.waiting.drain(..) {
+    fn complete(&mut self, key: &str, answer: JsonMessage) {
+        self.is_pending = false;
+        for (_, query) in self.pending.drain(..) {
             reply(&query, key, answer.clone());
         }
         self.newest = Some((Instant::now(), answer));
@@ -446,7 +459,7 @@ pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
 }
 
 /// Whether a query matches a key.
-pub(super) fn about(question: &KeyExpr<'_>, key: &str) -> bool {
+pub(super) fn matches_key(question: &KeyExpr<'_>, key: &str) -> bool {
     KeyExpr::new(key).is_ok_and(|key| question.intersects(&key))
 }
 
@@ -455,7 +468,7 @@ fn parameter(query: &Query, name: &str) -> Option<usize> {
 }
 
 /// Reads a request to `operate` from a query.
-pub(super) fn request(query: &Query) -> Result<Request, Refusal> {
+pub(super) fn parse_query(query: &Query) -> Result<Request, Refusal> {
     let payload = query
         .payload()
         .ok_or_else(|| Refusal::new("a request is a message in JSON; there is none"))?;
@@ -464,13 +477,15 @@ pub(super) fn request(query: &Query) -> Result<Request, Refusal> {
 
 /// Reads an untrusted request in JSON.
 pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
-    if bytes.len() > LONGEST {
-        return Err(Refusal::new(format!("a request has at most {LONGEST} bytes")));
+    if bytes.len() > MAX_REQUEST_BYTES {
+        return Err(Refusal::new(format!(
+            "a request has at most {MAX_REQUEST_BYTES} bytes"
+        )));
     }
     serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("no request: {error}")))
 }
 
-fn reply(query: &Query, key: &str, message: Answer) {
+fn reply(query: &Query, key: &str, message: JsonMessage) {
     if let Err(error) = query.reply(key, message).wait() {
         tracing::debug!("an answer was not sent: {error}");
     }
@@ -483,6 +498,6 @@ fn refuse(query: &Query, refusal: &Refusal) {
 }
 
 /// Serialisation cannot fail for numbers, texts and lists of them.
-fn json(message: &impl Serialize) -> Answer {
+fn json(message: &impl Serialize) -> JsonMessage {
     ZBytes::from(serde_json::to_vec(message).unwrap_or_default())
 }

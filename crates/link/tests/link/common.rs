@@ -7,11 +7,12 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
-use jde_host::app::Remote as Import;
+use jde_host::app::RemoteVariable as Import;
 use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Refusal, Schemas};
 use jde_link::{
-    Client, Events, Folders, Link, Looking, News, Reach, Remote, Sample, Settings, Subject, Title,
+    Client, Events, Folders, Link, OnDrawn, PanelViewer, Reach, Remote, Sample, Settings, Subject,
+    SubjectInfo,
 };
 use jde_types::Value as _;
 use zenoh::Wait;
@@ -110,8 +111,8 @@ pub(crate) fn declaration(owner: &str, name: &str, value_type: jde_abi::describe
 }
 
 impl Subject for Stage {
-    fn title(&self) -> Title {
-        Title {
+    fn info(&self) -> SubjectInfo {
+        SubjectInfo {
             application: "stage".to_owned(),
             file: "stage.toml".to_owned(),
             executor: "threads".to_owned(),
@@ -123,7 +124,7 @@ impl Subject for Stage {
         self.easel.schemas()
     }
 
-    fn look(&self, _: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+    fn view_panel(&self, _: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
         Ok(Easel::look(&self.easel, rate, news))
     }
 
@@ -209,7 +210,7 @@ impl Home {
     }
 
     pub(crate) fn open(&self, name: &str, stage: &Arc<Stage>) -> Link {
-        Link::open(&self.settings(name), stage.clone(), &Events::told()).unwrap()
+        Link::open(&self.settings(name), stage.clone(), &Events::of_records()).unwrap()
     }
 
     pub(crate) fn client(&self) -> Client {
@@ -226,7 +227,7 @@ pub(crate) fn watch(
     remote: &Remote,
     variable: &str,
     rate: jde_link::Rate,
-) -> (jde_link::Watching, Receiver<Sample>) {
+) -> (jde_link::Subscription, Receiver<Sample>) {
     let (tell, told) = channel();
     let watching = remote
         .watch(variable, rate, move |sample| drop(tell.send(sample)))

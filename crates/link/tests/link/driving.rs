@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
-use jde_link::{Events, Link, Rate, Title};
+use jde_link::{Events, Link, Rate, SubjectInfo};
 use jde_panel::{Button, Item, List, Touch};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
@@ -70,14 +70,14 @@ fn application() -> (Plugins, Application) {
 /// Options of a run with a link, and the link after the start.
 fn linked(home: &Home, application: &Application) -> (Options, Arc<Mutex<Option<Link>>>) {
     let events = Events::of(application);
-    let title = Title::new(application, 1.0);
+    let title = SubjectInfo::new(application, 1.0);
     let settings = home.settings("robot");
     let link = Arc::new(Mutex::new(None));
     let opened = Arc::clone(&link);
     let observer = events.observer();
     let options = Options {
         observers: vec![observer],
-        before_start: Some(Box::new(move |handle: &Handle| {
+        start_hook: Some(Box::new(move |handle: &Handle| {
             let subject = Arc::new(jde_link::Running::new(handle.clone(), title));
             *opened.lock().unwrap() = Some(Link::open(&settings, subject, &events)?);
             Ok(())
@@ -133,8 +133,8 @@ fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
     let told = Arc::new(Mutex::new(String::new()));
     let heard = Arc::clone(&told);
     let _events = remote
-        .events(&[jde_host::story::Kind::Happening], 100, move |happened| {
-            if let jde_host::story::Line::Happening(line) = happened.line {
+        .events(&[jde_host::records::RecordKind::Event], 100, move |happened| {
+            if let jde_host::records::RunRecord::Event(line) = happened.record {
                 heard
                     .lock()
                     .unwrap()
@@ -164,7 +164,7 @@ fn trace(lockstep: &mut Lockstep, tenth: u64, trace: &mut Vec<(u64, u64)>) {
 
 #[test]
 fn r16_a_schema_does_the_same_whoever_looks_floods_and_dies() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let home = Home::new();
     let (plugins, watched) = application();
     let (options, link) = linked(&home, &watched);

@@ -4,7 +4,7 @@ use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
 
 use jde_link::message::{Action, Request};
-use jde_link::{Error, Heard, Reach, everything};
+use jde_link::{BroadcastOutcome, Error, Reach, broadcast};
 use jde_watchdog::Watchdog;
 use zenoh::Wait;
 
@@ -29,9 +29,9 @@ fn at(endpoints: &[&str]) -> Reach {
 }
 
 /// Stops everything in reach, and returns the outcomes in their order of arrival.
-fn stopped(reach: &Reach, name: Option<&str>) -> Result<Vec<Heard>, Error> {
+fn stopped(reach: &Reach, name: Option<&str>) -> Result<Vec<BroadcastOutcome>, Error> {
     let mut heard = Vec::new();
-    everything(reach, name, &stop(), &mut |what| heard.push(what))?;
+    broadcast(reach, name, &stop(), &mut |what| heard.push(what))?;
     Ok(heard)
 }
 
@@ -52,7 +52,7 @@ fn r14_a_flood_of_questions_keeps_nobody_from_stopping_everything_from_anywhere(
             let before = stops(&stage);
             let heard = stopped(&reach, None).unwrap();
             assert!(
-                matches!(&*heard, [Heard { who, outcome: Ok(_) }] if who == "robot"),
+                matches!(&*heard, [BroadcastOutcome { target, outcome: Ok(_) }] if target == "robot"),
                 "{heard:?}"
             );
             assert!(stops(&stage) > before, "it was done before it was told");
@@ -99,7 +99,7 @@ fn r14_one_that_does_not_answer_delays_nobody_and_is_named() {
     });
     let heard = stopped(&at(&[&silent, &off, &holding, &endless, &live]), None).unwrap();
     assert_eq!(stops(&stage), 1);
-    let place = |who: &str| heard.iter().position(|heard| heard.who == who);
+    let place = |who: &str| heard.iter().position(|heard| heard.target == who);
     let done = place("robot").unwrap();
     assert!(heard[done].outcome.is_ok(), "{heard:?}");
     for dead in [&silent, &off, &holding] {
@@ -107,7 +107,7 @@ fn r14_one_that_does_not_answer_delays_nobody_and_is_named() {
         assert!(heard[named].outcome.is_err(), "{heard:?}");
         assert!(dead == &off || named > done, "it was not waited for: {heard:?}");
     }
-    let ghosts = heard.iter().filter(|heard| heard.who == "ghost");
+    let ghosts = heard.iter().filter(|heard| heard.target == "ghost");
     let mut ghosts = ghosts.map(|ghost| ghost.outcome.is_err());
     assert!(
         ghosts.next().is_some() && ghosts.all(|wrong| wrong),
@@ -124,12 +124,12 @@ fn r14_one_that_does_not_answer_delays_nobody_and_is_named() {
     assert_eq!((stops(&stage), stops(&second)), (1, 2));
     drop((holds, talks));
     let nobody = stopped(&both, Some("robot3")).unwrap_err();
-    assert!(matches!(nobody, Error::NotThere { .. }), "{nobody}");
+    assert!(matches!(nobody, Error::NotFound { .. }), "{nobody}");
 }
 
 #[test]
 fn r14_of_several_at_an_endpoint_one_that_does_not_answer_is_told_as_well() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let kept = Arc::new(Mutex::new(Vec::new()));
     let keeps = Arc::clone(&kept);
     let (endpoint, _both) = answering(move |query| {
@@ -143,9 +143,9 @@ fn r14_of_several_at_an_endpoint_one_that_does_not_answer_is_told_as_well() {
         matches!(
             &*heard,
             [
-                Heard { who: quick, outcome: Ok(_) },
-                Heard { who, outcome: Err(Error::NoAnswer { .. }) },
-            ] if quick == "quick" && *who == endpoint
+                BroadcastOutcome { target: quick, outcome: Ok(_) },
+                BroadcastOutcome { target, outcome: Err(Error::Timeout { .. }) },
+            ] if quick == "quick" && *target == endpoint
         ),
         "{heard:?}"
     );
@@ -155,10 +155,10 @@ fn r14_of_several_at_an_endpoint_one_that_does_not_answer_is_told_as_well() {
 fn r14_what_may_only_look_is_told_so_and_what_is_not_there_is_said() {
     let home = Home::new();
     let nothing = stopped(&Reach::Local(home.folder.clone()), None).unwrap_err();
-    assert!(matches!(nothing, Error::NothingRuns(_)), "{nothing}");
+    assert!(matches!(nothing, Error::NoApplication(_)), "{nothing}");
     let (_link, stage, endpoint) = open(&home, "tcp", |settings| settings.access = jde_link::Access::Read);
     let heard = stopped(&at(&[&endpoint]), None).unwrap();
-    assert_eq!(heard[0].who, endpoint);
+    assert_eq!(heard[0].target, endpoint);
     let error = heard[0].outcome.as_ref().unwrap_err().to_string();
     assert!(error.contains("may only look"), "{error}");
     assert_eq!(stops(&stage), 0);

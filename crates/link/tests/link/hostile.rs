@@ -101,7 +101,7 @@ fn a_flood_keeps_nobody_else_from_being_served() {
             .application(None)
             .is_ok_and(|late| late.schemas().is_ok())
     });
-    assert!(remote.alive());
+    assert!(remote.is_alive());
     drop(flood);
     remote.schemas().unwrap();
 }

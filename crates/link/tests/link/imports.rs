@@ -32,7 +32,7 @@ fn an_import_comes_with_its_age_goes_with_its_peer_and_comes_back() {
     let link = home.open("robot2", &there);
     until("the value comes", || shown(&proxy) == Some(1.0));
     let stamp = proxy.reader("test").latch().unwrap().stamp;
-    assert_eq!(stamp.writer, jde_host::app::Remote::WRITER);
+    assert_eq!(stamp.writer, jde_host::app::RemoteVariable::WRITER);
     for value in [2.0, 3.0] {
         write(&mut writer, value, 5_000_000_000);
         until("each value comes", || shown(&proxy) == Some(value));
@@ -114,8 +114,8 @@ fn imports_cross_the_network_whoever_of_the_two_listens() {
             }
             (ours.insecure, theirs.insecure) = (true, true);
             let opened = (
-                Link::open(&ours, here.clone(), &Events::told()),
-                Link::open(&theirs, there.clone(), &Events::told()),
+                Link::open(&ours, here.clone(), &Events::of_records()),
+                Link::open(&theirs, there.clone(), &Events::of_records()),
             );
             match opened {
                 (Ok(here), Ok(there)) => break (here, there),

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use jde_host::story::{Kind, Line};
+use jde_host::records::{RecordKind, RunRecord};
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
 
@@ -54,11 +54,11 @@ fn whoever_leaves_is_gone_at_once_and_says_so() {
     let remote = home.remote();
     let (tell, told) = channel();
     remote.on_gone(move || tell.send(()).unwrap_or_default());
-    assert!(remote.alive());
+    assert!(remote.is_alive());
     drop(link);
     told.recv_timeout(SOON).unwrap();
-    assert!(!remote.alive());
-    assert!(matches!(remote.hierarchy(), Err(Error::Gone(name)) if name == "robot"));
+    assert!(!remote.is_alive());
+    assert!(matches!(remote.hierarchy(), Err(Error::Disconnected(name)) if name == "robot"));
     assert!(home.client().applications().unwrap().is_empty());
     let left = std::fs::read_dir(home.folder.path()).unwrap().flatten();
     let left: Vec<_> = left.map(|file| file.file_name()).collect();
@@ -73,8 +73,8 @@ fn the_second_of_a_name_gets_a_number_unless_it_insists() {
     assert_eq!(first.about().name, "robot");
     assert_eq!(second.about().name, "robot-2");
     let mut settings = home.settings("robot");
-    settings.named = true;
-    let refused = Link::open(&settings, stage.clone(), &Events::told())
+    settings.require_name = true;
+    let refused = Link::open(&settings, stage.clone(), &Events::of_records())
         .err()
         .unwrap();
     assert!(
@@ -177,14 +177,14 @@ fn a_slow_rate_leaves_values_out_and_ends_with_the_newest() {
 #[test]
 fn events_come_in_order_after_those_that_were_before() {
     let (home, stage) = (Home::new(), Stage::new());
-    let events = Events::told();
+    let events = Events::of_records();
     let _link = Link::open(&home.settings("robot"), stage, &events).unwrap();
-    let line = |number: u64| Line::retracted(number * 1_000_000, "pioneer.laser");
-    (1..=3).for_each(|number| events.tell(line(number)));
+    let line = |number: u64| RunRecord::retracted(number * 1_000_000, "pioneer.laser");
+    (1..=3).for_each(|number| events.push(line(number)));
     let remote = home.remote();
     let earlier = || {
         let (tell, told) = channel();
-        let watching = remote.events(&[Kind::Happening], 2, move |happened| drop(tell.send(happened)));
+        let watching = remote.events(&[RecordKind::Event], 2, move |happened| drop(tell.send(happened)));
         (watching.unwrap(), told)
     };
     // Without subscribers, events are processed within a quarter of a second.
@@ -193,14 +193,14 @@ fn events_come_in_order_after_those_that_were_before() {
         told.try_iter().any(|happened| happened.number == 3)
     });
     let (_watching, told) = earlier();
-    events.tell(line(4));
+    events.push(line(4));
     let heard: Vec<_> = (0..3).map(|_| told.recv_timeout(SOON).unwrap()).collect();
     let numbers: Vec<_> = heard
         .iter()
         .map(|happened| (happened.number, happened.missed))
         .collect();
     assert_eq!(numbers, [(2, 0), (3, 0), (4, 0)]);
-    assert_eq!(heard[2].line, line(4));
+    assert_eq!(heard[2].record, line(4));
 }
 
 #[test]
@@ -269,7 +269,7 @@ fn a_folder_that_others_could_have_made_is_refused() {
     let opened = |folder: &Folders| {
         let mut settings = home.settings("robot");
         settings.folder = folder.clone();
-        Link::open(&settings, stage.clone(), &Events::told()).map(drop)
+        Link::open(&settings, stage.clone(), &Events::of_records()).map(drop)
     };
     let files = tempfile::tempdir().unwrap();
     let open_to_all = files.path().join("open");

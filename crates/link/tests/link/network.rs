@@ -35,7 +35,7 @@ pub(crate) fn open(
         settings.listen = vec![endpoint.clone()];
         settings.insecure = protocol == "tcp";
         change(&mut settings);
-        match Link::open(&settings, stage.clone(), &Events::told()) {
+        match Link::open(&settings, stage.clone(), &Events::of_records()) {
             Ok(link) => return (link, stage, endpoint),
             // Another test has taken the port.
             Err(Error::Listen { .. }) => {}
@@ -219,7 +219,7 @@ fn a_port_in_use_and_one_where_nobody_listens_are_said() {
     let mut settings = home.settings("robot");
     settings.listen = vec![endpoint.clone()];
     settings.insecure = true;
-    let error = Link::open(&settings, Stage::new(), &Events::told())
+    let error = Link::open(&settings, Stage::new(), &Events::of_records())
         .err()
         .unwrap();
     assert!(

@@ -6,9 +6,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use jde_host::Drawn;
+use jde_host::PanelFrame;
 use jde_link::message::{Action, Request, SchemaInfo, Schemas};
-use jde_link::{Access, Link, Looking, News, PanelSample, Rate, Remote, Watching};
+use jde_link::{Access, Link, OnDrawn, PanelSample, PanelViewer, Rate, Remote, Subscription};
 use jde_panel::{Button, Gesture, Item, List, Touch};
 use zenoh::Wait;
 
@@ -23,8 +23,8 @@ pub(crate) struct Easel {
     is_there: AtomicBool,
     sequence: AtomicU64,
     next: AtomicU64,
-    newest: Mutex<Option<Arc<Drawn>>>,
-    lookers: Mutex<Vec<(u64, f64, News)>>,
+    newest: Mutex<Option<Arc<PanelFrame>>>,
+    lookers: Mutex<Vec<(u64, f64, OnDrawn)>>,
 }
 
 struct Look {
@@ -57,7 +57,7 @@ impl Easel {
         }
     }
 
-    pub(crate) fn look(easel: &Arc<Self>, rate: f64, news: News) -> Box<dyn Looking> {
+    pub(crate) fn look(easel: &Arc<Self>, rate: f64, news: OnDrawn) -> Box<dyn PanelViewer> {
         let number = easel.next.fetch_add(1, Ordering::Relaxed);
         easel.lookers.lock().unwrap().push((number, rate, news));
         let easel = Arc::clone(easel);
@@ -67,7 +67,7 @@ impl Easel {
     /// Draws anew; returns the sequence number.
     pub(crate) fn draw(&self, list: Result<List, &str>) -> u64 {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed) + 1;
-        *self.newest.lock().unwrap() = Some(Arc::new(Drawn {
+        *self.newest.lock().unwrap() = Some(Arc::new(PanelFrame {
             sequence,
             time: 3_000_000_000,
             took: Duration::ZERO,
@@ -89,8 +89,8 @@ impl Easel {
     }
 }
 
-impl Looking for Look {
-    fn newest(&self) -> Option<Arc<Drawn>> {
+impl PanelViewer for Look {
+    fn newest(&self) -> Option<Arc<PanelFrame>> {
         self.easel.newest.lock().unwrap().clone()
     }
 }
@@ -121,7 +121,7 @@ pub(crate) fn list(value: u64) -> List {
     }
 }
 
-fn look(remote: &Remote, rate: Rate) -> (Watching, Receiver<PanelSample>) {
+fn look(remote: &Remote, rate: Rate) -> (Subscription, Receiver<PanelSample>) {
     let (tell, told) = channel();
     let watching = remote
         .watch_panel("goon", rate, move |panel| drop(tell.send(panel)))

@@ -54,7 +54,7 @@ impl Actor {
         let mut actor = Self {
             child,
             out,
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         };
         actor.hears("ready");
         actor
@@ -106,7 +106,7 @@ fn plays_its_role() {
                 folder,
                 ..jde_link::Settings::local("robot")
             };
-            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::of_records()).unwrap();
             println!("ready");
             loop {
                 std::thread::park();
@@ -176,7 +176,7 @@ fn plays_its_role() {
             let mut writer = stage.writer("pioneer.bearing");
             let mut settings = networked(folder, "robot2", &["tcp/10.77.0.2:7447"], &[]);
             settings.discover = role == "robot to meet";
-            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::of_records()).unwrap();
             println!("ready");
             for value in 1_u32.. {
                 write(&mut writer, value.into(), 5_000_000_000);
@@ -192,7 +192,7 @@ fn plays_its_role() {
             if !settings.discover {
                 settings.connect = vec!["tcp/10.77.0.2:7447".to_owned()];
             }
-            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::of_records()).unwrap();
             println!("ready");
             let mut said = 0;
             loop {
@@ -232,7 +232,10 @@ fn an_application_that_is_killed_is_gone_and_leaves_nothing() {
     assert_eq!(remote.about().pid, actor.child.id());
     drop(actor);
     assert!(remote.wait_gone(SOON));
-    assert!(matches!(remote.get("pioneer.bearing"), Err(Error::Gone(_))));
+    assert!(matches!(
+        remote.get("pioneer.bearing"),
+        Err(Error::Disconnected(_))
+    ));
     assert!(home.client().applications().unwrap().is_empty());
     let left = std::fs::read_dir(home.folder.path()).unwrap().flatten();
     let left: Vec<_> = left.map(|file| file.file_name()).collect();
@@ -250,7 +253,7 @@ fn an_application_that_is_stopped_is_there_and_does_not_answer() {
     assert_eq!(client.applications().unwrap().len(), 1);
     let error = client.application(None).err().unwrap();
     assert!(
-        matches!(&error, Error::NoAnswer { application, .. } if application == "robot"),
+        matches!(&error, Error::Timeout { application, .. } if application == "robot"),
         "{error}"
     );
     actor.signal(Signal::CONT);

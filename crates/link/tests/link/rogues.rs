@@ -54,7 +54,7 @@ fn a_peer_without_credentials_is_not_connected_to() {
     settings.connect = vec![there.clone()];
     // An authority proves nothing about an address without TLS, nor does a password.
     settings.tls = Some(ours.tls(true, true));
-    let error = Link::open(&settings, Stage::new(), &Events::told())
+    let error = Link::open(&settings, Stage::new(), &Events::of_records())
         .err()
         .unwrap();
     assert!(
@@ -62,14 +62,14 @@ fn a_peer_without_credentials_is_not_connected_to() {
         "{error}"
     );
     settings.login = Some(login("lab", "secret"));
-    let error = Link::open(&settings, Stage::new(), &Events::told())
+    let error = Link::open(&settings, Stage::new(), &Events::of_records())
         .err()
         .unwrap();
     assert!(matches!(error, Error::PlainPassword { .. }), "{error}");
     // With explicit consent it connects, which proves that this rogue would have succeeded.
     let stage = Stage::new();
     (settings.login, settings.insecure) = (None, true);
-    let link = Link::open(&settings, stage.clone(), &Events::told()).unwrap();
+    let link = Link::open(&settings, stage.clone(), &Events::of_records()).unwrap();
     until("the rogue operates", || operates(&rogue, &link.about().id));
     assert!(!stage.acts().is_empty());
 }
@@ -87,7 +87,7 @@ fn a_peer_of_a_foreign_authority_gets_nothing() {
     let mut settings = home.settings("robot");
     settings.connect = vec![foreign, known];
     settings.tls = Some(ours.tls(true, true));
-    let link = Link::open(&settings, stage.clone(), &Events::told()).unwrap();
+    let link = Link::open(&settings, stage.clone(), &Events::of_records()).unwrap();
     until("one of ours operates", || operates(&friend, &link.about().id));
     let done = stage.acts().len();
     assert!(!operates(&rogue, &link.about().id));
@@ -98,7 +98,7 @@ fn a_peer_of_a_foreign_authority_gets_nothing() {
 
 #[test]
 fn where_nobody_has_to_prove_anything_no_public_authority_is_believed() {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let files = tempfile::tempdir().unwrap();
     let theirs = authority(files.path(), "theirs");
     let (encrypted, plain) = (format!("tls/{}", free()), format!("tcp/{}", free()));
@@ -117,7 +117,7 @@ fn where_nobody_has_to_prove_anything_no_public_authority_is_believed() {
         let mut settings = home.settings("robot");
         (settings.connect, settings.insecure) = (vec![encrypted.clone(), plain.clone()], true);
         settings.tls = tls;
-        let link = Link::open(&settings, Stage::new(), &Events::told()).unwrap();
+        let link = Link::open(&settings, Stage::new(), &Events::of_records()).unwrap();
         until("who is not asked operates", || {
             operates(&friend, &link.about().id)
         });

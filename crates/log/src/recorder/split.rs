@@ -8,17 +8,17 @@ use jde_board::Nanos;
 /// How to record in parts: `drive.mcap`, then `drive-001.mcap`, `drive-002.mcap` and so on. Each file can be
 /// read alone, and [`crate::Recording`] reads all of them as one recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Split {
+pub struct SplitOptions {
     /// When a file ends.
-    pub every: Every,
+    pub part_size: PartSize,
     /// The upper limit in bytes of all files of that name, including those of earlier recordings. The oldest
     /// are deleted. Without a limit none is deleted.
-    pub keep: Option<u64>,
+    pub max_total_bytes: Option<u64>,
 }
 
 /// The size of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Every {
+pub enum PartSize {
     /// This many bytes, and at most one chunk of about 1 MB more. The values that are repeated at the
     /// beginning are not counted.
     Bytes(u64),
@@ -38,5 +38,5 @@ pub struct Parts {
     /// The number of files that were deleted since, including those of earlier recordings.
     pub deleted: u64,
     /// The files that should have been deleted and remain, because another recording is writing them.
-    pub left: BTreeSet<PathBuf>,
+    pub undeleted: BTreeSet<PathBuf>,
 }

@@ -19,13 +19,13 @@ use jde_ros::cdr;
 use crate::{Message, Recording};
 
 /// Variables, their clock and a folder.
-struct Bench {
+struct Fixture {
     board: Board,
     time: Arc<AtomicU64>,
     folder: TempDir,
 }
 
-impl Bench {
+impl Fixture {
     fn new() -> Self {
         Self {
             board: Board::new(),
@@ -84,18 +84,18 @@ fn options(lossless: bool) -> Options<'static> {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     }
 }
 
 #[test]
 fn in_a_folder_that_is_somebody_elses_nobody_else_may_read_a_recording() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let mode = |file: &Path| file.metadata().unwrap().permissions().mode() & 0o777;
     let record = |file: &Path| {
         drop(Recorder::create(file, options(true)).unwrap().finish());
@@ -117,7 +117,7 @@ fn in_a_folder_that_is_somebody_elses_nobody_else_may_read_a_recording() {
 
 #[test]
 fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let variables = [
         bench.declare::<u64>("count"),
         bench.declare::<LaserScan>("laser"),
@@ -141,7 +141,7 @@ fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
         }
     }
     let status = recorder.finish();
-    assert_eq!((status.kept, status.lost), (rounds * 2 + rounds / 50, 0));
+    assert_eq!((status.written, status.lost), (rounds * 2 + rounds / 50, 0));
     assert_eq!(
         status.bytes,
         bench.file().metadata().unwrap().len(),
@@ -170,7 +170,7 @@ fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
 
 #[test]
 fn in_real_time_what_is_not_kept_is_counted() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let variables = [bench.declare::<u64>("count"), bench.declare::<Image>("camera")];
     let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
     let mut writers: Vec<_> = variables
@@ -187,9 +187,9 @@ fn in_real_time_what_is_not_kept_is_counted() {
         bench.publish(&mut writers[1], number);
     }
     let status = recorder.finish();
-    assert_eq!(status.kept + status.lost, 3100, "{status:?}");
+    assert_eq!(status.written + status.lost, 3100, "{status:?}");
     let messages = bench.messages();
-    assert_eq!(messages.len() as u64, status.kept);
+    assert_eq!(messages.len() as u64, status.written);
     let last = |topic: &str| {
         let mut of_topic = messages.iter().filter(|message| message.channel.topic == topic);
         of_topic.next_back().unwrap().sequence
@@ -207,7 +207,7 @@ fn in_real_time_what_is_not_kept_is_counted() {
 
 #[test]
 fn the_value_at_the_beginning_is_kept_too() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let count = bench.declare::<u64>("count");
     let mut writer = count.writer(1, "test").unwrap();
     bench.publish(&mut writer, 5);
@@ -219,12 +219,12 @@ fn the_value_at_the_beginning_is_kept_too() {
     assert_eq!(messages.len(), 1, "and none after the end");
     assert_eq!(messages[0].data, b"\0\x01\0\0\x05\0\0\0\0\0\0\0");
     assert_eq!(messages[0].channel.type_name, "std_msgs/msg/UInt64");
-    assert_eq!(messages[0].channel.about["access"], "export");
+    assert_eq!(messages[0].channel.metadata["access"], "export");
 }
 
 #[test]
 fn values_from_elsewhere_are_kept_as_they_are_stamped() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
     let topic = recorder.topic(
         "/elsewhere/count",
@@ -241,15 +241,15 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
         };
         assert!(topic.put(&published.to_ne_bytes(), stamps));
     }
-    topic.lose(3);
-    assert_eq!(recorder.finish().lost_of["/elsewhere/count"], 3);
+    topic.add_lost(3);
+    assert_eq!(recorder.finish().lost_by_topic["/elsewhere/count"], 3);
     let messages = bench.messages();
     let times: Vec<_> = messages
         .iter()
         .map(|message| (message.log_time, message.publish_time, message.sequence))
         .collect();
     assert_eq!(times, [(10, 9, 1), (20, 19, u32::MAX), (30, 29, 0)]);
-    assert_eq!(messages[0].channel.about["from"], "afar");
+    assert_eq!(messages[0].channel.metadata["from"], "afar");
 }
 
 /// Far longer than any of these tests takes.
@@ -259,12 +259,12 @@ const WATCHDOG: std::time::Duration = std::time::Duration::from_secs(60);
 const ROOM: usize = 3_500_000;
 
 /// A disk with limited room.
-struct Small {
+struct LimitedFile {
     file: File,
     room: usize,
 }
 
-impl Write for Small {
+impl Write for LimitedFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.room == 0 {
             return Err(io::Error::from_raw_os_error(28));
@@ -281,18 +281,18 @@ impl Write for Small {
 
 #[test]
 fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let laser = bench.declare::<LaserScan>("laser");
     let (tell, told) = channel();
-    let disk = Small {
+    let disk = LimitedFile {
         file: File::create(bench.file()).unwrap(),
         room: ROOM,
     };
     let options = Options {
-        on_trouble: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        on_error: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
         ..options(true)
     };
-    let Ok(recorder) = Recorder::begin(Box::new(disk), None, options) else {
+    let Ok(recorder) = Recorder::create_with(Box::new(disk), None, options) else {
         panic!("there is room for the beginning");
     };
     recorder.watch(&laser, bench.clock());
@@ -311,14 +311,14 @@ fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
         writer.publish(number, number).unwrap();
     }
     let status = recorder.finish();
-    assert_eq!(status.kept + status.lost, 1000);
-    assert!(status.trouble.unwrap().contains("space"));
+    assert_eq!(status.written + status.lost, 1000);
+    assert!(status.error.unwrap().contains("space"));
     assert_eq!(told.iter().count(), 1);
     let recording = Recording::open(&bench.file()).unwrap();
     let damage = recording.damage().unwrap();
     assert!(damage.offset <= ROOM as u64, "{damage:?}");
     let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
-    assert!(read > 0 && read >= status.kept, "{read} of {}", status.kept);
+    assert!(read > 0 && read >= status.written, "{read} of {}", status.written);
 }
 
 /// A disk that fails after `good` requests and, like Linux, reports the failure once. The receiver gets a
@@ -341,11 +341,11 @@ fn failing(mut good: u64) -> (Disk, Receiver<()>) {
 fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
     let (tell, told) = channel();
     let options = Options {
-        on_trouble: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        on_error: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
         ..options(false)
     };
     let (disk, is_asked) = failing(good);
-    let Ok(recorder) = Recorder::begin(Box::new(io::sink()), Some(disk), options) else {
+    let Ok(recorder) = Recorder::create_with(Box::new(io::sink()), Some(disk), options) else {
         panic!("there is no such file that could fail");
     };
     let topic = recorder.topic("/a/b", Arc::new(u64::describe()), BTreeMap::new());
@@ -361,27 +361,27 @@ fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
         }
     }
     let status = recorder.finish();
-    assert_eq!(status.kept + status.lost, flushes);
+    assert_eq!(status.written + status.lost, flushes);
     assert_eq!(told.iter().count(), 1, "told once");
-    assert!(status.trouble.is_some());
+    assert!(status.error.is_some());
     status
 }
 
 #[test]
 fn a_disk_that_fails_at_the_very_end_is_heard() {
     let status = on_a_failing_disk(0, 1);
-    assert_eq!((status.kept, status.lost), (0, 1));
+    assert_eq!((status.written, status.lost), (0, 1));
 }
 
 #[test]
 fn what_a_failing_disk_had_taken_before_is_kept_and_the_rest_is_lost() {
     let status = on_a_failing_disk(2, 3);
-    assert_eq!((status.kept, status.lost), (2, 1));
+    assert_eq!((status.written, status.lost), (2, 1));
 }
 
 #[test]
 fn a_file_that_exists_is_not_written_over_unless_asked() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     std::fs::write(bench.file(), "precious").unwrap();
     let refused = Recorder::create(&bench.file(), options(false)).err();
     assert!(matches!(refused, Some(Error::Exists(_))), "{refused:?}");
@@ -396,7 +396,7 @@ fn a_file_that_exists_is_not_written_over_unless_asked() {
 
 #[test]
 fn a_file_that_another_recording_writes_is_not_written_over() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     let over = || Options {
         overwrite: true,
         ..options(true)
@@ -411,7 +411,7 @@ fn a_file_that_another_recording_writes_is_not_written_over() {
 
 #[test]
 fn where_nothing_can_be_written_no_recording_begins() {
-    let bench = Bench::new();
+    let bench = Fixture::new();
     std::fs::write(bench.file(), "a file").unwrap();
     let inside = bench.file().join("run.mcap");
     // The last one is a full disk. The one before it is a folder in which not even root can write.

@@ -12,7 +12,7 @@ use super::{Chunk, Message, Part, ReadError, Recording, failed, scan};
 
 /// The largest number of bytes of messages that wait for earlier ones: several chunks of the greatest size,
 /// and little enough for the machine's memory.
-const MOST_HELD: usize = 1 << 30;
+const MAX_QUEUED_BYTES: usize = 1 << 30;
 
 /// The messages of a recording in the order of their log times. The iterator ends with the first error.
 pub struct Messages {
@@ -23,17 +23,17 @@ pub struct Messages {
     from: u64,
     /// The chunks that are not open yet, in the order of their first log times.
     chunks: VecDeque<Chunk>,
-    waiting: BinaryHeap<Reverse<Waiting>>,
+    queue: BinaryHeap<Reverse<QueuedMessage>>,
     /// The bytes of the messages that wait.
-    held: usize,
+    queued_bytes: usize,
     /// The number of messages read from chunks so far. It keeps messages of the same time in the order of the
     /// file.
     count: u64,
     /// The error, which is returned after all messages that could be read.
-    failed: Option<ReadError>,
+    error: Option<ReadError>,
 }
 
-struct Waiting {
+struct QueuedMessage {
     key: (u64, u64),
     message: Message,
 }
@@ -50,17 +50,17 @@ impl Messages {
                 .filter(|chunk| chunk.end >= from)
                 .copied()
                 .collect(),
-            waiting: BinaryHeap::new(),
-            held: 0,
+            queue: BinaryHeap::new(),
+            queued_bytes: 0,
             count: 0,
-            failed: None,
+            error: None,
         })
     }
 
     /// Opens all chunks that may contain the next message.
     fn open(&mut self) -> Result<(), ReadError> {
         while let Some(chunk) = self.chunks.front().copied() {
-            let next = self.waiting.peek().map(|Reverse(waiting)| waiting.key.0);
+            let next = self.queue.peek().map(|Reverse(waiting)| waiting.key.0);
             if next.is_some_and(|next| next < chunk.start) {
                 return Ok(());
             }
@@ -105,27 +105,27 @@ impl Messages {
             Ok(())
         };
         let unpacked = match opcode {
-            op::CHUNK => scan::each(&body, take),
+            op::CHUNK => scan::for_each_record(&body, take),
             op::MESSAGE => mcap::parse_record(opcode, &body).and_then(take),
             _ => return Err(damaged("here is no chunk, though the index says so".to_owned())),
         };
-        unpacked.map_err(|error| damaged(scan::words(&error)))?;
+        unpacked.map_err(|error| damaged(scan::error_text(&error)))?;
         if let Some(channel) = stray {
             return Err(damaged(format!(
                 "a message is on channel {channel}, which is nowhere defined"
             )));
         }
-        self.held += messages.iter().map(size).sum::<usize>();
-        if self.held > MOST_HELD {
+        self.queued_bytes += messages.iter().map(size).sum::<usize>();
+        if self.queued_bytes > MAX_QUEUED_BYTES {
             return Err(damaged(format!(
                 "its chunks overlap so much in time that more than {} MB would be in memory at once",
-                MOST_HELD >> 20
+                MAX_QUEUED_BYTES >> 20
             )));
         }
         for message in messages {
             self.count += 1;
             let key = (message.log_time, self.count);
-            self.waiting.push(Reverse(Waiting { key, message }));
+            self.queue.push(Reverse(QueuedMessage { key, message }));
         }
         Ok(())
     }
@@ -142,38 +142,38 @@ impl Iterator for Messages {
     fn next(&mut self) -> Option<Self::Item> {
         if let Err(error) = self.open() {
             self.chunks.clear();
-            self.failed = Some(error);
+            self.error = Some(error);
         }
-        match self.waiting.pop() {
+        match self.queue.pop() {
             Some(Reverse(waiting)) => {
-                self.held -= size(&waiting.message);
+                self.queued_bytes -= size(&waiting.message);
                 Some(Ok(waiting.message))
             }
-            None => self.failed.take().map(Err),
+            None => self.error.take().map(Err),
         }
     }
 }
 
 /// Returns the bytes of memory that a message takes.
 fn size(message: &Message) -> usize {
-    size_of::<Waiting>() + message.data.len()
+    size_of::<QueuedMessage>() + message.data.len()
 }
 
-impl PartialEq for Waiting {
+impl PartialEq for QueuedMessage {
     fn eq(&self, other: &Self) -> bool {
         self.key == other.key
     }
 }
 
-impl Eq for Waiting {}
+impl Eq for QueuedMessage {}
 
-impl PartialOrd for Waiting {
+impl PartialOrd for QueuedMessage {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Waiting {
+impl Ord for QueuedMessage {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.key.cmp(&other.key)
     }

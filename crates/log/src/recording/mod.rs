@@ -19,7 +19,7 @@ use mcap::{McapError, Summary};
 
 use crate::part::{self, BEGINS, BYTE, Mark, PART};
 pub use messages::Messages;
-use scan::Found;
+use scan::FileContents;
 
 /// The name of the metadata with the number of values lost during recording, by topic.
 const LOST: &str = "jde/lost";
@@ -52,7 +52,7 @@ pub struct Channel {
     /// The encoding of the messages: `cdr`, `json`.
     pub encoding: String,
     /// The channel's metadata: `variable`, `access`, `doc`, `unit`.
-    pub about: BTreeMap<String, String>,
+    pub metadata: BTreeMap<String, String>,
 }
 
 /// One message.
@@ -92,10 +92,10 @@ pub enum ReadError {
     },
     /// A folder that contains no recording.
     #[error("{} holds no recording; name an MCAP file, or the folder of one", .0.display())]
-    Nothing(PathBuf),
+    Empty(PathBuf),
     /// A folder that contains several recordings.
     #[error("{} holds {count} recordings; name one, such as {}", path.display(), first.display())]
-    Several {
+    Ambiguous {
         /// The folder.
         path: PathBuf,
         /// The number of recordings.
@@ -146,12 +146,12 @@ impl Recording {
     /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Nothing`] and
     /// [`ReadError::Several`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let mut found = part::recordings(path).map_err(failed(path))?;
+        let mut found = part::find_recordings(path).map_err(failed(path))?;
         let Some(first) = found.pop() else {
-            return Err(ReadError::Nothing(path.to_owned()));
+            return Err(ReadError::Empty(path.to_owned()));
         };
         if !found.is_empty() {
-            return Err(ReadError::Several {
+            return Err(ReadError::Ambiguous {
                 path: path.to_owned(),
                 count: found.len() + 1,
                 first: first.into_iter().next().unwrap_or_default(),
@@ -275,13 +275,16 @@ impl Recording {
     }
 
     /// Adds what was found in a file. The values that a part repeats from the part before it are omitted.
-    fn add(&mut self, path: PathBuf, found: Found) {
-        let Found {
+    fn add(&mut self, path: PathBuf, found: FileContents) {
+        let FileContents {
             summary,
             metadata,
             damage,
         } = found;
-        let number = metadata.get(PART).and_then(Mark::of).map(|mark| mark.number);
+        let number = metadata
+            .get(PART)
+            .and_then(Mark::from_metadata)
+            .map(|mark| mark.number);
         let before = self.parts.last().and_then(|part| part.number);
         let follows = before.is_some() && before.and_then(|before| before.checked_add(1)) == number;
         let news = match metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
@@ -356,7 +359,7 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {
 }
 
 /// Reads the index of a file, or scans the file.
-fn read(path: &Path) -> Result<Found, ReadError> {
+fn read(path: &Path) -> Result<FileContents, ReadError> {
     let mut file = File::open(path).map_err(failed(path))?;
     let mut magic = [0; mcap::MAGIC.len()];
     match file.read_exact(&mut magic) {
@@ -364,13 +367,13 @@ fn read(path: &Path) -> Result<Found, ReadError> {
         Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(failed(path)(error)),
         Ok(()) | Err(_) => return Err(ReadError::NotMcap(path.to_owned())),
     }
-    let indexed = indexed(&mut file).map_err(failed(path))?;
+    let indexed = read_index(&mut file).map_err(failed(path))?;
     indexed.map_or_else(|| scan::scan(&mut file).map_err(failed(path)), Ok)
 }
 
 /// Reads a file by its index. `None` if there is no readable index.
-fn indexed(file: &mut File) -> io::Result<Option<Found>> {
-    let Some(summary) = summary(file)?.filter(finds_all) else {
+fn read_index(file: &mut File) -> io::Result<Option<FileContents>> {
+    let Some(summary) = summary(file)?.filter(is_index_complete) else {
         return Ok(None);
     };
     let mut metadata = BTreeMap::new();
@@ -383,7 +386,7 @@ fn indexed(file: &mut File) -> io::Result<Option<Found>> {
             Ok(_) | Err(_) => return Ok(None),
         };
     }
-    Ok(Some(Found {
+    Ok(Some(FileContents {
         summary,
         metadata,
         damage: None,
@@ -399,14 +402,14 @@ impl From<&mcap::Channel<'_>> for Channel {
             definition_encoding: schema.map_or(String::new(), |schema| schema.encoding.clone()),
             definition: schema.map_or(Vec::new(), |schema| schema.data.to_vec()),
             encoding: channel.message_encoding.clone(),
-            about: channel.metadata.clone(),
+            metadata: channel.metadata.clone(),
         }
     }
 }
 
 /// Returns whether the index leads to every message. Other programs may write messages outside chunks, and
 /// may leave out parts of the index.
-fn finds_all(summary: &Summary) -> bool {
+fn is_index_complete(summary: &Summary) -> bool {
     summary.stats.as_ref().is_some_and(|stats| {
         stats.chunk_count as usize == summary.chunk_indexes.len()
             && stats.attachment_count as usize == summary.attachment_indexes.len()

@@ -17,15 +17,15 @@ use super::Damage;
 pub(crate) const HEAD: u64 = 9;
 /// The largest factor by which a chunk may grow when it is decompressed. LZ4 cannot exceed it, so a larger
 /// stated length is corrupt.
-const MOST_EXPANSION: usize = 256;
+const MAX_EXPANSION: usize = 256;
 /// Zstandard can exceed that factor, so a size up to this many bytes is accepted in any case.
 const HARMLESS: usize = 64 << 20;
 /// The largest size of a decompressed chunk in bytes, whatever its compressed size. The whole chunk is in
 /// memory at once, and recorders fill chunks of a few megabytes.
-const MOST_UNPACKED: usize = 256 << 20;
+const MAX_UNPACKED: usize = 256 << 20;
 
 /// The contents of a file.
-pub(super) struct Found {
+pub(super) struct FileContents {
     pub(super) summary: Summary,
     pub(super) metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// `None` if the file is complete. The files of other programs may be complete without an index.
@@ -34,7 +34,7 @@ pub(super) struct Found {
 
 /// The channels found so far, with their schemas.
 #[derive(Default)]
-struct Names {
+struct ChannelIndex {
     known: ChannelAccumulator<'static>,
     ids: BTreeSet<u16>,
 }
@@ -43,8 +43,8 @@ struct Names {
 ///
 /// # Errors
 /// The error of the disk.
-pub(super) fn scan(file: &mut File) -> io::Result<Found> {
-    let mut names = Names::default();
+pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
+    let mut names = ChannelIndex::default();
     let mut summary = Summary::default();
     let mut metadata = BTreeMap::new();
     let mut offset = mcap::MAGIC.len() as u64;
@@ -75,7 +75,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
         }
         .and_then(|record| match record {
             Record::Chunk { header, .. } => {
-                each(&body, |record| names.learn(record))?;
+                for_each_record(&body, |record| names.add(record))?;
                 summary.chunk_indexes.push(index(header, offset, length));
                 Ok(())
             }
@@ -102,15 +102,15 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
                 metadata.insert(one.name, one.metadata);
                 Ok(())
             }
-            other => names.learn(other),
+            other => names.add(other),
         });
         if let Err(error) = taken {
-            break Some(words(&error));
+            break Some(error_text(&error));
         }
         offset += length;
     };
     summary.channels = names.channels();
-    Ok(Found {
+    Ok(FileContents {
         summary,
         metadata,
         damage: reason.map(|reason| Damage { offset, reason }),
@@ -171,15 +171,18 @@ pub(crate) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec
 ///
 /// # Errors
 /// The error of the chunk, or the one that `take` returns.
-pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<()>) -> McapResult<()> {
+pub(super) fn for_each_record(
+    body: &[u8],
+    mut take: impl FnMut(Record<'_>) -> McapResult<()>,
+) -> McapResult<()> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
         .with_record_length_limit(
             body.len()
-                .saturating_mul(MOST_EXPANSION)
-                .clamp(HARMLESS, body.len().max(MOST_UNPACKED)),
+                .saturating_mul(MAX_EXPANSION)
+                .clamp(HARMLESS, body.len().max(MAX_UNPACKED)),
         );
     let mut reader = LinearReader::new_with_options(options);
     let mut head = vec![op::CHUNK];
@@ -198,19 +201,19 @@ pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<(
 }
 
 /// Returns the message of an error.
-pub(super) fn words(error: &McapError) -> String {
+pub(super) fn error_text(error: &McapError) -> String {
     match error {
         McapError::ChunkTooLarge(bytes) | McapError::RecordTooLarge { len: bytes, .. } => format!(
-            "a chunk would be {} MB when it is unpacked, which is too much: at most {} MB, and {MOST_EXPANSION} times its packed size",
+            "a chunk would be {} MB when it is unpacked, which is too much: at most {} MB, and {MAX_EXPANSION} times its packed size",
             bytes >> 20,
-            MOST_UNPACKED >> 20
+            MAX_UNPACKED >> 20
         ),
         error => error.to_string(),
     }
 }
 
-impl Names {
-    fn learn(&mut self, record: Record<'_>) -> McapResult<()> {
+impl ChannelIndex {
+    fn add(&mut self, record: Record<'_>) -> McapResult<()> {
         match record {
             Record::Schema { header, data } => self.known.add_schema(header, data.into_owned().into()),
             Record::Channel(channel) => {

@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use jde_core::Nanos;
-use jde_host::replay::Sight;
-use jde_host::story::{Candidate, Decision};
+use jde_host::records::{CandidateRecord, Decision};
+use jde_host::replay::PortReading;
 
-use super::{Seen, Span};
+use super::{ReplayedDecision, Span};
 
 /// The largest number of differences that are kept. Further ones are only counted.
-const KEPT: usize = 100;
+const MAX_DIFFERENCES: usize = 100;
 /// How long a selection waits for its counterpart, in ns. A selection is reported once its takeover is known,
 /// which a hung winner may delay.
 const WAIT: Nanos = 5_000_000_000;
@@ -39,50 +39,50 @@ pub struct Difference {
     /// The selection of the replay, if there was one.
     pub replayed: Option<Side>,
     /// What the candidates of the replay saw at their last checks, by name.
-    pub saw: Vec<(String, Vec<Sight>)>,
+    pub inputs: Vec<(String, Vec<PortReading>)>,
 }
 
 /// One of the two selections of a difference.
 pub type Side = Decision;
 
 /// Selections that wait for their counterparts.
-pub(super) struct Compared {
+pub(super) struct DecisionMatcher {
     span: Span,
-    apart: Nanos,
+    time_tolerance: Nanos,
     groups: BTreeMap<String, Group>,
-    done: Comparison,
+    comparison: Comparison,
 }
 
 #[derive(Default)]
 struct Group {
     recorded: VecDeque<Decision>,
-    replayed: VecDeque<Seen>,
+    replayed: VecDeque<ReplayedDecision>,
 }
 
-impl Compared {
+impl DecisionMatcher {
     pub(super) fn new(span: Span, apart: Nanos) -> Self {
         Self {
             span,
-            apart,
+            time_tolerance: apart,
             groups: BTreeMap::new(),
-            done: Comparison::default(),
+            comparison: Comparison::default(),
         }
     }
 
-    pub(super) fn recorded(&mut self, decision: Decision) {
-        if self.has(&decision) {
+    pub(super) fn push_recorded(&mut self, decision: Decision) {
+        if self.is_in_span(&decision) {
             self.group(&decision.group).recorded.push_back(decision);
         }
     }
 
-    pub(super) fn replayed(&mut self, decision: Decision, saw: Vec<(String, Vec<Sight>)>) {
-        if self.has(&decision) {
+    pub(super) fn push_replayed(&mut self, decision: Decision, saw: Vec<(String, Vec<PortReading>)>) {
+        if self.is_in_span(&decision) {
             self.group(&decision.group).replayed.push_back((decision, saw));
         }
     }
 
     /// Compares the selections that can be compared at this time.
-    pub(super) fn settle(&mut self, now: Nanos) {
+    pub(super) fn compare_until(&mut self, now: Nanos) {
         self.compare(now.saturating_sub(WAIT));
     }
 
@@ -92,23 +92,25 @@ impl Compared {
             group.recorded.retain(|decision| ns(decision) <= until);
         }
         self.compare(Nanos::MAX);
-        self.done.first.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        self.done
+        self.comparison
+            .first
+            .sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        self.comparison
     }
 
     /// Compares all selections that have a counterpart, and those before `late` without one.
     fn compare(&mut self, late: Nanos) {
         for group in self.groups.values_mut() {
-            while let Some((recorded, replayed)) = group.next(self.apart, late) {
+            while let Some((recorded, replayed)) = group.next(self.time_tolerance, late) {
                 match (recorded, replayed) {
-                    (Some(recorded), Some((replayed, _))) if same(&recorded, &replayed) => {
-                        self.done.same += 1
+                    (Some(recorded), Some((replayed, _))) if is_same_decision(&recorded, &replayed) => {
+                        self.comparison.same += 1
                     }
                     (None, None) => {}
                     (recorded, replayed) => {
-                        self.done.different += 1;
-                        if self.done.first.len() < KEPT {
-                            self.done.first.push(Difference::of(recorded, replayed));
+                        self.comparison.different += 1;
+                        if self.comparison.first.len() < MAX_DIFFERENCES {
+                            self.comparison.first.push(Difference::of(recorded, replayed));
                         }
                     }
                 }
@@ -116,7 +118,7 @@ impl Compared {
         }
     }
 
-    fn has(&self, decision: &Decision) -> bool {
+    fn is_in_span(&self, decision: &Decision) -> bool {
         (self.span.from..=self.span.to).contains(&ns(decision))
     }
 
@@ -127,7 +129,7 @@ impl Compared {
 
 impl Group {
     /// Returns the next selection, with its counterpart if it has one.
-    fn next(&mut self, apart: Nanos, late: Nanos) -> Option<(Option<Decision>, Option<Seen>)> {
+    fn next(&mut self, apart: Nanos, late: Nanos) -> Option<(Option<Decision>, Option<ReplayedDecision>)> {
         let recorded = self.recorded.front().map(ns);
         let replayed = self.replayed.front().map(|(decision, _)| ns(decision));
         match (recorded, replayed) {
@@ -144,7 +146,7 @@ impl Group {
 }
 
 impl Difference {
-    fn of(recorded: Option<Decision>, replayed: Option<Seen>) -> Self {
+    fn of(recorded: Option<Decision>, replayed: Option<ReplayedDecision>) -> Self {
         let (replayed, saw) = replayed.unzip();
         let either = recorded.as_ref().or(replayed.as_ref());
         Self {
@@ -152,7 +154,7 @@ impl Difference {
             group: either.map_or(String::new(), |decision| decision.group.clone()),
             recorded,
             replayed,
-            saw: saw.unwrap_or_default(),
+            inputs: saw.unwrap_or_default(),
         }
     }
 }
@@ -164,7 +166,7 @@ fn ns(decision: &Decision) -> Nanos {
 
 /// Returns whether two selections are equal, apart from their numbers, their times and the duration of their
 /// takeovers.
-fn same(then: &Decision, now: &Decision) -> bool {
+fn is_same_decision(then: &Decision, now: &Decision) -> bool {
     then.case == now.case
         && then.before == now.before
         && then.choice == now.choice
@@ -177,10 +179,10 @@ fn same(then: &Decision, now: &Decision) -> bool {
             .candidates
             .iter()
             .zip(&now.candidates)
-            .all(|(then, now)| alike(then, now))
+            .all(|(then, now)| is_same_candidate(then, now))
 }
 
-fn alike(then: &Candidate, now: &Candidate) -> bool {
+fn is_same_candidate(then: &CandidateRecord, now: &CandidateRecord) -> bool {
     let urgency = match (then.urgency, now.urgency) {
         (Some(then), Some(now)) => (then - now).abs() <= URGENCY * then.abs().max(now.abs()).max(1.0),
         (None, None) => true,

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use jde_core::Nanos;
 use jde_host::app::{Application, Binding};
-use jde_host::replay::words;
+use jde_host::replay::format_value;
 use jde_host::turn::Turn;
 use jde_ros::cdr;
 use jde_types::Value;
 
 use super::ReplayError;
-use super::differ;
+use super::diff;
 use crate::turns::TOPIC;
-use crate::{Cast, Recording};
+use crate::{RecordedHierarchy, Recording};
 
 /// The number of turns among which the start must occur: threads that the start wakes may report before it.
 const FIRST_TURNS: usize = 64;
@@ -22,14 +22,14 @@ const FIRST_TURNS: usize = 64;
 /// A recorded drive.
 pub struct Drive {
     recording: Recording,
-    cast: Cast,
+    hierarchy: RecordedHierarchy,
     start: u64,
-    first: BTreeMap<String, Vec<u8>>,
+    initial_values: BTreeMap<String, Vec<u8>>,
 }
 
 /// The file of an application, as a recording contains it. Its contents are those of the recording's author
 /// and not trusted, including the name of the folder.
-pub struct Attached {
+pub struct AttachedApplication {
     /// The name of the file, without a folder.
     pub name: String,
     /// The text of the file.
@@ -46,7 +46,7 @@ impl Drive {
     /// schemas.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
         let recording = Recording::open(path)?;
-        let lacks = |what: &str| ReplayError::Lacks {
+        let lacks = |what: &str| ReplayError::Incomplete {
             path: path.display().to_string(),
             what: what.to_owned(),
         };
@@ -58,7 +58,7 @@ impl Drive {
             })?;
         let turns = recording.channels().find(|channel| channel.topic == TOPIC);
         let cast = turns
-            .and_then(|channel| Cast::read(&channel.about))
+            .and_then(|channel| RecordedHierarchy::read(&channel.metadata))
             .ok_or_else(|| {
                 lacks(
                     "it has no turns of schemas (`/jde/turns`); record the whole run with `jde run --record`",
@@ -66,11 +66,11 @@ impl Drive {
             })?;
         let mut drive = Self {
             recording,
-            cast,
+            hierarchy: cast,
             start,
-            first: BTreeMap::new(),
+            initial_values: BTreeMap::new(),
         };
-        drive.first = drive.first_values()?.ok_or_else(|| {
+        drive.initial_values = drive.read_initial_values()?.ok_or_else(|| {
             lacks("it does not begin with the start of its application, and schemas remember what was before")
         })?;
         Ok(drive)
@@ -84,20 +84,20 @@ impl Drive {
 
     /// Returns the schemas and groups of the recording.
     #[must_use]
-    pub fn cast(&self) -> &Cast {
-        &self.cast
+    pub fn hierarchy(&self) -> &RecordedHierarchy {
+        &self.hierarchy
     }
 
     /// Returns the name of the application.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.said("application").unwrap_or_default()
+        self.metadata_value("application").unwrap_or_default()
     }
 
     /// Returns the seed of the application's random generators.
     #[must_use]
     pub fn seed(&self) -> Option<u64> {
-        self.said("seed")?.parse().ok()
+        self.metadata_value("seed")?.parse().ok()
     }
 
     /// Returns the time at which the application's clock was 0, in ns since 1970.
@@ -110,17 +110,17 @@ impl Drive {
     ///
     /// # Errors
     /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if the recording does not contain it.
-    pub fn application(&self) -> Result<Attached, ReplayError> {
-        let lacks = || ReplayError::Lacks {
+    pub fn application(&self) -> Result<AttachedApplication, ReplayError> {
+        let lacks = || ReplayError::Incomplete {
             path: self.recording.path().display().to_string(),
             what: "the file of its application is not in it; name one with --app".to_owned(),
         };
         let name = self.recording.attachments().next().ok_or_else(lacks)?.to_owned();
         let text = self.recording.attachment(&name)?.ok_or_else(lacks)?;
         let text = String::from_utf8(text).map_err(|_| lacks())?;
-        let folder = self.said("folder").map(PathBuf::from);
+        let folder = self.metadata_value("folder").map(PathBuf::from);
         let folder = folder.filter(|folder| folder.is_dir());
-        Ok(Attached { name, text, folder })
+        Ok(AttachedApplication { name, text, folder })
     }
 
     /// Sets every modulation and period of an application to the value with which the recording starts,
@@ -130,7 +130,7 @@ impl Drive {
             let owner = instance.name.clone();
             let first = |variable: &str| {
                 let name = format!("{owner}.{variable}");
-                self.first.get(&name).filter(|_| !keep(&name))
+                self.initial_values.get(&name).filter(|_| !keep(&name))
             };
             for (port, binding) in instance.schema.ports.iter().zip(&mut instance.bindings) {
                 let Binding::Modulation { initial, .. } = binding else {
@@ -141,7 +141,7 @@ impl Drive {
                     *initial = value;
                 }
             }
-            if let Some(period) = first("period").and_then(|message| seconds(message)) {
+            if let Some(period) = first("period").and_then(|message| decode_period(message)) {
                 instance.period_ns = period;
             }
         }
@@ -151,26 +151,32 @@ impl Drive {
     /// modulations, and periods.
     #[must_use]
     pub fn differences(&self, application: &Application) -> Vec<String> {
-        let mut differences = differ::casts(&self.cast, &Cast::of(application, self.cast.lockstep));
+        let mut differences = diff::diff_hierarchies(
+            &self.hierarchy,
+            &RecordedHierarchy::of(application, self.hierarchy.lockstep),
+        );
         for instance in &application.instances {
             for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
                 let Binding::Modulation { initial, .. } = binding else {
                     continue;
                 };
                 let name = format!("{}.{}", instance.name, port.name);
-                let then = self.first.get(&name);
+                let then = self.initial_values.get(&name);
                 let Some(then) = then.and_then(|message| cdr::decode(&port.value_type, message).ok()) else {
                     continue;
                 };
                 let mut now = Vec::new();
                 cdr::encode(&port.value_type, initial, &mut now);
-                if self.first.get(&name) != Some(&now) {
-                    let (now, then) = (words(&port.value_type, initial), words(&port.value_type, &then));
+                if self.initial_values.get(&name) != Some(&now) {
+                    let (now, then) = (
+                        format_value(&port.value_type, initial),
+                        format_value(&port.value_type, &then),
+                    );
                     differences.push(format!("{name} starts with {now}, and did with {then}"));
                 }
             }
-            let period = self.first.get(&format!("{}.period", instance.name));
-            if let Some(then) = period.and_then(|message| seconds(message))
+            let period = self.initial_values.get(&format!("{}.period", instance.name));
+            if let Some(then) = period.and_then(|message| decode_period(message))
                 && then != instance.period_ns
             {
                 differences.push(format!(
@@ -184,13 +190,13 @@ impl Drive {
         differences
     }
 
-    fn said(&self, what: &str) -> Option<&str> {
+    fn metadata_value(&self, what: &str) -> Option<&str> {
         self.recording.metadata("jde")?.get(what).map(String::as_str)
     }
 
     /// Reads the values from before the start, which have the sequence number 0. `None` if the recording does
     /// not begin with the start.
-    fn first_values(&self) -> Result<Option<BTreeMap<String, Vec<u8>>>, ReplayError> {
+    fn read_initial_values(&self) -> Result<Option<BTreeMap<String, Vec<u8>>>, ReplayError> {
         let turn_type = Turn::describe();
         let (mut first, mut turns, mut since) = (BTreeMap::new(), 0, None);
         let mut started = false;
@@ -210,7 +216,7 @@ impl Drive {
                 }
             } else if message.sequence == 0
                 && message.channel.encoding == "cdr"
-                && let Some(variable) = message.channel.about.get("variable")
+                && let Some(variable) = message.channel.metadata.get("variable")
             {
                 first.entry(variable.clone()).or_insert(message.data);
             }
@@ -220,7 +226,7 @@ impl Drive {
 }
 
 /// Decodes a message of a period, in ns.
-fn seconds(message: &[u8]) -> Option<Nanos> {
+fn decode_period(message: &[u8]) -> Option<Nanos> {
     let bytes = message.get(message.len().checked_sub(8)?..)?;
     let seconds = f64::from_le_bytes(bytes.try_into().ok()?);
     (seconds.is_finite() && seconds > 0.0).then(|| (seconds * 1e9).round() as Nanos)

@@ -6,10 +6,10 @@
 //! reads the recorded values (`jde_host::replay`). A replay starts no driver and moves nothing.
 
 mod compare;
-mod differ;
+mod diff;
 mod drive;
+mod replay_reader;
 mod steps;
-mod tape;
 mod translation;
 mod values;
 
@@ -20,21 +20,21 @@ use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::Event;
 use jde_host::plugin::Plugins;
-use jde_host::replay::{Replay, Sight, sources};
-use jde_host::story::{Decided, Decision};
+use jde_host::records::{Decision, DecisionTracker};
+use jde_host::replay::{PortReading, Replay, sources};
 use jde_host::{Handle, StartError};
 
 use crate::ReadError;
-use compare::Compared;
+use compare::DecisionMatcher;
 pub use compare::{Comparison, Difference, Side};
-pub use drive::{Attached, Drive};
-use tape::Tape;
-use values::Held;
-pub use values::{Allowed, Deviation, Tolerance, Values};
+pub use drive::{AttachedApplication, Drive};
+use replay_reader::ReplayReader;
+use values::ValueComparer;
+pub use values::{Deviation, Tolerance, ToleranceEntry, Values};
 
 /// The largest difference between two times that count as equal, in ns: in a replay, events of timers occur
 /// without the machine's delay.
-const APART: Nanos = 1_000_000;
+const TIME_TOLERANCE: Nanos = 1_000_000;
 /// How late a thread may report its actions before the replay continues without it, in ns.
 const SLACK: Nanos = 500_000_000;
 
@@ -46,7 +46,7 @@ pub enum ReplayError {
     Read(#[from] ReadError),
     /// The recording lacks something that a replay needs.
     #[error("{path} cannot be replayed: {what}")]
-    Lacks {
+    Incomplete {
         /// The path of the recording.
         path: String,
         /// What it lacks.
@@ -77,7 +77,7 @@ pub struct Span {
 
 /// The result of a replay.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct ReplayReport {
     /// The comparison of the selections.
     pub comparison: Comparison,
     /// The comparison of the values that schemas wrote. `None` if the recording does not contain them, which
@@ -108,7 +108,7 @@ impl Default for Span {
     }
 }
 
-impl Verdict {
+impl ReplayReport {
     /// Returns whether all selections and all written values are equal.
     #[must_use]
     pub fn is_same(&self) -> bool {
@@ -121,32 +121,36 @@ impl Verdict {
 ///
 /// # Errors
 /// [`ReplayError`].
-pub fn decide(
+pub fn replay_and_compare(
     drive: &Drive,
     application: Application,
     plugins: &Plugins,
     span: Span,
     tolerance: &Tolerance,
     mut progress: impl FnMut(Nanos) -> bool,
-) -> Result<Verdict, ReplayError> {
-    let tape = Tape::new(drive, &application, &sources(&application))?;
-    let slack = if drive.cast().lockstep { 0 } else { SLACK };
-    let apart = if drive.cast().lockstep { 0 } else { APART };
+) -> Result<ReplayReport, ReplayError> {
+    let tape = ReplayReader::new(drive, &application, &sources(&application))?;
+    let slack = if drive.hierarchy().lockstep { 0 } else { SLACK };
+    let apart = if drive.hierarchy().lockstep {
+        0
+    } else {
+        TIME_TOLERANCE
+    };
     let heard = Arc::new(Mutex::new(Vec::new()));
     let ear = Arc::clone(&heard);
     let observer = Box::new(move |event: &Event| {
-        if matches!(event, Event::Decided(_) | Event::Took { .. }) {
+        if matches!(event, Event::Decided(_) | Event::TookOver { .. }) {
             ear.lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .push(event.clone());
         }
     });
-    let mut decided = Decided::new(&application);
-    let mut held = Held::new(span, tolerance, &application);
+    let mut decided = DecisionTracker::new(&application);
+    let mut held = ValueComparer::new(span, tolerance, &application);
     let past = Box::new(tape.clone());
     let mut replay = Replay::start(application, plugins, vec![observer], past, slack)?;
     let handle = replay.handle();
-    let mut compared = Compared::new(span, apart);
+    let mut compared = DecisionMatcher::new(span, apart);
     let mut saw = BTreeMap::new();
     let mut told = 0;
     loop {
@@ -155,69 +159,69 @@ pub fn decide(
         for event in events {
             if let Event::Decided(record) = &event {
                 let candidates = record.candidates.iter().map(|candidate| candidate.id.index());
-                saw.insert(record.number, sights(&handle, &replay, candidates));
+                saw.insert(record.number, candidate_inputs(&handle, &replay, candidates));
             }
-            for decision in decided.hear(&event) {
+            for decision in decided.process(&event) {
                 let saw = saw.remove(&decision.number).unwrap_or_default();
-                compared.replayed(decision, saw);
+                compared.push_replayed(decision, saw);
             }
         }
-        for deed in replay.deeds() {
+        for deed in replay.take_writes() {
             held.add(&deed);
         }
         let now = tape.time();
         for decision in tape.decisions() {
-            compared.recorded(decision);
+            compared.push_recorded(decision);
         }
-        compared.settle(now);
+        compared.compare_until(now);
         if !goes_on || now > span.to {
             break;
         }
-        if now >= told + TELL {
+        if now >= told + PROGRESS_INTERVAL {
             told = now;
             if !progress(now) {
                 break;
             }
         }
     }
-    for decision in decided.rest() {
+    for decision in decided.drain() {
         let saw = saw.remove(&decision.number).unwrap_or_default();
-        compared.replayed(decision, saw);
+        compared.push_replayed(decision, saw);
     }
     let until = tape.time();
-    for decision in tape.rest() {
-        compared.recorded(decision);
+    for decision in tape.remaining_decisions() {
+        compared.push_recorded(decision);
     }
     let name = |(schema, time): (u32, Nanos)| {
         let instance = handle.application().instances.get(schema as usize)?;
         Some((instance.name.clone(), time))
     };
-    Ok(Verdict {
+    Ok(ReplayReport {
         reloads: tape.reloads().into_iter().filter_map(name).collect(),
         comparison: compared.finish(until),
-        values: drive.cast().writes.then(|| held.finish()),
+        values: drive.hierarchy().writes.then(|| held.finish()),
         until,
         lost_steps: tape.lost_steps(),
-        missed: replay.missed(),
-        unknown: replay.unknown(),
+        missed: replay.missed_values(),
+        unknown: replay.unknown_writes(),
         damage: tape.damage(),
     })
 }
 
 /// The time of the drive between two calls of `progress`, in ns.
-const TELL: Nanos = 100_000_000;
+const PROGRESS_INTERVAL: Nanos = 100_000_000;
 
 /// Returns what candidates saw at their last checks.
-fn sights(
+fn candidate_inputs(
     handle: &Handle,
     replay: &Replay,
     candidates: impl Iterator<Item = usize>,
-) -> Vec<(String, Vec<Sight>)> {
+) -> Vec<(String, Vec<PortReading>)> {
     let instances = &handle.application().instances;
     candidates
-        .map(|number| (instances[number].name.clone(), replay.saw(number)))
+        .map(|number| (instances[number].name.clone(), replay.last_inputs(number)))
         .collect()
 }
 
 /// A selection, and what its candidates saw.
-type Seen = (Decision, Vec<(String, Vec<Sight>)>);
+type ReplayedDecision = (Decision, Vec<(String, Vec<PortReading>)>);

@@ -9,12 +9,12 @@ use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_host::replay::Step;
-use jde_host::turn::Told;
+use jde_host::replay::ReplayStep;
+use jde_host::turn::RecordedTurn;
 
 /// Steps that wait for earlier ones.
 pub(super) struct Steps {
-    waiting: BinaryHeap<Reverse<Waiting>>,
+    queue: BinaryHeap<Reverse<QueuedStep>>,
     count: u64,
     /// The number of the next transaction.
     expected: u64,
@@ -23,11 +23,11 @@ pub(super) struct Steps {
 
 /// Where the recording ends, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+pub(super) enum RecordingEnd {
     /// There is more. Steps before the given time that have not arrived were lost.
-    Beyond(Option<Nanos>),
+    More(Option<Nanos>),
     /// It ends here.
-    Here,
+    Complete,
     /// It ends here because it was cut off. Missing steps were not yet recorded.
     CutOff,
 }
@@ -36,24 +36,24 @@ pub(super) enum End {
 #[derive(Debug)]
 pub(super) enum Next {
     /// The next step.
-    Step(Step),
+    Step(ReplayStep),
     /// It is unknown until more has been read.
     Wait,
     /// There are no more steps.
-    Over,
+    Done,
 }
 
 /// A step with its position. A transaction precedes the calls that follow it, which are in the order of their
 /// times.
-struct Waiting {
+struct QueuedStep {
     key: (u64, bool, Nanos, u64),
-    step: Step,
+    step: ReplayStep,
 }
 
 impl Steps {
     pub(super) fn new() -> Self {
         Self {
-            waiting: BinaryHeap::new(),
+            queue: BinaryHeap::new(),
             count: 0,
             expected: 1,
             lost: 0,
@@ -61,20 +61,20 @@ impl Steps {
     }
 
     /// Adds the steps of a turn.
-    pub(super) fn put(&mut self, turn: &Arc<Told>) {
-        for step in Step::of(turn) {
+    pub(super) fn put(&mut self, turn: &Arc<RecordedTurn>) {
+        for step in ReplayStep::of(turn) {
             self.count += 1;
             let key = (step.order, !step.is_transaction(), step.time, self.count);
-            self.waiting.push(Reverse(Waiting { key, step }));
+            self.queue.push(Reverse(QueuedStep { key, step }));
         }
     }
 
     /// Returns the next step.
-    pub(super) fn next(&mut self, end: End) -> Next {
-        let Some(Reverse(Waiting { step: first, .. })) = self.waiting.peek() else {
+    pub(super) fn next(&mut self, end: RecordingEnd) -> Next {
+        let Some(Reverse(QueuedStep { step: first, .. })) = self.queue.peek() else {
             return match end {
-                End::Beyond(_) => Next::Wait,
-                End::Here | End::CutOff => Next::Over,
+                RecordingEnd::More(_) => Next::Wait,
+                RecordingEnd::Complete | RecordingEnd::CutOff => Next::Done,
             };
         };
         let (order, is_transaction) = (first.order, first.is_transaction());
@@ -82,16 +82,16 @@ impl Steps {
         let needed = if is_transaction { order } else { order + 1 };
         if needed > self.expected {
             match end {
-                End::Beyond(late) if late.is_none_or(|late| first.time >= late) => return Next::Wait,
-                End::CutOff => return Next::Over,
-                End::Beyond(_) | End::Here => {
+                RecordingEnd::More(late) if late.is_none_or(|late| first.time >= late) => return Next::Wait,
+                RecordingEnd::CutOff => return Next::Done,
+                RecordingEnd::More(_) | RecordingEnd::Complete => {
                     self.lost += needed - self.expected;
                     self.expected = needed;
                 }
             }
         }
-        let Some(Reverse(Waiting { step, .. })) = self.waiting.pop() else {
-            return Next::Over;
+        let Some(Reverse(QueuedStep { step, .. })) = self.queue.pop() else {
+            return Next::Done;
         };
         if is_transaction {
             self.expected = self.expected.max(order + 1);
@@ -105,21 +105,21 @@ impl Steps {
     }
 }
 
-impl PartialEq for Waiting {
+impl PartialEq for QueuedStep {
     fn eq(&self, other: &Self) -> bool {
         self.key == other.key
     }
 }
 
-impl Eq for Waiting {}
+impl Eq for QueuedStep {}
 
-impl PartialOrd for Waiting {
+impl PartialOrd for QueuedStep {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Waiting {
+impl Ord for QueuedStep {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.key.cmp(&other.key)
     }
@@ -131,12 +131,12 @@ mod tests {
 
     use super::*;
 
-    fn told(turn: Turn) -> Arc<Told> {
+    fn told(turn: Turn) -> Arc<RecordedTurn> {
         let ports = Vec::new();
-        Arc::new(Told { turn, ports })
+        Arc::new(RecordedTurn { turn, ports })
     }
 
-    fn tick(order: u64, time: Nanos) -> Arc<Told> {
+    fn tick(order: u64, time: Nanos) -> Arc<RecordedTurn> {
         told(Turn {
             kind: Turn::TICKED,
             checked: Moment { order, time },
@@ -145,7 +145,7 @@ mod tests {
     }
 
     /// Returns a turn that reads after transaction `after` and reports to the rules in transaction `checked`.
-    fn check(after: u64, checked: u64, time: Nanos) -> Arc<Told> {
+    fn check(after: u64, checked: u64, time: Nanos) -> Arc<RecordedTurn> {
         told(Turn {
             kind: Turn::CYCLED,
             looked: Call {
@@ -161,10 +161,10 @@ mod tests {
         })
     }
 
-    fn orders(steps: &mut Steps, end: End) -> Vec<(u64, bool)> {
+    fn orders(steps: &mut Steps, end: RecordingEnd) -> Vec<(u64, bool)> {
         let next = || match steps.next(end) {
             Next::Step(step) => Some((step.order, step.is_transaction())),
-            Next::Wait | Next::Over => None,
+            Next::Wait | Next::Done => None,
         };
         std::iter::from_fn(next).collect()
     }
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn steps_come_in_the_order_of_then_however_turns_were_written() {
         let mut steps = Steps::new();
-        let more = End::Beyond(None);
+        let more = RecordingEnd::More(None);
         // The check was delayed between reading and reporting, and two other transactions occurred between.
         steps.put(&tick(1, 10));
         steps.put(&tick(3, 12));
@@ -188,13 +188,13 @@ mod tests {
         let mut steps = Steps::new();
         steps.put(&tick(1, 10));
         steps.put(&tick(4, 100));
-        assert_eq!(orders(&mut steps, End::Beyond(Some(100))), [(1, true)]);
-        assert_eq!(orders(&mut steps, End::Beyond(Some(101))), [(4, true)]);
+        assert_eq!(orders(&mut steps, RecordingEnd::More(Some(100))), [(1, true)]);
+        assert_eq!(orders(&mut steps, RecordingEnd::More(Some(101))), [(4, true)]);
         assert_eq!(steps.lost(), 2);
         steps.put(&tick(7, 200));
-        assert_eq!(orders(&mut steps, End::CutOff), [], "it was under way");
+        assert_eq!(orders(&mut steps, RecordingEnd::CutOff), [], "it was under way");
         assert_eq!(steps.lost(), 2);
-        assert_eq!(orders(&mut steps, End::Here), [(7, true)]);
+        assert_eq!(orders(&mut steps, RecordingEnd::Complete), [(7, true)]);
         assert_eq!(steps.lost(), 4);
     }
 }

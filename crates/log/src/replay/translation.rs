@@ -2,19 +2,19 @@
 //! repeats it. It matches them by name. What the application no longer has is assigned to no schema.
 
 use jde_host::app::Application;
-use jde_host::turn::{Told, Turn};
+use jde_host::turn::{RecordedTurn, Turn};
 
 use super::Drive;
 
 /// The translation from the numbers of a recording to those of an application.
 pub(super) struct Translation {
-    schemas: Vec<Option<Member>>,
+    schemas: Vec<Option<SchemaMapping>>,
     groups: Vec<u64>,
     /// The number of ports of each schema of the recording.
     counts: Vec<usize>,
 }
 
-struct Member {
+struct SchemaMapping {
     number: u32,
     /// For each port of the application, the index of the one in the recording.
     ports: Vec<Option<usize>>,
@@ -23,12 +23,12 @@ struct Member {
 impl Translation {
     /// Builds the translation from a drive to an application.
     pub(super) fn new(drive: &Drive, application: &Application) -> Self {
-        let cast = drive.cast();
+        let cast = drive.hierarchy();
         let schemas = cast.schemas.iter().map(|then| {
             let number = application.instance(&then.name)?;
             let ports = application.instances[number].schema.ports.iter();
             let ports = ports.map(|port| then.ports.iter().position(|name| *name == port.name));
-            Some(Member {
+            Some(SchemaMapping {
                 number: number as u32,
                 ports: ports.collect(),
             })
@@ -46,10 +46,10 @@ impl Translation {
     }
 
     /// Translates a turn.
-    pub(super) fn of(&self, told: Told) -> Told {
-        let Told { mut turn, ports } = told;
+    pub(super) fn of(&self, told: RecordedTurn) -> RecordedTurn {
+        let RecordedTurn { mut turn, ports } = told;
         match turn.kind {
-            Turn::STARTED | Turn::TICKED | Turn::ENDED => return Told { turn, ports },
+            Turn::STARTED | Turn::TICKED | Turn::ENDED => return RecordedTurn { turn, ports },
             Turn::ARBITRATED => {
                 turn.detail = self.group(turn.detail);
             }
@@ -58,19 +58,19 @@ impl Translation {
         let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
             // Its transactions keep their place in the order, and belong to no schema.
             (turn.kind, turn.schema) = (0, u32::MAX);
-            return Told { turn, ports };
+            return RecordedTurn { turn, ports };
         };
         turn.schema = member.number;
-        if turn.kind == Turn::LED && turn.way == Turn::CHANGED_POLICY {
+        if turn.kind == Turn::FATHER_ACTED && turn.way == Turn::CHANGED_POLICY {
             turn.detail = self.group(turn.detail);
-            return Told { turn, ports };
+            return RecordedTurn { turn, ports };
         }
-        if turn.kind == Turn::LED {
+        if turn.kind == Turn::FATHER_ACTED {
             let child = usize::try_from(turn.detail)
                 .ok()
                 .and_then(|child| self.schemas.get(child)?.as_ref());
             turn.detail = child.map_or(u64::MAX, |child| u64::from(child.number));
-            return Told { turn, ports };
+            return RecordedTurn { turn, ports };
         }
         if turn.kind == Turn::OPERATED {
             if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
@@ -80,12 +80,12 @@ impl Translation {
                     .position(|then| *then == Some(turn.detail as usize));
                 turn.detail = now.map_or(u64::MAX, |port| port as u64);
             }
-            return Told { turn, ports };
+            return RecordedTurn { turn, ports };
         }
         let told = |port: &Option<usize>| port.and_then(|port| ports.get(port).copied());
-        let ports = member.ports.iter().map(|port| told(port).unwrap_or(Turn::UNSEEN));
+        let ports = member.ports.iter().map(|port| told(port).unwrap_or(Turn::UNUSED));
         let ports = ports.collect();
-        Told { turn, ports }
+        RecordedTurn { turn, ports }
     }
 
     fn group(&self, then: u64) -> u64 {
@@ -94,7 +94,7 @@ impl Translation {
     }
 
     /// Returns the number of ports of a schema of the recording, by its number there.
-    pub(super) fn ports_then(&self, schema: u32) -> usize {
+    pub(super) fn recorded_ports(&self, schema: u32) -> usize {
         self.counts.get(schema as usize).copied().unwrap_or(0)
     }
 }

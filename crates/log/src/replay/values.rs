@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use jde_abi::describe::Type;
 use jde_board::value::{self, Value};
 use jde_host::app::Application;
-use jde_host::replay::{Deed, Done, words};
+use jde_host::replay::{PairedWrite, WriteOutcome, format_value};
 
 use super::{ReplayError, Span};
 
@@ -40,9 +40,9 @@ pub struct Deviation {
     /// The first field that differs, such as `linear.x`. Empty if it is the whole value.
     pub field: String,
     /// The recorded value of the field, as text.
-    pub then: String,
+    pub recorded: String,
     /// The present value of the field, as text.
-    pub now: String,
+    pub replayed: String,
     /// The number of the port's values that differ.
     pub count: u64,
 }
@@ -58,13 +58,13 @@ pub struct Tolerance {
 
 /// One entry of a tolerance: `1e-9` for all types, or `geometry_msgs/msg/Twist=1e-6` for one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Allowed {
+pub struct ToleranceEntry {
     type_name: Option<String>,
-    apart: f64,
+    tolerance: f64,
 }
 
 /// The comparison so far.
-pub(super) struct Held<'a> {
+pub(super) struct ValueComparer<'a> {
     span: Span,
     tolerance: &'a Tolerance,
     names: Vec<String>,
@@ -74,7 +74,7 @@ pub(super) struct Held<'a> {
     first: BTreeMap<(usize, String), Deviation>,
 }
 
-impl std::str::FromStr for Allowed {
+impl std::str::FromStr for ToleranceEntry {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -88,7 +88,10 @@ impl std::str::FromStr for Allowed {
         if !apart.is_finite() || apart < 0.0 {
             return Err(format!("a tolerance is 0 or more and finite, not {apart}"));
         }
-        Ok(Self { type_name, apart })
+        Ok(Self {
+            type_name,
+            tolerance: apart,
+        })
     }
 }
 
@@ -97,9 +100,13 @@ impl Tolerance {
     ///
     /// # Errors
     /// [`ReplayError::Tolerance`] for a type that no value of the application has.
-    pub fn new(parts: &[Allowed], application: &Application) -> Result<Self, ReplayError> {
+    pub fn new(parts: &[ToleranceEntry], application: &Application) -> Result<Self, ReplayError> {
         let mut tolerance = Self::default();
-        for Allowed { type_name, apart } in parts {
+        for ToleranceEntry {
+            type_name,
+            tolerance: apart,
+        } in parts
+        {
             let Some(name) = type_name else {
                 tolerance.all = *apart;
                 continue;
@@ -125,7 +132,7 @@ impl Tolerance {
     }
 }
 
-impl<'a> Held<'a> {
+impl<'a> ValueComparer<'a> {
     pub(super) fn new(span: Span, tolerance: &'a Tolerance, application: &Application) -> Self {
         let instances = application.instances.iter();
         Self {
@@ -138,11 +145,11 @@ impl<'a> Held<'a> {
         }
     }
 
-    pub(super) fn add(&mut self, deed: &Deed) {
+    pub(super) fn add(&mut self, deed: &PairedWrite) {
         if !(self.span.from..=self.span.to).contains(&deed.time) {
             return;
         }
-        if deed.then == Done::Unknown && matches!(deed.now, Done::Wrote(_)) {
+        if deed.recorded == WriteOutcome::Unknown && matches!(deed.replayed, WriteOutcome::Wrote(_)) {
             *self.unknown.entry(deed.variable.clone()).or_default() += 1;
             return;
         }
@@ -157,8 +164,8 @@ impl<'a> Held<'a> {
             port: deed.port.clone(),
             variable: deed.variable.clone(),
             field,
-            then,
-            now,
+            recorded: then,
+            replayed: now,
             count: 0,
         });
         deviation.count += 1;
@@ -178,10 +185,11 @@ impl<'a> Held<'a> {
 
 /// Returns the field in which two actions differ, with its recorded and its present value. `None` if they are
 /// equal.
-fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
-    let (Done::Wrote(then), Done::Wrote(now)) = (&deed.then, &deed.now) else {
-        let told = |done: &Done| told(done, &deed.value_type);
-        return (deed.then != deed.now).then(|| (String::new(), told(&deed.then), told(&deed.now)));
+fn difference(deed: &PairedWrite, apart: f64) -> Option<(String, String, String)> {
+    let (WriteOutcome::Wrote(then), WriteOutcome::Wrote(now)) = (&deed.recorded, &deed.replayed) else {
+        let told = |done: &WriteOutcome| describe(done, &deed.value_type);
+        return (deed.recorded != deed.replayed)
+            .then(|| (String::new(), told(&deed.recorded), told(&deed.replayed)));
     };
     if then == now {
         return None;
@@ -191,17 +199,22 @@ fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
         value::decode(&deed.value_type, then),
         value::decode(&deed.value_type, now),
     );
-    let (field, then, now) = first_apart(&then, &now, apart, &mut String::new())?;
+    let (field, then, now) = first_difference(&then, &now, apart, &mut String::new())?;
     Some((field, then.to_string(), now.to_string()))
 }
 
 /// Returns the first place where two values differ by more than allowed, with both values.
-fn first_apart(then: &Value, now: &Value, apart: f64, path: &mut String) -> Option<(String, Value, Value)> {
+fn first_difference(
+    then: &Value,
+    now: &Value,
+    apart: f64,
+    path: &mut String,
+) -> Option<(String, Value, Value)> {
     let here = |path: &String| Some((path.clone(), then.clone(), now.clone()));
     let length = path.len();
     let mut within = |name: &str, then: &Value, now: &Value| {
         path.push_str(name);
-        let found = first_apart(then, now, apart, path);
+        let found = first_difference(then, now, apart, path);
         path.truncate(length);
         found
     };
@@ -230,13 +243,13 @@ fn first_apart(then: &Value, now: &Value, apart: f64, path: &mut String) -> Opti
     }
 }
 
-fn told(done: &Done, value_type: &Type) -> String {
+fn describe(done: &WriteOutcome, value_type: &Type) -> String {
     match done {
-        Done::Nothing => "nothing".to_owned(),
-        Done::TookBack => "took its value back".to_owned(),
-        Done::Unknown => "a value that is not in the recording".to_owned(),
-        Done::Wrote(bytes) if bytes.len() <= SHORT => words(value_type, bytes),
-        Done::Wrote(_) => format!("a {}", value_type.name),
+        WriteOutcome::Nothing => "nothing".to_owned(),
+        WriteOutcome::Retracted => "took its value back".to_owned(),
+        WriteOutcome::Unknown => "a value that is not in the recording".to_owned(),
+        WriteOutcome::Wrote(bytes) if bytes.len() <= SHORT => format_value(value_type, bytes),
+        WriteOutcome::Wrote(_) => format!("a {}", value_type.name),
     }
 }
 
@@ -248,22 +261,22 @@ mod tests {
 
     use super::*;
 
-    fn deed(then: Done, now: Done) -> Deed {
-        Deed {
+    fn deed(then: WriteOutcome, now: WriteOutcome) -> PairedWrite {
+        PairedWrite {
             time: 7,
             schema: 0,
             port: "base".to_owned(),
             variable: "robot.velocity".to_owned(),
             value_type: Arc::new(Twist::describe()),
-            then,
-            now,
+            recorded: then,
+            replayed: now,
         }
     }
 
-    fn speed(x: f64) -> Done {
+    fn speed(x: f64) -> WriteOutcome {
         let mut twist = Twist::ZERO;
         twist.linear.x = x;
-        Done::Wrote(twist.as_bytes().to_vec())
+        WriteOutcome::Wrote(twist.as_bytes().to_vec())
     }
 
     #[test]
@@ -286,35 +299,38 @@ mod tests {
     #[test]
     fn what_was_not_written_is_another_thing_than_any_value() {
         for (then, now) in [
-            (Done::Nothing, speed(0.0)),
-            (speed(0.0), Done::Nothing),
-            (speed(0.0), Done::TookBack),
-            (Done::TookBack, Done::Nothing),
-            (Done::Unknown, Done::Nothing),
+            (WriteOutcome::Nothing, speed(0.0)),
+            (speed(0.0), WriteOutcome::Nothing),
+            (speed(0.0), WriteOutcome::Retracted),
+            (WriteOutcome::Retracted, WriteOutcome::Nothing),
+            (WriteOutcome::Unknown, WriteOutcome::Nothing),
         ] {
             assert!(
                 difference(&deed(then.clone(), now.clone()), 1e9).is_some(),
                 "{then:?} {now:?}"
             );
         }
-        assert_eq!(difference(&deed(Done::TookBack, Done::TookBack), 0.0), None);
+        assert_eq!(
+            difference(&deed(WriteOutcome::Retracted, WriteOutcome::Retracted), 0.0),
+            None
+        );
     }
 
     #[test]
     fn a_tolerance_is_read_or_refused_in_words() {
-        let read = |text: &str| text.parse::<Allowed>();
+        let read = |text: &str| text.parse::<ToleranceEntry>();
         assert_eq!(
             read("geometry_msgs/msg/Twist=1e-6"),
-            Ok(Allowed {
+            Ok(ToleranceEntry {
                 type_name: Some("geometry_msgs/msg/Twist".to_owned()),
-                apart: 1e-6
+                tolerance: 1e-6
             })
         );
         assert_eq!(
             read("0.5"),
-            Ok(Allowed {
+            Ok(ToleranceEntry {
                 type_name: None,
-                apart: 0.5
+                tolerance: 0.5
             })
         );
         for wrong in ["", "x", "-1", "nan", "inf", "geometry_msgs/msg/Twist", "a=b"] {

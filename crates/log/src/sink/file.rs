@@ -7,7 +7,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use super::syncer::{Disk, Syncer};
-use super::{Channel, lost_words};
+use super::{SinkChannel, lost_metadata};
 use crate::Origin;
 use crate::part::Mark;
 use crate::writer::{Output, Times, Writer};
@@ -16,31 +16,31 @@ use crate::writer::{Output, Times, Writer};
 const FLUSH: Duration = Duration::from_millis(500);
 
 /// A file that is being written.
-pub(crate) struct Begun {
+pub(crate) struct OpenFile {
     writer: Writer,
     /// The numbers of the channels in the file.
     channels: Vec<u16>,
     flushed: Instant,
-    messages: Messages,
+    messages: MessageCounts,
 }
 
 /// A complete file, as far as this process can know: the disk may not have all of it yet.
-pub(crate) struct Ended {
-    messages: Messages,
+pub(crate) struct ClosedFile {
+    messages: MessageCounts,
     bytes: u64,
 }
 
 /// The number of a file's messages, and of those that are safe.
-struct Messages {
+struct MessageCounts {
     syncer: Option<Syncer>,
-    given: u64,
+    submitted: u64,
     /// The number of messages that have reached the system.
     flushed: u64,
     /// Whether the disk failed to store what had reached the system.
     failed: bool,
 }
 
-impl Begun {
+impl OpenFile {
     /// Starts a file. When it returns, the header has reached the system. The disk is synchronised after each
     /// flush.
     pub(crate) fn new(
@@ -54,31 +54,31 @@ impl Begun {
             writer,
             channels: Vec::new(),
             flushed: Instant::now(),
-            messages: Messages {
+            messages: MessageCounts {
                 syncer: disk.map(Syncer::start).transpose()?,
-                given: 0,
+                submitted: 0,
                 flushed: 0,
                 failed: false,
             },
         })
     }
 
-    pub(super) fn open(&mut self, channel: &Channel) -> io::Result<()> {
+    pub(super) fn open(&mut self, channel: &SinkChannel) -> io::Result<()> {
         let number = channel.add_to(&mut self.writer)?;
         self.channels.push(number);
         Ok(())
     }
 
     /// Adds a message to a channel that is open.
-    pub(super) fn message(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
+    pub(super) fn write_message(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
         // Counted first, so that it counts as lost if writing fails.
-        self.messages.given += 1;
+        self.messages.submitted += 1;
         self.repeat(channel, times, data)
     }
 
     /// Writes a message that another file contains already. It is not counted.
     pub(super) fn repeat(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
-        self.writer.message(self.channels[channel], times, data)
+        self.writer.write_message(self.channels[channel], times, data)
     }
 
     pub(super) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> io::Result<()> {
@@ -94,12 +94,12 @@ impl Begun {
     }
 
     /// Flushes if half a second has passed, and reports an error of the disk about earlier flushes.
-    pub(super) fn flush_in_time(&mut self) -> io::Result<()> {
+    pub(super) fn flush_if_due(&mut self) -> io::Result<()> {
         self.messages.check()?;
         if self.flushed.elapsed() < FLUSH {
             return Ok(());
         }
-        if self.messages.given > self.messages.flushed {
+        if self.messages.submitted > self.messages.flushed {
             return self.flush();
         }
         self.flushed = Instant::now();
@@ -109,7 +109,7 @@ impl Begun {
     /// Writes the numbers of lost messages, the index and the end of the file.
     pub(super) fn close(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
         self.writer.flush()?;
-        self.writer.metadata("jde/lost", lost_words(lost))?;
+        self.writer.metadata("jde/lost", lost_metadata(lost))?;
         self.writer.finish()?;
         self.messages.flushed();
         Ok(())
@@ -122,20 +122,20 @@ impl Begun {
     }
 
     /// Ends the file where it is, and frees the memory of its index.
-    pub(super) fn ended(self) -> Ended {
+    pub(super) fn into_closed(self) -> ClosedFile {
         let mut messages = self.messages;
         if let Some(syncer) = &mut messages.syncer {
             syncer.close();
         }
-        Ended {
+        ClosedFile {
             messages,
             bytes: self.writer.bytes(),
         }
     }
 
     /// Returns the number of messages that have reached the system, or after a failure the disk.
-    pub(super) fn kept(&self) -> u64 {
-        self.messages.kept()
+    pub(super) fn written(&self) -> u64 {
+        self.messages.written()
     }
 
     /// Returns the number of bytes that have reached the system.
@@ -144,7 +144,7 @@ impl Begun {
     }
 }
 
-impl Ended {
+impl ClosedFile {
     /// Returns the result of the disk for the whole file. `None` if the disk has not finished yet.
     pub(super) fn poll(&mut self) -> Option<io::Result<()>> {
         let is_done = self.messages.syncer.as_ref().is_none_or(Syncer::is_done);
@@ -156,13 +156,13 @@ impl Ended {
         self.messages.wait()
     }
 
-    pub(super) fn kept(&self) -> u64 {
-        self.messages.kept()
+    pub(super) fn written(&self) -> u64 {
+        self.messages.written()
     }
 
     /// Returns the number of messages that were written and are not safe.
-    pub(super) fn unkept(&self) -> u64 {
-        self.messages.given - self.messages.kept()
+    pub(super) fn unwritten(&self) -> u64 {
+        self.messages.submitted - self.messages.written()
     }
 
     pub(super) fn bytes(&self) -> u64 {
@@ -170,11 +170,11 @@ impl Ended {
     }
 }
 
-impl Messages {
+impl MessageCounts {
     fn flushed(&mut self) {
-        self.flushed = self.given;
+        self.flushed = self.submitted;
         if let Some(syncer) = &self.syncer {
-            syncer.ask(self.given);
+            syncer.request(self.submitted);
         }
     }
 
@@ -191,9 +191,9 @@ impl Messages {
         self.check()
     }
 
-    fn kept(&self) -> u64 {
+    fn written(&self) -> u64 {
         match &self.syncer {
-            Some(syncer) if self.failed => syncer.safe(),
+            Some(syncer) if self.failed => syncer.synced(),
             Some(_) | None => self.flushed,
         }
     }

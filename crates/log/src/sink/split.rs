@@ -10,12 +10,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_board::Nanos;
 
-use super::file::{Begun, Ended};
+use super::file::{ClosedFile, OpenFile};
 use super::names::{numbered, with_disk};
-use super::{Channel, Says};
+use super::{Effect, SinkChannel};
 use crate::part::{self, BEGINS, BYTE, Mark};
-use crate::recorder::{self, Every, Parts};
-use crate::ring::{About, InForce};
+use crate::pre_trigger_buffer::{InForce, StateKey};
+use crate::recorder::{self, PartSize, Parts};
 use crate::writer::{self, Output, Times};
 use crate::{Error, Origin};
 
@@ -27,9 +27,9 @@ use super::syncer::Disk;
 const LATE: Nanos = 100_000_000;
 
 /// The parts of a recording.
-pub(crate) struct Split {
+pub(crate) struct PartSequence {
     path: PathBuf,
-    plan: recorder::Split,
+    plan: recorder::SplitOptions,
     origin: Origin,
     overwrite: bool,
     /// In virtual time no value arrives late.
@@ -50,11 +50,11 @@ pub(crate) struct Split {
     lost: BTreeMap<String, u64>,
     /// The ended parts of this recording and of earlier ones of this name, the oldest first, with their sizes
     /// in bytes.
-    there: VecDeque<(PathBuf, u64)>,
+    existing: VecDeque<(PathBuf, u64)>,
     parts: Parts,
 }
 
-impl Split {
+impl PartSequence {
     /// Starts the first part. The numbers of its files follow those of other recordings of this name, so that
     /// the order of the numbers is the order of time. With `overwrite`, existing parts are deleted first.
     ///
@@ -62,22 +62,22 @@ impl Split {
     /// The first part cannot be written.
     pub(crate) fn begin(
         path: &Path,
-        plan: recorder::Split,
+        plan: recorder::SplitOptions,
         origin: Origin,
         overwrite: bool,
         lossless: bool,
-    ) -> Result<(Self, Begun), Error> {
+    ) -> Result<(Self, OpenFile), Error> {
         let failed = |error| Error::Create {
             path: path.to_owned(),
             error,
         };
-        let mut before = part::named(path).map_err(failed)?;
+        let mut before = part::find_parts(path).map_err(failed)?;
         let mut parts = Parts::default();
         if overwrite {
             let mut left = Vec::new();
             for (number, path) in before {
                 if !remove(&path).map_err(failed)? {
-                    parts.left.insert(path.clone());
+                    parts.undeleted.insert(path.clone());
                     left.push((number, path));
                 }
             }
@@ -102,7 +102,7 @@ impl Split {
             head: 0,
             in_force: InForce::default(),
             lost: BTreeMap::new(),
-            there: before
+            existing: before
                 .into_iter()
                 .map(|(_, path)| {
                     let bytes = bytes(&path);
@@ -112,38 +112,40 @@ impl Split {
             parts,
         };
         let (output, disk) = split.create()?;
-        let file = split.file(output, disk, &[], 0).map_err(|error| Error::Create {
-            path: split.parts.last.clone(),
-            error,
-        })?;
+        let file = split
+            .start_file(output, disk, &[], 0)
+            .map_err(|error| Error::Create {
+                path: split.parts.last.clone(),
+                error,
+            })?;
         Ok((split, file))
     }
 
     /// Returns whether a message of this time starts the next part, when the present part has `bytes` bytes.
     pub(super) fn is_over(&mut self, time: Nanos, bytes: u64) -> bool {
         let began = *self.began.get_or_insert(time);
-        match self.plan.every {
-            Every::Bytes(most) => bytes - self.head >= most,
-            Every::Time(most) => time >= began.saturating_add(most),
+        match self.plan.part_size {
+            PartSize::Bytes(most) => bytes - self.head >= most,
+            PartSize::Time(most) => time >= began.saturating_add(most),
         }
     }
 
     /// Updates the values in force with a message.
-    pub(super) fn take(&mut self, channel: usize, times: Times, data: &[u8], says: Says) {
+    pub(super) fn update_in_force(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
         match says {
-            Says::State(About::Nothing) => {}
-            Says::State(about) => {
+            Effect::State(StateKey::Stateless) => {}
+            Effect::State(about) => {
                 let (when, what) = self.in_force.of(channel, about);
                 *when = times;
                 what.clear();
                 what.extend_from_slice(data);
             }
-            Says::Retracts(of) => self.in_force.retract(of),
+            Effect::Retracts(of) => self.in_force.retract(of),
         }
     }
 
     /// Returns the number of values lost since the last part ended, given those lost since the beginning.
-    pub(super) fn lost(&mut self, lost: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
+    pub(super) fn take_lost(&mut self, lost: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
         let before = std::mem::replace(&mut self.lost, lost);
         let since = |(topic, lost): (&String, &u64)| {
             let before = before.get(topic).copied().unwrap_or(0);
@@ -153,15 +155,20 @@ impl Split {
     }
 
     /// Starts the next part at this time, after the present part has ended.
-    pub(super) fn next(&mut self, ended: &Ended, channels: &[Channel], time: Nanos) -> io::Result<Begun> {
-        self.there.push_back((self.parts.last.clone(), ended.bytes()));
+    pub(super) fn next(
+        &mut self,
+        ended: &ClosedFile,
+        channels: &[SinkChannel],
+        time: Nanos,
+    ) -> io::Result<OpenFile> {
+        self.existing.push_back((self.parts.last.clone(), ended.bytes()));
         // Unlocking fails on a file system without locks.
         let _ = self.lock.take().map(|file| file.unlock());
         let (output, disk) = self.create().map_err(|error| match error {
             Error::Create { error, .. } | Error::Thread(error) => error,
             taken @ (Error::Exists(_) | Error::Written(_)) => io::Error::other(taken),
         })?;
-        let file = self.file(output, disk, channels, time)?;
+        let file = self.start_file(output, disk, channels, time)?;
         self.began = Some(time);
         Ok(file)
     }
@@ -169,13 +176,13 @@ impl Split {
     /// Deletes the oldest parts while all parts together, including the `under_way` bytes of the present one,
     /// exceed the limit. Parts that another recording is writing are kept.
     pub(super) fn prune(&mut self, under_way: u64) -> io::Result<()> {
-        let Some(keep) = self.plan.keep else {
+        let Some(keep) = self.plan.max_total_bytes else {
             return Ok(());
         };
-        let mut all = self.there.iter().map(|(_, bytes)| bytes).sum::<u64>() + under_way;
+        let mut all = self.existing.iter().map(|(_, bytes)| bytes).sum::<u64>() + under_way;
         let mut place = 0;
         while all > keep
-            && let Some((oldest, bytes)) = self.there.get(place)
+            && let Some((oldest, bytes)) = self.existing.get(place)
         {
             let gone = remove(oldest).map_err(|error| {
                 let why = format!("cannot delete {}: {error}", oldest.display());
@@ -183,11 +190,11 @@ impl Split {
             })?;
             if gone {
                 all -= bytes;
-                self.parts.left.remove(oldest);
+                self.parts.undeleted.remove(oldest);
                 self.parts.deleted += 1;
-                self.there.remove(place);
+                self.existing.remove(place);
             } else {
-                self.parts.left.insert(oldest.clone());
+                self.parts.undeleted.insert(oldest.clone());
                 place += 1;
             }
         }
@@ -221,19 +228,19 @@ impl Split {
     }
 
     /// Writes the beginning of a part: its channels, and the values in force.
-    fn file(
+    fn start_file(
         &mut self,
         output: Output,
         disk: Option<Disk>,
-        channels: &[Channel],
+        channels: &[SinkChannel],
         time: Nanos,
-    ) -> io::Result<Begun> {
+    ) -> io::Result<OpenFile> {
         self.mark.number += 1;
         self.parts.count += 1;
         if self.mark.number == 1 {
             self.parts.first = self.parts.last.clone();
         }
-        let mut file = Begun::new(output, disk, &self.origin, Some(&self.mark))?;
+        let mut file = OpenFile::new(output, disk, &self.origin, Some(&self.mark))?;
         channels.iter().try_for_each(|channel| file.open(channel))?;
         let log = time.saturating_sub(if self.lossless { 0 } else { LATE });
         for (channel, times, data) in self.in_force.iter() {

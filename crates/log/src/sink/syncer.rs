@@ -8,44 +8,44 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 
-use crate::lane::lock;
+use crate::topic::lock;
 
 /// Returns once the disk has stored everything that the system has of a file.
 pub(crate) type Disk = Box<dyn FnMut() -> io::Result<()> + Send>;
 
 pub(super) struct Syncer {
-    ask: Option<SyncSender<()>>,
+    requests: Option<SyncSender<()>>,
     thread: Option<JoinHandle<()>>,
-    state: Arc<State>,
+    state: Arc<SyncState>,
 }
 
 #[derive(Default)]
-struct State {
+struct SyncState {
     /// The number of messages in the file.
-    given: AtomicU64,
+    submitted: AtomicU64,
     /// The number of messages that the disk has stored.
-    safe: AtomicU64,
+    synced: AtomicU64,
     failed: Mutex<Option<io::Error>>,
 }
 
 impl Syncer {
     pub(super) fn start(mut disk: Disk) -> io::Result<Self> {
         let (ask, asked) = sync_channel(1);
-        let state = Arc::new(State::default());
+        let state = Arc::new(SyncState::default());
         let told = Arc::clone(&state);
         let thread = Builder::new().name("recording-sync".to_owned()).spawn(move || {
             while asked.recv().is_ok() {
-                let given = told.given.load(Ordering::Acquire);
+                let given = told.submitted.load(Ordering::Acquire);
                 if let Err(error) = disk() {
                     // A second call might succeed, although what was lost remains lost. So there is none.
                     *lock(&told.failed) = Some(error);
                     return;
                 }
-                told.safe.store(given, Ordering::Release);
+                told.synced.store(given, Ordering::Release);
             }
         })?;
         Ok(Self {
-            ask: Some(ask),
+            requests: Some(ask),
             thread: Some(thread),
             state,
         })
@@ -53,9 +53,9 @@ impl Syncer {
 
     /// Requests a synchronisation, now that the file has `given` messages. A request that has not been
     /// started yet is not repeated.
-    pub(super) fn ask(&self, given: u64) {
-        self.state.given.store(given, Ordering::Release);
-        if let Some(ask) = &self.ask {
+    pub(super) fn request(&self, given: u64) {
+        self.state.submitted.store(given, Ordering::Release);
+        if let Some(ask) = &self.requests {
             let _ = ask.try_send(());
         }
     }
@@ -69,13 +69,13 @@ impl Syncer {
     }
 
     /// Returns the number of messages that the disk has stored.
-    pub(super) fn safe(&self) -> u64 {
-        self.state.safe.load(Ordering::Acquire)
+    pub(super) fn synced(&self) -> u64 {
+        self.state.synced.load(Ordering::Acquire)
     }
 
     /// Ends the requests.
     pub(super) fn close(&mut self) {
-        drop(self.ask.take());
+        drop(self.requests.take());
     }
 
     /// Returns whether the disk has finished all requests from before [`Self::close`].

@@ -10,21 +10,21 @@ use std::sync::atomic::Ordering;
 
 use jde_board::Nanos;
 
-use super::around::Around;
+use super::current_file::CurrentFile;
 use super::names::{create, numbered, probe};
-use super::{Begun, Channel, Disk, Says, Sink};
-use crate::lane::{Shared, lock};
-use crate::recorder::{Happened, OnFile, Written};
-use crate::ring::{Content, Entry, Ring};
+use super::{Disk, Effect, OpenFile, Sink, SinkChannel};
+use crate::pre_trigger_buffer::{Content, Entry, PreTriggerBuffer};
+use crate::recorder::{FileEvent, OnFile, TriggeredFile};
+use crate::topic::{Shared, lock};
 use crate::trigger::Firing;
 use crate::writer::{Output, Times};
 use crate::{Error, Origin};
 
 /// Creates a file or overwrites one. Returns it with its disk, if it has one.
-type Make = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;
+type CreateFile = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;
 
 /// The bytes of messages that are written before the queues are emptied again.
-const AT_ONCE: usize = 4 << 20;
+const BATCH_BYTES: usize = 4 << 20;
 /// How late a message may arrive in real time, in ns: one that was published before the end of a file and
 /// arrives within this time is still in the file.
 const LATE: Nanos = 100_000_000;
@@ -41,24 +41,24 @@ pub(crate) struct Plan {
 }
 
 /// The sink of a recording on conditions.
-pub(crate) struct Triggered {
+pub(crate) struct TriggeredSink {
     shared: Arc<Shared>,
     origin: Origin,
     plan: Plan,
-    ring: Ring,
-    channels: Vec<Channel>,
+    buffer: PreTriggerBuffer,
+    channels: Vec<SinkChannel>,
     /// The losses of each channel that the ring has recorded.
     lost: Vec<u64>,
     /// The number of the next file.
     number: u32,
-    current: Option<Around>,
-    make: Make,
+    current: Option<CurrentFile>,
+    create_file: CreateFile,
     on_file: OnFile,
     /// Whether a failure has been reported and no file has been complete since.
     failing: bool,
 }
 
-impl Triggered {
+impl TriggeredSink {
     /// Creates the folder, and checks whether files can be created there.
     ///
     /// # Errors
@@ -73,34 +73,34 @@ impl Triggered {
         Ok(Self {
             shared: Arc::clone(shared),
             origin,
-            ring: Ring::new(plan.before, plan.memory),
+            buffer: PreTriggerBuffer::new(plan.before, plan.memory),
             plan,
             channels: Vec::new(),
             lost: Vec::new(),
             number: 1,
             current: None,
-            make: create,
+            create_file: create,
             on_file,
             failing: false,
         })
     }
 
     fn push(&mut self, entry: Entry) {
-        for (number, channel) in self.ring.push(entry) {
+        for (number, channel) in self.buffer.push(entry) {
             if let Some(current) = &mut self.current
                 && current.next <= number
             {
                 current.next = number + 1;
-                current.lose(self.channels[channel].name(), 1);
+                current.add_lost(self.channels[channel].name(), 1);
                 self.shared.dropped.fetch_add(1, Ordering::Relaxed);
             }
         }
     }
 
     fn begin(&mut self, firing: &Firing, condition: &str) {
-        self.ring.forget(firing.time, self.ring.next());
+        self.buffer.expire(firing.time, self.buffer.next());
         // Messages are not older than the values that are in force before the first of them.
-        let oldest = self.ring.base().map(|(_, times, _)| times.log).max();
+        let oldest = self.buffer.base().map(|(_, times, _)| times.log).max();
         let start = firing
             .time
             .saturating_sub(self.plan.before)
@@ -109,17 +109,17 @@ impl Triggered {
         let path = numbered(&self.plan.path, self.number);
         let place = {
             let mut files = lock(&self.shared.files);
-            files.push(Written {
+            files.push(TriggeredFile {
                 path,
                 reason: firing.text.clone(),
                 time: firing.time,
                 fired: 1,
-                ..Written::default()
+                ..TriggeredFile::default()
             });
             files.len() - 1
         };
-        let mut current = Around::new(
-            self.ring.first(),
+        let mut current = CurrentFile::new(
+            self.buffer.first(),
             start,
             firing.time.saturating_add(self.plan.after),
             place,
@@ -128,9 +128,9 @@ impl Triggered {
         let begun = made
             .map_err(|error| error.to_string())
             .and_then(|(output, disk)| {
-                Begun::new(output, disk, &self.origin, None)
+                OpenFile::new(output, disk, &self.origin, None)
                     .and_then(|file| {
-                        let (channels, ring) = (&self.channels, &self.ring);
+                        let (channels, ring) = (&self.channels, &self.buffer);
                         current.begin(file, &self.origin, firing, condition, channels, ring)
                     })
                     .map_err(|error: io::Error| error.to_string())
@@ -139,10 +139,10 @@ impl Triggered {
         match begun {
             Ok(()) => {
                 self.number += 1;
-                self.tell(place, Happened::Began);
+                self.report(place, FileEvent::Started);
             }
             Err(trouble) => {
-                self.failed(&trouble);
+                self.handle_failure(&trouble);
                 // A file whose beginning could not be written is useless, so the next one takes its name. A
                 // file that could not be opened is not ours.
                 let path = lock(&self.shared.files)[place].path.clone();
@@ -156,7 +156,7 @@ impl Triggered {
     /// Creates the next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
-            let made = (self.make)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
+            let made = (self.create_file)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
             if !matches!(made, Err(Error::Exists(_) | Error::Written(_))) {
                 return made;
             }
@@ -166,17 +166,17 @@ impl Triggered {
 
     /// Writes the messages of the present file that the ring has, at most `most` bytes. Returns whether there
     /// are more.
-    fn catch_up(&mut self, most: usize) -> bool {
+    fn write_pending(&mut self, most: usize) -> bool {
         let mut written = 0;
         loop {
             let Some(current) = &mut self.current else {
                 return false;
             };
-            let Some(entry) = self.ring.get(current.next) else {
+            let Some(entry) = self.buffer.get(current.next) else {
                 return false;
             };
             if entry.times.log > current.until {
-                self.end();
+                self.end_file();
                 return false;
             }
             if written >= most {
@@ -185,72 +185,72 @@ impl Triggered {
             written += entry.cost();
             let lost = current.file.is_none() && !matches!(entry.content, Content::Lost(_));
             self.shared.dropped.fetch_add(u64::from(lost), Ordering::Relaxed);
-            if let Err(error) = current.take(entry, &self.channels) {
-                self.failed(&error.to_string());
+            if let Err(error) = current.write_entry(entry, &self.channels) {
+                self.handle_failure(&error.to_string());
             }
         }
     }
 
     /// Abandons the present file after an error. The ring continues, and the next firing starts a new
     /// attempt.
-    fn failed(&mut self, trouble: &str) {
+    fn handle_failure(&mut self, trouble: &str) {
         let Some(current) = &mut self.current else {
             return;
         };
         self.shared
             .dropped
             .fetch_add(current.abandon(), Ordering::Relaxed);
-        let place = current.place;
-        lock(&self.shared.files)[place].trouble = Some(trouble.to_owned());
-        *lock(&self.shared.trouble) = Some(trouble.to_owned());
-        self.note();
+        let place = current.index;
+        lock(&self.shared.files)[place].error = Some(trouble.to_owned());
+        *lock(&self.shared.error) = Some(trouble.to_owned());
+        self.update_status();
         if !std::mem::replace(&mut self.failing, true) {
-            self.tell(place, Happened::Failed);
+            self.report(place, FileEvent::Failed);
         }
     }
 
     /// Ends the present file, after the time that follows the last firing.
-    fn end(&mut self) {
+    fn end_file(&mut self) {
         let Some(current) = &mut self.current else {
             return;
         };
-        let place = current.place;
+        let place = current.index;
         if current.file.is_some() {
             match current.finish() {
                 Ok(()) => {
                     self.failing = false;
-                    self.note();
-                    self.tell(place, Happened::Ended);
+                    self.update_status();
+                    self.report(place, FileEvent::Ended);
                 }
-                Err(error) => self.failed(&error.to_string()),
+                Err(error) => self.handle_failure(&error.to_string()),
             }
         }
-        self.note();
+        self.update_status();
         self.current = None;
     }
 
     /// Updates the status of the files.
-    fn note(&self) {
+    fn update_status(&self) {
         let mut files = lock(&self.shared.files);
         if let Some(current) = &self.current {
-            current.note(&mut files[current.place]);
+            current.update_status(&mut files[current.index]);
         }
         let bytes = files.iter().map(|file| file.bytes).sum();
         self.shared.bytes.store(bytes, Ordering::Relaxed);
-        let kept = files.iter().map(|file| file.kept).sum();
-        self.shared.kept.store(kept, Ordering::Release);
+        let kept = files.iter().map(|file| file.written).sum();
+        self.shared.written.store(kept, Ordering::Release);
     }
 
-    fn tell(&mut self, place: usize, happened: Happened) {
+    fn report(&mut self, place: usize, happened: FileEvent) {
         // The lock is released first, because the callback may read the status.
         let written = lock(&self.shared.files)[place].clone();
         (self.on_file)(happened, &written);
     }
 
     /// Records in the ring what was lost before it arrived here, so that the file of that time reports it.
-    fn losses(&mut self, now: Nanos) {
+    fn record_losses(&mut self, now: Nanos) {
         for channel in 0..self.channels.len() {
-            let Channel::Lane(lane) = &self.channels[channel] else {
+            let SinkChannel::Topic(lane) = &self.channels[channel] else {
                 continue;
             };
             let lost = lane.lost.load(Ordering::Relaxed);
@@ -271,22 +271,22 @@ impl Triggered {
     }
 }
 
-impl Sink for Triggered {
-    fn open(&mut self, channel: Channel) {
+impl Sink for TriggeredSink {
+    fn open(&mut self, channel: SinkChannel) {
         if let Some(current) = &mut self.current
             && let Err(error) = current.open(&channel)
         {
-            self.failed(&error.to_string());
+            self.handle_failure(&error.to_string());
         }
         self.channels.push(channel);
         self.lost.push(0);
     }
 
-    fn message(&mut self, channel: usize, times: Times, data: &[u8], says: Says) {
+    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
         let data = Arc::from(data);
         let content = match says {
-            Says::State(about) => Content::Message { about, data },
-            Says::Retracts(of) => Content::Retracted { of, data },
+            Effect::State(about) => Content::Message { about, data },
+            Effect::Retracts(of) => Content::Retracted { of, data },
         };
         self.push(Entry {
             channel,
@@ -295,58 +295,64 @@ impl Sink for Triggered {
         });
         if self.shared.lossless {
             // Virtual time waits for the disk, so no message is removed from the ring before it is written.
-            self.catch_up(usize::MAX);
+            self.write_pending(usize::MAX);
         }
     }
 
     fn fired(&mut self, firing: &Firing, condition: &str) {
-        let is_over = |current: &Around| current.file.is_none() || current.until < firing.time;
+        let is_over = |current: &CurrentFile| current.file.is_none() || current.until < firing.time;
         if self.current.as_ref().is_some_and(is_over) {
-            self.catch_up(usize::MAX);
-            self.end();
+            self.write_pending(usize::MAX);
+            self.end_file();
         }
         let Some(current) = &mut self.current else {
             self.begin(firing, condition);
             // If the memory is full, the oldest messages are removed first, so they are written at once.
-            self.catch_up(if self.shared.lossless { usize::MAX } else { AT_ONCE });
+            self.write_pending(if self.shared.lossless {
+                usize::MAX
+            } else {
+                BATCH_BYTES
+            });
             return;
         };
-        let place = current.place;
+        let place = current.index;
         current.until = current.until.max(firing.time.saturating_add(self.plan.after));
         lock(&self.shared.files)[place].fired += 1;
-        if let Err(error) = current.fired_again(&self.origin, firing, condition) {
-            self.failed(&error.to_string());
+        if let Err(error) = current.record_firing(&self.origin, firing, condition) {
+            self.handle_failure(&error.to_string());
         } else {
-            self.tell(place, Happened::FiredAgain);
+            self.report(place, FileEvent::Extended);
         }
     }
 
-    fn round(&mut self, now: Nanos) -> bool {
-        self.losses(now);
-        let more = self.catch_up(AT_ONCE);
-        let is_over = |current: &Around| current.until.saturating_add(LATE) < now;
+    fn poll(&mut self, now: Nanos) -> bool {
+        self.record_losses(now);
+        let more = self.write_pending(BATCH_BYTES);
+        let is_over = |current: &CurrentFile| current.until.saturating_add(LATE) < now;
         let is_over = self.current.as_ref().is_some_and(is_over);
         if is_over && !more {
-            self.end();
+            self.end_file();
         }
         if let Some(current) = &mut self.current {
-            if let Err(error) = current.flush_in_time() {
-                self.failed(&error.to_string());
+            if let Err(error) = current.flush_if_due() {
+                self.handle_failure(&error.to_string());
             }
-            self.note();
+            self.update_status();
         }
         let keep = self
             .current
             .as_ref()
-            .map_or(self.ring.next(), |current| current.next);
-        self.ring.forget(now, keep);
-        self.shared.short.store(self.ring.short(), Ordering::Relaxed);
+            .map_or(self.buffer.next(), |current| current.next);
+        self.buffer.expire(now, keep);
+        self.shared
+            .evicted
+            .store(self.buffer.evicted(), Ordering::Relaxed);
         more
     }
 
     fn finish(&mut self) {
-        self.catch_up(usize::MAX);
-        self.end();
+        self.write_pending(usize::MAX);
+        self.end_file();
     }
 }
 

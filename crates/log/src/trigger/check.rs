@@ -11,11 +11,11 @@ use cel::common::ast::{ComprehensionExpr, Expr, IdedExpr, LiteralValue, SelectEx
 use jde_abi::describe::Type;
 use jde_board::nearest;
 
-use super::condition::{Reason, Wrong};
+use super::condition::{Mistake, Reason};
 use super::kind::Kind;
 
 /// Finds a variable by its name in an expression. Returns its full name and its type.
-pub(super) type Find<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
+pub(super) type FindVariable<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
 
 /// Returns the kind of an expression's value, and the names of its variables as the expression writes them.
 ///
@@ -23,9 +23,9 @@ pub(super) type Find<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> 
 /// The first mistake.
 pub(super) fn check<'n>(
     program: &Program,
-    variable: &Find<'_, 'n>,
+    variable: &FindVariable<'_, 'n>,
     known: &BTreeMap<String, Arc<Type>>,
-) -> Result<(Kind, BTreeSet<String>), Wrong> {
+) -> Result<(Kind, BTreeSet<String>), Mistake> {
     let mut checker = Checker {
         program,
         variable,
@@ -39,7 +39,7 @@ pub(super) fn check<'n>(
 
 struct Checker<'a, 'n> {
     program: &'a Program,
-    variable: &'a Find<'a, 'n>,
+    variable: &'a FindVariable<'a, 'n>,
     known: &'a BTreeMap<String, Arc<Type>>,
     /// The names of a list's elements within `exists` and similar macros, innermost last.
     bound: Vec<(String, Kind)>,
@@ -47,7 +47,7 @@ struct Checker<'a, 'n> {
 }
 
 impl Checker<'_, '_> {
-    fn kind(&mut self, expression: &IdedExpr) -> Result<Kind, Wrong> {
+    fn kind(&mut self, expression: &IdedExpr) -> Result<Kind, Mistake> {
         match &expression.expr {
             Expr::Literal(literal) => Ok(match literal {
                 LiteralValue::Boolean(_) => Kind::Bool,
@@ -72,7 +72,7 @@ impl Checker<'_, '_> {
                 let kinds = arguments
                     .map(|argument| self.kind(argument))
                     .collect::<Result<Vec<_>, _>>()?;
-                calls::kind(&name, &kinds).map_err(|reason| self.wrong(expression.id, reason))
+                calls::kind(&name, &kinds).map_err(|reason| self.mistake(expression.id, reason))
             }
             Expr::Comprehension(comprehension) => self.comprehension(comprehension),
             Expr::List(list) => {
@@ -87,7 +87,7 @@ impl Checker<'_, '_> {
                 }
                 Ok(Kind::List(Box::new(element.unwrap_or(Kind::Any))))
             }
-            Expr::Map(_) | Expr::Struct(_) | Expr::Unspecified => Err(self.wrong(
+            Expr::Map(_) | Expr::Struct(_) | Expr::Unspecified => Err(self.mistake(
                 expression.id,
                 Reason::Syntax("maps and structures cannot be made in a condition".to_owned()),
             )),
@@ -100,7 +100,7 @@ impl Checker<'_, '_> {
     }
 
     /// Checks a variable, `owner.name`, or a field of the operand.
-    fn select(&mut self, id: u64, select: &SelectExpr) -> Result<Kind, Wrong> {
+    fn select(&mut self, id: u64, select: &SelectExpr) -> Result<Kind, Mistake> {
         if let Expr::Ident(owner) = &select.operand.expr
             && self.bound(owner).is_none()
         {
@@ -116,14 +116,14 @@ impl Checker<'_, '_> {
         let Kind::Struct(value_type) = &of else {
             return match of {
                 Kind::Any => Ok(Kind::Any),
-                Kind::List(_) => Err(self.wrong(
+                Kind::List(_) => Err(self.mistake(
                     id,
                     Reason::Kinds(format!(
                         "a list has no field `{}`; say which element, as in `[0]`, or ask them all with `exists`",
                         select.field
                     )),
                 )),
-                other => Err(self.wrong(
+                other => Err(self.mistake(
                     id,
                     Reason::Kinds(format!("{other} has no fields, so no `{}`", select.field)),
                 )),
@@ -135,7 +135,7 @@ impl Checker<'_, '_> {
             Some(field) => Ok(Kind::field(field)),
             None => {
                 let names = value_type.fields.iter().map(|field| field.name.as_str());
-                Err(self.wrong(
+                Err(self.mistake(
                     id,
                     Reason::Field {
                         of: of.to_string(),
@@ -148,13 +148,13 @@ impl Checker<'_, '_> {
     }
 
     /// Checks `exists`, `all`, `map` and similar macros.
-    fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Wrong> {
+    fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Mistake> {
         let range = self.kind(&comprehension.iter_range)?;
         let element = match range {
             Kind::List(element) => *element,
             Kind::Any => Kind::Any,
             other => {
-                return Err(self.wrong(
+                return Err(self.mistake(
                     comprehension.iter_range.id,
                     Reason::Kinds(format!("{other} is no list whose elements could be asked")),
                 ));
@@ -169,24 +169,24 @@ impl Checker<'_, '_> {
         kind
     }
 
-    fn inside(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Wrong> {
+    fn inside(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Mistake> {
         self.kind(&comprehension.loop_cond)?;
         let result = self.kind(&comprehension.loop_step)?;
         self.bound.push((comprehension.accu_var.clone(), result));
         self.kind(&comprehension.result)
     }
 
-    fn unknown(&self, id: u64, what: &'static str, name: &str) -> Wrong {
+    fn unknown(&self, id: u64, what: &'static str, name: &str) -> Mistake {
         let nearest = nearest(name, self.known.keys().map(String::as_str));
         let reason = Reason::Unknown {
             what,
             name: name.to_owned(),
             nearest: nearest.map(str::to_owned),
         };
-        self.wrong(id, reason)
+        self.mistake(id, reason)
     }
 
-    fn wrong(&self, id: u64, reason: Reason) -> Wrong {
+    fn mistake(&self, id: u64, reason: Reason) -> Mistake {
         let place = self.program.source_info().offset_for(id);
         (place.map_or(1, |(start, _)| start as usize + 1), reason)
     }

@@ -7,7 +7,7 @@ use super::Names;
 use super::expression::Expression;
 
 /// The keywords, to suggest one for a misspelt word.
-const WORDS: [&str; 7] = [
+const KEYWORDS: [&str; 7] = [
     "collision",
     "absence",
     "chatter",
@@ -26,11 +26,11 @@ const WORDS: [&str; 7] = [
 pub struct Condition {
     /// The text of the condition.
     pub(super) text: String,
-    pub(super) what: What,
+    pub(super) kind: ConditionKind,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum What {
+pub(super) enum ConditionKind {
     /// Two or more candidates are READY.
     Collision(Option<String>),
     /// A schema of the group is awake, and none is WINNER.
@@ -108,7 +108,7 @@ impl Condition {
         })?;
         Ok(Self {
             text: text.trim().to_owned(),
-            what,
+            kind: what,
         })
     }
 
@@ -120,9 +120,9 @@ impl Condition {
 }
 
 /// A mistake and its column.
-pub(super) type Wrong = (usize, Reason);
+pub(super) type Mistake = (usize, Reason);
 
-fn read(text: &str, names: &Names) -> Result<What, Wrong> {
+fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
     let (head, of) = match text.split_once(':') {
         Some((head, of)) => (head, Some(of)),
         None => (text, None),
@@ -132,19 +132,19 @@ fn read(text: &str, names: &Names) -> Result<What, Wrong> {
         None => (head, None),
     };
     let word = word.trim();
-    if !WORDS.contains(&word) || names.variables.contains_key(text.trim()) {
-        return expression(text, names);
+    if !KEYWORDS.contains(&word) || names.variables.contains_key(text.trim()) {
+        return parse_expression(text, names);
     }
     let column = |part: &str| {
         // Both are slices of the same text.
         let before = part.as_ptr() as usize - text.as_ptr() as usize + (part.len() - part.trim_start().len());
         text[..before].chars().count() + 1
     };
-    let group = || named(of, "group", &names.groups, column);
-    let schema = || named(of, "schema", &names.schemas, column);
+    let group = || resolve_name(of, "group", &names.groups, column);
+    let schema = || resolve_name(of, "schema", &names.schemas, column);
     match (word, number) {
         ("chatter", Some(number)) => match number.trim().parse() {
-            Ok(more_than) => Ok(What::Chatter {
+            Ok(more_than) => Ok(ConditionKind::Chatter {
                 more_than,
                 group: group()?,
             }),
@@ -163,27 +163,27 @@ fn read(text: &str, names: &Names) -> Result<What, Wrong> {
             column(number) - 1,
             Reason::Syntax(format!("`{word}` takes no number")),
         )),
-        ("collision", None) => Ok(What::Collision(group()?)),
-        ("absence", None) => Ok(What::Absence(group()?)),
-        ("overrun", None) => Ok(What::Overrun(schema()?)),
-        ("fault", None) => Ok(What::Fault(schema()?)),
+        ("collision", None) => Ok(ConditionKind::Collision(group()?)),
+        ("absence", None) => Ok(ConditionKind::Absence(group()?)),
+        ("overrun", None) => Ok(ConditionKind::Overrun(schema()?)),
+        ("fault", None) => Ok(ConditionKind::Fault(schema()?)),
         (word, None) => match of {
             Some(of) => Err((
                 column(of),
                 Reason::Syntax(format!("`{word}` is of nobody in particular")),
             )),
-            None if word == "refused" => Ok(What::Refused),
-            None => Ok(What::Operator),
+            None if word == "refused" => Ok(ConditionKind::Refused),
+            None => Ok(ConditionKind::Operator),
         },
     }
 }
 
-fn named(
+fn resolve_name(
     name: Option<&str>,
     what: &'static str,
     known: &[String],
     column: impl Fn(&str) -> usize,
-) -> Result<Option<String>, Wrong> {
+) -> Result<Option<String>, Mistake> {
     let Some(given) = name else {
         return Ok(None);
     };
@@ -201,9 +201,9 @@ fn named(
     ))
 }
 
-fn expression(text: &str, names: &Names) -> Result<What, Wrong> {
+fn parse_expression(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
     Expression::new(text, names)
-        .map(What::Expression)
+        .map(ConditionKind::Expression)
         .map_err(|(column, reason)| match reason {
             // A misspelt keyword is parsed as the name of a variable.
             Reason::Unknown {
@@ -211,7 +211,7 @@ fn expression(text: &str, names: &Names) -> Result<What, Wrong> {
                 name,
                 nearest: None,
             } if !name.contains('.') => {
-                let nearest = nearest(&name, WORDS).map(str::to_owned);
+                let nearest = nearest(&name, KEYWORDS).map(str::to_owned);
                 let what = "condition or variable";
                 (column, Reason::Unknown { what, name, nearest })
             }

@@ -8,15 +8,15 @@ use cel::{Context, Env, Program, Value, extensions};
 use jde_abi::describe::Type;
 
 use super::check::check;
-use super::condition::{Reason, Wrong};
+use super::condition::{Mistake, Reason};
 use super::kind::Kind;
 use super::{Names, view};
 
 /// The largest length of an expression, in bytes. A longer one would be hard to read.
-const LONGEST: usize = 1000;
+const MAX_LENGTH: usize = 1000;
 /// The deepest nesting of brackets: far more than an author writes, and far less than would exhaust the
 /// stack.
-const DEEPEST: usize = 50;
+const MAX_DEPTH: usize = 50;
 /// Replacements for characters that are allowed in names of an application and not in an expression.
 const STAND_INS: [char; 4] = ['_', 'x', 'y', 'z'];
 
@@ -32,24 +32,24 @@ static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
 #[derive(Clone)]
 pub(super) struct Expression {
     program: Arc<Program>,
-    variables: Vec<Held>,
+    variables: Vec<BoundVariable>,
 }
 
 #[derive(Clone)]
-struct Held {
+struct BoundVariable {
     name: String,
     /// Its name within the expression.
-    written: String,
+    alias: String,
     value_type: Arc<Type>,
     value: Vec<u8>,
-    there: bool,
+    has_value: bool,
 }
 
 impl Expression {
     /// Parses and checks an expression.
-    pub(super) fn new(text: &str, names: &Names) -> Result<Self, Wrong> {
-        bounded(text)?;
-        let (source, renamed) = plain(text, names);
+    pub(super) fn new(text: &str, names: &Names) -> Result<Self, Mistake> {
+        check_limits(text)?;
+        let (source, renamed) = rename_variables(text, names);
         let program = LANGUAGE.compile(&source).map_err(|errors| {
             let error = errors
                 .errors
@@ -57,7 +57,12 @@ impl Expression {
                 .min_by_key(|error| (error.msg.starts_with("Incomplete"), error.pos));
             error.map_or_else(
                 || (1, Reason::Syntax("it cannot be read".to_owned())),
-                |error| (column(&source, error.pos), Reason::Syntax(words(&error.msg))),
+                |error| {
+                    (
+                        column(&source, error.pos),
+                        Reason::Syntax(shorten_message(&error.msg)),
+                    )
+                },
             )
         })?;
         let variable = |written: &str| {
@@ -79,12 +84,12 @@ impl Expression {
             .into_iter()
             .filter_map(|written| {
                 let (name, value_type) = variable(&written)?;
-                Some(Held {
+                Some(BoundVariable {
                     name: name.to_owned(),
                     value_type: Arc::clone(value_type),
                     value: Vec::new(),
-                    there: false,
-                    written,
+                    has_value: false,
+                    alias: written,
                 })
             })
             .collect();
@@ -106,11 +111,11 @@ impl Expression {
     }
 
     /// Sets or removes the value of a variable. Returns whether the expression reads that variable.
-    pub(super) fn take(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
+    pub(super) fn set_value(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
         let Some(held) = self.variables.iter_mut().find(|held| held.name == variable) else {
             return false;
         };
-        held.there = value.is_some();
+        held.has_value = value.is_some();
         if let Some(value) = value {
             held.value.clear();
             held.value.extend_from_slice(value);
@@ -122,8 +127,8 @@ impl Expression {
     /// the evaluation fails.
     pub(super) fn is_true(&self) -> bool {
         let mut context = Context::with_env(Arc::clone(&LANGUAGE));
-        for held in self.variables.iter().filter(|held| held.there) {
-            context.add_variable_as_val(held.written.as_str(), view::of(&held.value_type, &held.value));
+        for held in self.variables.iter().filter(|held| held.has_value) {
+            context.add_variable_as_val(held.alias.as_str(), view::of(&held.value_type, &held.value));
         }
         self.program.execute(&context) == Ok(Value::Bool(true))
     }
@@ -136,10 +141,10 @@ impl fmt::Debug for Expression {
 }
 
 /// Refuses expressions that would overload the parser.
-fn bounded(text: &str) -> Result<(), Wrong> {
-    if text.len() > LONGEST {
+fn check_limits(text: &str) -> Result<(), Mistake> {
+    if text.len() > MAX_LENGTH {
         let much = format!(
-            "{} letters are too many; at most {LONGEST} can be read",
+            "{} letters are too many; at most {MAX_LENGTH} can be read",
             text.len()
         );
         return Err((1, Reason::Syntax(much)));
@@ -151,7 +156,7 @@ fn bounded(text: &str) -> Result<(), Wrong> {
             ')' | ']' | '}' => deep = deep.saturating_sub(1),
             _ => {}
         }
-        if deep > DEEPEST {
+        if deep > MAX_DEPTH {
             return Err((
                 place + 1,
                 Reason::Syntax("brackets within too many brackets".to_owned()),
@@ -163,7 +168,7 @@ fn bounded(text: &str) -> Result<(), Wrong> {
 
 /// Replaces names that CEL cannot parse, such as `left-eye.image`, by others of the same length, so that
 /// columns do not change. Returns the expression, and each name with its replacement.
-fn plain(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
+fn rename_variables(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
     let odd = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
     let mut known: Vec<_> = names
         .variables
@@ -198,7 +203,7 @@ fn column(source: &str, (line, column): (isize, isize)) -> usize {
 }
 
 /// Shortens a message of the parser: it omits the list of expected tokens.
-fn words(message: &str) -> String {
+fn shorten_message(message: &str) -> String {
     let message = message.strip_prefix("Syntax error: ").unwrap_or(message);
     let message = message.split(" expecting ").next().unwrap_or(message);
     message.replace("'<EOF>'", "the end")

@@ -3,7 +3,7 @@
 use jde_board::Nanos;
 use jde_core::{Case, Health};
 use jde_host::event::Event;
-use jde_host::story::Line;
+use jde_host::records::RunRecord;
 
 use super::Names;
 
@@ -45,7 +45,7 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
             };
             (record.time, fact)
         }
-        Event::Health { time, schema, health } => {
+        Event::HealthChanged { time, schema, health } => {
             let fact = Fact::Health {
                 schema: name(*schema)?,
                 overrun: *health == Health::Overrun,
@@ -72,7 +72,11 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
             };
             (*time, fact)
         }
-        Event::Refused { time, schema, what } => {
+        Event::Refused {
+            time,
+            schema,
+            description: what,
+        } => {
             let fact = Fact::Refused {
                 schema: name(*schema)?,
                 text: what,
@@ -88,16 +92,16 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
 }
 
 /// Returns the fact of a message.
-pub(super) fn of_line(line: &Line) -> Option<Fact<'_>> {
+pub(super) fn of_record(line: &RunRecord) -> Option<Fact<'_>> {
     match line {
-        Line::Decision(decision) => Some(Fact::Selected {
+        RunRecord::Decision(decision) => Some(Fact::Selected {
             group: &decision.group,
             collision: decision.case == "collision",
             absence: decision.choice.is_none() && !decision.candidates.is_empty(),
             switched: decision.changed,
         }),
-        Line::Change(_) => None,
-        Line::Happening(happening) => {
+        RunRecord::State(_) => None,
+        RunRecord::Event(happening) => {
             let schema = happening.schema.as_deref();
             match happening.kind.as_str() {
                 "ok" | "arbitration-failed" => Some(Fact::Health {

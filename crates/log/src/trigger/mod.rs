@@ -18,13 +18,13 @@ use std::collections::BTreeSet;
 
 use jde_board::Nanos;
 use jde_host::event::Event;
-use jde_host::story::Line;
+use jde_host::records::RunRecord;
 
-use condition::What;
+use condition::ConditionKind;
 pub use condition::{BadCondition, Condition, Reason};
 use facts::Fact;
 pub use names::Names;
-use watch::{Looked, State, Trigger};
+use watch::{ExpressionState, Trigger, TriggerState};
 
 /// Conditions that are watched together.
 pub struct Triggers {
@@ -57,8 +57,8 @@ impl Triggers {
         let named = self
             .list
             .iter()
-            .filter_map(|trigger| match &trigger.condition.what {
-                What::Expression(expression) => Some(expression.variables()),
+            .filter_map(|trigger| match &trigger.condition.kind {
+                ConditionKind::Expression(expression) => Some(expression.variables()),
                 _ => None,
             });
         named.flatten().collect()
@@ -73,46 +73,51 @@ impl Triggers {
     }
 
     /// Processes an event of the application that has these names.
-    pub fn event(&mut self, event: &Event, fired: &mut Vec<Firing>) {
+    pub fn process_event(&mut self, event: &Event, fired: &mut Vec<Firing>) {
         if let Some((time, fact)) = facts::of_event(event, &self.names) {
-            each_fact(&mut self.list, time, &fact, fired);
+            apply_fact(&mut self.list, time, &fact, fired);
         }
     }
 
     /// Processes a message of the story of an application elsewhere.
-    pub fn line(&mut self, line: &Line, fired: &mut Vec<Firing>) {
-        if let Some(fact) = facts::of_line(line) {
-            each_fact(&mut self.list, line.time(), &fact, fired);
+    pub fn process_record(&mut self, line: &RunRecord, fired: &mut Vec<Firing>) {
+        if let Some(fact) = facts::of_record(line) {
+            apply_fact(&mut self.list, line.time(), &fact, fired);
         }
     }
 
     /// Processes a new value of a variable: all bytes of its type.
-    pub fn value(&mut self, time: Nanos, variable: &str, bytes: &[u8], fired: &mut Vec<Firing>) {
-        self.each(time, fired, |looked| {
-            looked.expression.take(variable, Some(bytes))
+    pub fn process_value(&mut self, time: Nanos, variable: &str, bytes: &[u8], fired: &mut Vec<Firing>) {
+        self.update_expressions(time, fired, |looked| {
+            looked.expression.set_value(variable, Some(bytes))
         });
     }
 
     /// Processes the retraction of a variable's value.
-    pub fn retracted(&mut self, time: Nanos, variable: &str, fired: &mut Vec<Firing>) {
-        self.each(time, fired, |looked| looked.expression.take(variable, None));
+    pub fn process_retraction(&mut self, time: Nanos, variable: &str, fired: &mut Vec<Firing>) {
+        self.update_expressions(time, fired, |looked| looked.expression.set_value(variable, None));
     }
 
     /// Advances the time, and evaluates expressions that were deferred because values arrived too soon after
     /// the last evaluation.
-    pub fn pass(&mut self, time: Nanos, fired: &mut Vec<Firing>) {
-        self.each(time, fired, |_| false);
+    pub fn advance(&mut self, time: Nanos, fired: &mut Vec<Firing>) {
+        self.update_expressions(time, fired, |_| false);
     }
 
-    fn each(&mut self, time: Nanos, fired: &mut Vec<Firing>, take: impl Fn(&mut Looked) -> bool) {
+    fn update_expressions(
+        &mut self,
+        time: Nanos,
+        fired: &mut Vec<Firing>,
+        take: impl Fn(&mut ExpressionState) -> bool,
+    ) {
         for (condition, trigger) in self.list.iter_mut().enumerate() {
-            let State::Values(looked) = &mut trigger.state else {
+            let TriggerState::Expression(looked) = &mut trigger.state else {
                 continue;
             };
             // A deferred expression is first evaluated without this value.
-            let before = looked.due(time) && looked.look(time);
-            looked.put_off |= take(looked);
-            let now = looked.due(time) && looked.look(time);
+            let before = looked.is_due(time) && looked.evaluate(time);
+            looked.is_pending |= take(looked);
+            let now = looked.is_due(time) && looked.evaluate(time);
             if before || now {
                 fired.push(Firing {
                     time,
@@ -124,7 +129,7 @@ impl Triggers {
     }
 }
 
-fn each_fact(list: &mut [Trigger], time: Nanos, fact: &Fact<'_>, fired: &mut Vec<Firing>) {
+fn apply_fact(list: &mut [Trigger], time: Nanos, fact: &Fact<'_>, fired: &mut Vec<Firing>) {
     for (condition, trigger) in list.iter_mut().enumerate() {
         if let Some(text) = trigger.fact(time, fact) {
             fired.push(Firing {

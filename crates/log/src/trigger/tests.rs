@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use jde_host::story::{Change, Decision, Happening};
+use jde_host::records::{Decision, EventRecord, StateRecord};
 use jde_types::{Flag, LaserScan, Mission, Odometry, Seq, Text, Value};
 
 use super::*;
@@ -39,7 +39,7 @@ fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> 
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();
     for (place, value) in values.iter().enumerate() {
-        triggers.value(place as u64 * 20_000_000, variable, value.as_bytes(), &mut fired);
+        triggers.process_value(place as u64 * 20_000_000, variable, value.as_bytes(), &mut fired);
     }
     assert!(fired.iter().all(|firing| firing.text == condition));
     fired
@@ -167,16 +167,16 @@ fn no_value_is_not_true_and_a_value_taken_back_is_none() {
     let mut triggers = triggers(&["goon.fast < 1.0 || goon.count > 5u", "!(goon.fast > 1.0)"]);
     assert_eq!(triggers.variables(), BTreeSet::from(["goon.count", "goon.fast"]));
     let mut fired = Vec::new();
-    triggers.value(0, "goon.count", &9_u32.to_ne_bytes(), &mut fired);
+    triggers.process_value(0, "goon.count", &9_u32.to_ne_bytes(), &mut fired);
     assert_eq!(
         fired.len(),
         1,
         "one side is enough for `||`, and the other has no value"
     );
-    triggers.value(20_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
+    triggers.process_value(20_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
     assert_eq!(fired.len(), 2);
-    triggers.retracted(40_000_000, "goon.fast", &mut fired);
-    triggers.value(60_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
+    triggers.process_retraction(40_000_000, "goon.fast", &mut fired);
+    triggers.process_value(60_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
     assert_eq!(fired.len(), 3, "it was not true in between");
     assert_eq!(fired[2].condition, 1);
 }
@@ -186,7 +186,7 @@ fn an_expression_is_looked_at_a_hundred_times_a_second_and_what_was_put_off_late
     let mut triggers = triggers(&["goon.fast > 1.0"]);
     let mut fired = Vec::new();
     let mut value = |time: u64, value: f64, fired: &mut Vec<Firing>| {
-        triggers.value(time, "goon.fast", &value.to_ne_bytes(), fired);
+        triggers.process_value(time, "goon.fast", &value.to_ne_bytes(), fired);
     };
     value(0, 0.0, &mut fired);
     value(1_000_000, 2.0, &mut fired);
@@ -199,11 +199,11 @@ fn an_expression_is_looked_at_a_hundred_times_a_second_and_what_was_put_off_late
     );
     value(20_000_000, 0.0, &mut fired);
     value(21_000_000, 2.0, &mut fired);
-    triggers.pass(29_999_999, &mut fired);
+    triggers.advance(29_999_999, &mut fired);
     assert_eq!(fired.len(), 1);
-    triggers.pass(30_000_000, &mut fired);
+    triggers.advance(30_000_000, &mut fired);
     assert_eq!(fired.len(), 2, "and time alone is enough");
-    triggers.pass(40_000_000, &mut fired);
+    triggers.advance(40_000_000, &mut fired);
     assert_eq!(fired.len(), 2);
 }
 
@@ -297,13 +297,13 @@ fn what_is_wrong_is_said_with_its_column() {
     assert!(refused(&"x".repeat(2000)).contains("too many"));
 }
 
-fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed: bool) -> Line {
-    Line::Decision(Decision {
+fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed: bool) -> RunRecord {
+    RunRecord::Decision(Decision {
         number: 1,
         time_s,
         group: group.to_owned(),
         case: case.to_owned(),
-        candidates: vec![jde_host::story::Candidate {
+        candidates: vec![jde_host::records::CandidateRecord {
             name: "goon".to_owned(),
             state: "ready".to_owned(),
             ready: true,
@@ -319,22 +319,22 @@ fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
     })
 }
 
-fn happened(time_s: f64, kind: &str, schema: &str) -> Line {
-    Line::Happening(Happening {
+fn happened(time_s: f64, kind: &str, schema: &str) -> RunRecord {
+    RunRecord::Event(EventRecord {
         time_s,
         kind: kind.to_owned(),
         schema: Some(schema.to_owned()),
         text: "why".to_owned(),
-        ..Happening::default()
+        ..EventRecord::default()
     })
 }
 
 /// Returns the firings of a condition for a story, with their times.
-fn told(condition: &str, story: &[Line]) -> Vec<String> {
+fn told(condition: &str, story: &[RunRecord]) -> Vec<String> {
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();
     for line in story {
-        triggers.line(line, &mut fired);
+        triggers.process_record(line, &mut fired);
     }
     fired
         .iter()
@@ -352,7 +352,7 @@ fn r3_a_collision_and_an_absence_fire_when_they_begin() {
         selected(3.1, "example/base", "absence", Some("goon"), true),
         selected(4.0, "example/base", "collision", Some("stop"), true),
         selected(5.0, "roots", "collision", Some("goon"), false),
-        Line::Change(Change {
+        RunRecord::State(StateRecord {
             time_s: 6.0,
             schema: "goon".to_owned(),
             from: "ready".to_owned(),

@@ -3,56 +3,56 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jde_board::Nanos;
-use jde_host::chatter::Chatter;
+use jde_host::chattering::ChatterDetector;
 
 use super::Condition;
-use super::condition::What;
+use super::condition::ConditionKind;
 use super::expression::Expression;
 use super::facts::Fact;
 
 /// The shortest time between two evaluations of an expression, in ns.
-const BETWEEN: Nanos = 10_000_000;
+const MIN_INTERVAL: Nanos = 10_000_000;
 
 /// A condition and its state.
 pub(super) struct Trigger {
     pub(super) condition: Condition,
-    pub(super) state: State,
+    pub(super) state: TriggerState,
 }
 
-pub(super) enum State {
+pub(super) enum TriggerState {
     /// The groups or schemas for which the condition is true now.
-    Of(BTreeSet<String>),
+    Active(BTreeSet<String>),
     /// The last switches of every group, and whether they are too many.
-    Switches(BTreeMap<String, Chatter<()>>),
+    Switches(BTreeMap<String, ChatterDetector<()>>),
     /// The values of an expression.
-    Values(Box<Looked>),
+    Expression(Box<ExpressionState>),
 }
 
-pub(super) struct Looked {
+pub(super) struct ExpressionState {
     pub(super) expression: Expression,
-    last: bool,
+    was_true: bool,
     /// The time of the last evaluation.
-    at: Option<Nanos>,
+    evaluated_at: Option<Nanos>,
     /// Whether a value has arrived since the last evaluation.
-    pub(super) put_off: bool,
+    pub(super) is_pending: bool,
 }
 
-impl State {
-    fn of(what: &What) -> Self {
+impl TriggerState {
+    fn of(what: &ConditionKind) -> Self {
         match what {
-            What::Expression(expression) => Self::Values(Box::new(Looked {
+            ConditionKind::Expression(expression) => Self::Expression(Box::new(ExpressionState {
                 expression: expression.clone(),
-                last: false,
-                at: None,
-                put_off: false,
+                was_true: false,
+                evaluated_at: None,
+                is_pending: false,
             })),
-            What::Chatter { .. } => Self::Switches(BTreeMap::new()),
-            What::Collision(_)
-            | What::Absence(_)
-            | What::Overrun(_)
-            | What::Fault(_)
-            | What::Refused
-            | What::Operator => Self::Of(BTreeSet::new()),
+            ConditionKind::Chatter { .. } => Self::Switches(BTreeMap::new()),
+            ConditionKind::Collision(_)
+            | ConditionKind::Absence(_)
+            | ConditionKind::Overrun(_)
+            | ConditionKind::Fault(_)
+            | ConditionKind::Refused
+            | ConditionKind::Operator => Self::Active(BTreeSet::new()),
         }
     }
 }
@@ -60,7 +60,7 @@ impl State {
 impl Trigger {
     pub(super) fn new(condition: Condition) -> Self {
         Self {
-            state: State::of(&condition.what),
+            state: TriggerState::of(&condition.kind),
             condition,
         }
     }
@@ -68,23 +68,27 @@ impl Trigger {
     /// Returns what became true by a fact, if anything did.
     pub(super) fn fact(&mut self, time: Nanos, fact: &Fact<'_>) -> Option<String> {
         let fits = |only: &Option<String>, name: &str| only.as_deref().is_none_or(|only| only == name);
-        match (&self.condition.what, &mut self.state, fact) {
-            (What::Collision(only), State::Of(of), Fact::Selected { group, collision, .. })
-                if fits(only, group) =>
-            {
-                rises(of, group, *collision).then(|| format!("collision in {group}"))
-            }
-            (What::Absence(only), State::Of(of), Fact::Selected { group, absence, .. })
-                if fits(only, group) =>
-            {
-                rises(of, group, *absence).then(|| format!("nobody wins in {group}"))
+        match (&self.condition.kind, &mut self.state, fact) {
+            (
+                ConditionKind::Collision(only),
+                TriggerState::Active(of),
+                Fact::Selected { group, collision, .. },
+            ) if fits(only, group) => {
+                update_active(of, group, *collision).then(|| format!("collision in {group}"))
             }
             (
-                What::Chatter {
+                ConditionKind::Absence(only),
+                TriggerState::Active(of),
+                Fact::Selected { group, absence, .. },
+            ) if fits(only, group) => {
+                update_active(of, group, *absence).then(|| format!("nobody wins in {group}"))
+            }
+            (
+                ConditionKind::Chatter {
                     more_than,
                     group: only,
                 },
-                State::Switches(groups),
+                TriggerState::Switches(groups),
                 Fact::Selected {
                     group,
                     switched: true,
@@ -94,30 +98,34 @@ impl Trigger {
                 // A pause between switches starts a new series.
                 let chatter = groups
                     .entry((*group).to_owned())
-                    .or_insert_with(|| Chatter::new(*more_than, *more_than));
-                let count = chatter.switched(time, ())?;
+                    .or_insert_with(|| ChatterDetector::new(*more_than, *more_than));
+                let count = chatter.record_switch(time, ())?;
                 Some(format!("chattering: {count} switches within a second in {group}"))
             }
-            (What::Overrun(only), State::Of(of), Fact::Health { schema, overrun, .. })
+            (
+                ConditionKind::Overrun(only),
+                TriggerState::Active(of),
+                Fact::Health { schema, overrun, .. },
+            ) if fits(only, schema) => {
+                update_active(of, schema, *overrun).then(|| format!("overrun of {schema}"))
+            }
+            (ConditionKind::Fault(only), TriggerState::Active(of), Fact::Health { schema, fault, .. })
                 if fits(only, schema) =>
             {
-                rises(of, schema, *overrun).then(|| format!("overrun of {schema}"))
-            }
-            (What::Fault(only), State::Of(of), Fact::Health { schema, fault, .. }) if fits(only, schema) => {
-                rises(of, schema, fault.is_some())
+                update_active(of, schema, fault.is_some())
                     .then(|| format!("fault of {schema}: {}", fault.unwrap_or_default()))
             }
-            (What::Refused, _, Fact::Refused { schema, text }) => {
+            (ConditionKind::Refused, _, Fact::Refused { schema, text }) => {
                 Some(format!("refused to {schema}: {text}"))
             }
-            (What::Operator, _, Fact::Operator(text)) => Some(format!("operator: {text}")),
+            (ConditionKind::Operator, _, Fact::Operator(text)) => Some(format!("operator: {text}")),
             _ => None,
         }
     }
 }
 
 /// Returns whether a condition becomes true for a schema or group for which it was false.
-fn rises(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
+fn update_active(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
     if now {
         of.insert(whom.to_owned())
     } else {
@@ -126,17 +134,20 @@ fn rises(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
     }
 }
 
-impl Looked {
-    pub(super) fn due(&self, time: Nanos) -> bool {
-        self.put_off && self.at.is_none_or(|at| time >= at.saturating_add(BETWEEN))
+impl ExpressionState {
+    pub(super) fn is_due(&self, time: Nanos) -> bool {
+        self.is_pending
+            && self
+                .evaluated_at
+                .is_none_or(|at| time >= at.saturating_add(MIN_INTERVAL))
     }
 
     /// Evaluates the expression. Returns whether it becomes true.
-    pub(super) fn look(&mut self, time: Nanos) -> bool {
-        self.at = Some(time);
-        self.put_off = false;
+    pub(super) fn evaluate(&mut self, time: Nanos) -> bool {
+        self.evaluated_at = Some(time);
+        self.is_pending = false;
         let now = self.expression.is_true();
-        let before = std::mem::replace(&mut self.last, now);
+        let before = std::mem::replace(&mut self.was_true, now);
         now && !before
     }
 }

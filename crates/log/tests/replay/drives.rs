@@ -6,8 +6,8 @@ use std::sync::{Arc, OnceLock};
 
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::story::{Kind, Line};
-use jde_host::{BeforeStart, Handle, Lockstep, Options, Running};
+use jde_host::records::{RecordKind, RunRecord};
+use jde_host::{Handle, Lockstep, Options, Running, StartHook};
 use jde_log::{Origin, Recorder, Recording, Selection};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -52,7 +52,7 @@ impl Scene {
         let selection = Selection::new(only, &jde_log::variables(&application)).unwrap();
         let options = Options {
             observers: vec![recorder.observer()],
-            before_start: Some(watch(&recorder, selection)),
+            start_hook: Some(watch(&recorder, selection)),
             limit: Some(limit),
             speed: speed.unwrap_or(1.0),
             on_turn: Some(jde_log::turns(&recorder, &application, speed.is_none())),
@@ -104,11 +104,11 @@ impl Scene {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
         let lines = messages
-            .filter(|message| message.channel.topic == Kind::Happening.topic())
-            .map(|message| Line::read(Kind::Happening, &message.data).unwrap());
+            .filter(|message| message.channel.topic == RecordKind::Event.topic())
+            .map(|message| RunRecord::parse(RecordKind::Event, &message.data).unwrap());
         let told = lines.filter_map(|line| match line {
-            Line::Happening(happening) if happening.kind == kind => Some(happening.text),
-            Line::Happening(_) | Line::Decision(_) | Line::Change(_) => None,
+            RunRecord::Event(happening) if happening.kind == kind => Some(happening.text),
+            RunRecord::Event(_) | RunRecord::Decision(_) | RunRecord::State(_) => None,
         });
         told.collect()
     }
@@ -119,7 +119,7 @@ impl Scene {
             application: Some(application),
             overwrite: false,
             lossless,
-            on_trouble: Box::new(|trouble| panic!("{trouble}")),
+            on_error: Box::new(|trouble| panic!("{trouble}")),
         };
         Arc::new(Recorder::create(&self.file, options).unwrap())
     }
@@ -130,11 +130,11 @@ pub(crate) fn built() -> Plugins {
     plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
 }
 
-fn watch(recorder: &Arc<Recorder>, selection: Selection) -> BeforeStart {
+fn watch(recorder: &Arc<Recorder>, selection: Selection) -> StartHook {
     let recorder = Arc::clone(recorder);
     Box::new(move |handle| {
         for variable in handle.board().list() {
-            if selection.has(&variable.describe().full_name()) {
+            if selection.contains(&variable.describe().full_name()) {
                 let handle = handle.clone();
                 recorder.watch(&variable, Arc::new(move || handle.now()));
             }

@@ -4,17 +4,17 @@ mod drives;
 mod troupe;
 
 use jde_board::value::Value;
-use jde_host::reload::How;
-use jde_host::{Handle, Operating};
-use jde_log::replay::{Drive, ReplayError, Span, Tolerance, Verdict, decide};
+use jde_host::reload::ReloadOptions;
+use jde_host::{Handle, OperatorHandle};
+use jde_log::replay::{Drive, ReplayError, ReplayReport, Span, Tolerance, replay_and_compare};
 use jde_panel::{Button, Gesture, Touch};
 
 use drives::{SECOND, Scene};
 
-fn again(scene: &Scene, sets: &[&str]) -> Verdict {
+fn again(scene: &Scene, sets: &[&str]) -> ReplayReport {
     let drive = Drive::open(scene.file()).unwrap();
     let application = scene.application(sets);
-    decide(
+    replay_and_compare(
         &drive,
         application,
         scene.plugins(),
@@ -52,7 +52,7 @@ fn a_changed_constant_is_found_in_a_drive_in_lockstep() {
     assert_eq!(first.group, "example/base");
     assert!(
         first
-            .saw
+            .inputs
             .iter()
             .any(|(name, saw)| name == "stop" && !saw.is_empty()),
         "{first:#?}"
@@ -84,7 +84,7 @@ fn r14_what_operators_did_is_done_again() {
     fn schema(handle: &Handle, name: &str) -> usize {
         handle.application().instance(name).unwrap()
     }
-    fn ana(handle: &Handle) -> Operating {
+    fn ana(handle: &Handle) -> OperatorHandle {
         handle.operator("ana")
     }
     let scene = Scene::operated(
@@ -142,7 +142,7 @@ fn r14_a_drive_in_which_a_build_took_over_says_so() {
             let again = drives::built().load("vff", &[]).unwrap();
             handle
                 .operator("ana")
-                .replace(vff, &again, How::default())
+                .replace(vff, &again, ReloadOptions::default())
                 .unwrap_or_else(|reasons| panic!("{reasons:?}"));
         })],
     );
@@ -214,7 +214,7 @@ fn a_drive_that_was_cut_off_is_taken_again_up_to_there() {
 fn a_recording_without_what_schemas_import_is_refused() {
     let scene = Scene::lockstep("partial.mcap", SECOND, &["*.mission", "pioneer.odometry"]);
     let drive = Drive::open(scene.file()).unwrap();
-    let lacks = decide(
+    let lacks = replay_and_compare(
         &drive,
         scene.application(&[]),
         scene.plugins(),
@@ -222,7 +222,7 @@ fn a_recording_without_what_schemas_import_is_refused() {
         &Tolerance::default(),
         |_| true,
     );
-    let Err(ReplayError::Lacks { what, .. }) = lacks else {
+    let Err(ReplayError::Incomplete { what, .. }) = lacks else {
         panic!("{lacks:?}");
     };
     assert!(what.starts_with("`pioneer.laser` is not in it"), "{what}");

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
-use jde_log::replay::{Drive, Span, Tolerance, Verdict as Verdicts, decide};
+use jde_log::replay::{Drive, ReplayReport as Verdicts, Span, Tolerance, replay_and_compare};
 use jde_log::{Origin, Recorder, Recording};
 use jde_schema::prelude::*;
 
@@ -266,13 +266,13 @@ fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
         application: Some(&application),
         overwrite: false,
         lossless: !real,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     };
     let recorder = Arc::new(Recorder::create(file, options).expect("a file"));
     let watcher = Arc::clone(&recorder);
     let options = Options {
         observers: vec![recorder.observer()],
-        before_start: Some(Box::new(move |handle: &Handle| {
+        start_hook: Some(Box::new(move |handle: &Handle| {
             for variable in handle.board().list() {
                 let handle = handle.clone();
                 watcher.watch(&variable, Arc::new(move || handle.now()));
@@ -302,7 +302,7 @@ fn again(file: &Path, text: &str) -> Verdicts {
     let plugins = plugins();
     let drive = Drive::open(file).expect("it is a whole run");
     let application = application(&plugins, text);
-    decide(
+    replay_and_compare(
         &drive,
         application,
         &plugins,
@@ -337,7 +337,7 @@ fn same(head: &str, real: bool) {
         (&*first.schema, &*first.port, &*first.variable),
         ("one", "effort", "noise.effort")
     );
-    assert_eq!((&*first.then, &*first.now), ("1", "-1"));
+    assert_eq!((&*first.recorded, &*first.replayed), ("1", "-1"));
     assert_eq!(values.different, first.count);
     assert!(first.count > 10 && values.same > 1000, "{values:#?}");
     // The schema now fails at an input that it accepted before, a twelfth lower.

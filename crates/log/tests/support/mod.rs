@@ -13,11 +13,11 @@ pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite: false,
         lossless,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|trouble| panic!("{trouble}")),
     }
 }

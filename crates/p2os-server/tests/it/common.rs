@@ -13,8 +13,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use jde_p2os::{Command, Form, Names, Packet, Receiver, Sip, Sync};
-use jde_p2os_server::{Event, Options, Place, Server, Tally, What};
+use jde_p2os::{Command, Form, Names, Packet, Receiver, Sip, SyncStep};
+use jde_p2os_server::{EndpointAddress, Event, EventKind, Options, RobotStats, Server};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
 
@@ -30,7 +30,7 @@ pub(crate) const ROOM: &str = r#"
 /// A world served by a thread.
 pub(crate) struct Served {
     stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<Vec<Tally>>>,
+    thread: Option<JoinHandle<Vec<RobotStats>>>,
     events: Arc<Mutex<Vec<Event>>>,
     pub(crate) addresses: Vec<SocketAddr>,
     pub(crate) terminals: Vec<PathBuf>,
@@ -44,7 +44,7 @@ impl Served {
         }
         let world = World::parse(world, "room.toml", 1).expect("a world");
         let mut server = Server::open(world, &options).expect("it can be served");
-        let places: Vec<Place> = server.places().map(|(_, place)| place).collect();
+        let places: Vec<EndpointAddress> = server.addresses().map(|(_, place)| place).collect();
         let stop = Arc::new(AtomicBool::new(false));
         let events: Arc<Mutex<Vec<Event>>> = Arc::default();
         let thread = std::thread::spawn({
@@ -52,7 +52,7 @@ impl Served {
             move || {
                 let hear = |event: &Event| lock(&events).push(event.clone());
                 server.run(&stop, None, hear).expect("it serves");
-                server.tally()
+                server.stats()
             }
         });
         let mut served = Self {
@@ -61,39 +61,39 @@ impl Served {
             events,
             addresses: Vec::new(),
             terminals: Vec::new(),
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         };
         for place in places {
             match place {
-                Place::Tcp(address) => served.addresses.push(address),
-                Place::Terminal(path) => served.terminals.push(path),
+                EndpointAddress::Tcp(address) => served.addresses.push(address),
+                EndpointAddress::Terminal(path) => served.terminals.push(path),
             }
         }
         served
     }
 
     /// Stops the server, and returns the totals of the robots.
-    pub(crate) fn end(mut self) -> Vec<Tally> {
+    pub(crate) fn end(mut self) -> Vec<RobotStats> {
         self.stop.store(true, Ordering::Relaxed);
         let thread = self.thread.take().expect("it ends once");
         thread.join().expect("it served to the end")
     }
 
     /// Waits until this event of that robot has occurred.
-    pub(crate) fn until(&self, robot: &str, happened: impl Fn(&What) -> bool) {
+    pub(crate) fn until(&self, robot: &str, happened: impl Fn(&EventKind) -> bool) {
         let found = |events: &[Event]| {
             events
                 .iter()
-                .any(|event| event.robot == robot && happened(&event.what))
+                .any(|event| event.robot == robot && happened(&event.kind))
         };
         while !found(&lock(&self.events)) {
             std::thread::yield_now();
         }
     }
 
-    pub(crate) fn count(&self, happened: impl Fn(&What) -> bool) -> usize {
+    pub(crate) fn count(&self, happened: impl Fn(&EventKind) -> bool) -> usize {
         let events = lock(&self.events);
-        events.iter().filter(|event| happened(&event.what)).count()
+        events.iter().filter(|event| happened(&event.kind)).count()
     }
 }
 
@@ -160,12 +160,12 @@ impl Client {
     }
 
     pub(crate) fn shake_hands(&mut self) -> Names {
-        for sync in [Sync::Zero, Sync::One] {
+        for sync in [SyncStep::Zero, SyncStep::One] {
             self.send(&sync.to_packet().to_bytes());
-            let echo = self.packet_with(|packet| Sync::from_packet(packet) == Some(sync));
+            let echo = self.packet_with(|packet| SyncStep::from_packet(packet) == Some(sync));
             assert_eq!(echo, sync.to_packet());
         }
-        self.send(&Sync::Two.to_packet().to_bytes());
+        self.send(&SyncStep::Two.to_packet().to_bytes());
         let packet = self.packet_with(|packet| packet.id() == 2);
         Names::from_packet(&packet).expect("its names")
     }

@@ -4,10 +4,10 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use crate::common::{Client, ROOM, Served, near, pose};
 use jde_p2os::{
-    Assembler, Command, Config, Encoders, ForLaser, Form, HeadAnswer, HeadCommand, HeadFrame, LaserPacket,
+    Assembler, Command, Config, Encoders, ForLaser, Form, HeadCommand, HeadFrame, HeadReply, LaserPacket,
     SerialAux, SimPose, SimState, Sip, Wheels,
 };
-use jde_p2os_server::{Options, What};
+use jde_p2os_server::{EventKind, Options};
 
 /// Returns a room served at a multiple of real time, and a client that has opened the first robot.
 fn driven() -> (Served, Client) {
@@ -154,7 +154,7 @@ fn wheels_count_once_or_always() {
 fn sweep(client: &mut Client) -> Vec<f64> {
     let mut assembler = Assembler::default();
     loop {
-        let packet = client.packet_with(LaserPacket::is_one);
+        let packet = client.packet_with(LaserPacket::is_laser_packet);
         let packet = LaserPacket::from_packet(&packet).expect("a good one");
         if let Some(readings) = assembler.add(&packet) {
             return readings
@@ -210,7 +210,7 @@ fn a_simulators_robot_can_be_put_elsewhere_but_not_into_a_wall() {
     client.say(&Command::SimSetPose(SimPose { x: 0, y: 4000, th: 0 }));
     served.until(
         "pioneer",
-        |what| matches!(what, What::Refused(why) if why.contains("room")),
+        |what| matches!(what, EventKind::Refused(why) if why.contains("room")),
     );
     client.say(&Command::SimReset);
     client.say(&Command::SimStat(1));
@@ -229,15 +229,15 @@ fn the_camera_at_the_auxiliary_port_turns_and_answers() {
         let packet = client.packet_with(|packet| packet.id() == 0xB0);
         let bytes = SerialAux::from_packet(&packet).expect("bytes").bytes;
         match HeadFrame::from_bytes(&bytes).expect("a frame") {
-            HeadFrame::Answer(answer) => answer,
+            HeadFrame::Reply(answer) => answer,
             HeadFrame::Command(command) => panic!("{command:?}"),
         }
     };
-    assert_eq!(ask(&HeadCommand::Power(true), 6).status, HeadAnswer::OK);
+    assert_eq!(ask(&HeadCommand::Power(true), 6).status, HeadReply::OK);
     let aside = HeadCommand::PanTilt { pan: -400, tilt: 80 };
-    assert_eq!(ask(&aside, 6).status, HeadAnswer::OK);
+    assert_eq!(ask(&aside, 6).status, HeadReply::OK);
     loop {
-        let (pan, tilt) = ask(&HeadCommand::Where, 14).pan_tilt().expect("a place");
+        let (pan, tilt) = ask(&HeadCommand::GetPanTilt, 14).pan_tilt().expect("a place");
         if (pan, tilt) == (-400, 80) {
             break;
         }

@@ -2,8 +2,8 @@
 //! are not affected.
 
 use crate::common::{Client, ROOM, Served, pose};
-use jde_p2os::{Command, Form, Packet, Sync, Wheels};
-use jde_p2os_server::{Options, Server, ServerError, What};
+use jde_p2os::{Command, Form, Packet, SyncStep, Wheels};
+use jde_p2os_server::{EventKind, Options, Server, ServerError};
 use jde_sim::World;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -36,14 +36,14 @@ fn synchronisation_is_in_order_and_can_begin_anew() {
     let served = served();
     let mut client = Client::tcp(served.addresses[0]);
     // Out of order, and packets that some clients send first: none is answered.
-    client.send(&Sync::Two.to_packet().to_bytes());
-    client.send(&Sync::One.to_packet().to_bytes());
+    client.send(&SyncStep::Two.to_packet().to_bytes());
+    client.send(&SyncStep::One.to_packet().to_bytes());
     client.say(&Command::Close(Form::One));
-    client.send(&Sync::Zero.to_packet().to_bytes());
-    assert_eq!(client.packet(), Sync::Zero.to_packet());
-    client.send(&Sync::Two.to_packet().to_bytes());
-    client.send(&Sync::Zero.to_packet().to_bytes());
-    assert_eq!(client.packet(), Sync::Zero.to_packet());
+    client.send(&SyncStep::Zero.to_packet().to_bytes());
+    assert_eq!(client.packet(), SyncStep::Zero.to_packet());
+    client.send(&SyncStep::Two.to_packet().to_bytes());
+    client.send(&SyncStep::Zero.to_packet().to_bytes());
+    assert_eq!(client.packet(), SyncStep::Zero.to_packet());
     assert_eq!(client.open().class, "Pioneer");
 }
 
@@ -55,7 +55,7 @@ fn a_client_that_closes_keeps_the_line_and_may_open_again() {
     client.say(&Command::Velocity(300));
     client.sip_with(|sip| sip.left_velocity > 200);
     client.say(&Command::Close(Form::Bare));
-    served.until("pioneer", |what| *what == What::Closed);
+    served.until("pioneer", |what| *what == EventKind::Closed);
     client.open();
     let stopped = client.sip_with(|sip| sip.left_velocity == 0);
     assert!(stopped.motors());
@@ -86,7 +86,7 @@ fn a_client_that_leaves_stops_the_robot_and_another_may_come() {
         client.say(&Command::Velocity(200));
         client.sip_with(|sip| sip.left_velocity > 100);
     }
-    while served.count(|what| matches!(what, What::Left(_))) < 3 {
+    while served.count(|what| matches!(what, EventKind::ClientLeft(_))) < 3 {
         std::thread::yield_now();
     }
     let mut client = Client::tcp(served.addresses[0]);
@@ -109,7 +109,7 @@ fn a_silent_client_is_told_on_but_its_robot_stops() {
     while client.sip().left_velocity < 100 {}
     // The client sends nothing from here on; the robot still sends its packets.
     while client.sip().left_velocity != 0 {}
-    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 1);
+    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 1);
     let before = pose(&client.sip());
     client.say(&Command::Pulse);
     for _ in 0..5 {
@@ -125,7 +125,7 @@ fn a_second_client_is_turned_away_while_the_first_speaks() {
     first.open();
     let mut second = Client::tcp(served.addresses[0]);
     assert_eq!(second.try_packet(), None, "it is hung up on");
-    served.until("pioneer", |what| matches!(what, What::TurnedAway(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::ClientRefused(_)));
     assert!(first.sip().motors());
 }
 
@@ -134,7 +134,7 @@ fn a_client_that_has_fallen_silent_makes_room() {
     let served = served();
     let mut first = Client::tcp(served.addresses[0]);
     first.open();
-    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::Silent(_)));
     let mut second = Client::tcp(served.addresses[0]);
     assert_eq!(second.open().name, "pioneer");
     while first.try_packet().is_some() {}
@@ -155,7 +155,7 @@ fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
         }
     }
     // The second client did not close its session.
-    served.until("pioneer", |what| matches!(what, What::Left(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
 }
 
 fn on_terminals(speed: f64) -> Served {
@@ -182,9 +182,9 @@ fn driving(served: &Served) -> Client {
 fn a_client_that_is_gone_from_a_terminal_is_noticed_before_it_has_been_silent() {
     let served = on_terminals(1.0);
     drop(driving(&served));
-    let gone = |what: &What| matches!(what, What::Left(why) if why.contains("closed"));
+    let gone = |what: &EventKind| matches!(what, EventKind::ClientLeft(why) if why.contains("closed"));
     served.until("pioneer", gone);
-    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 0);
+    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 0);
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn a_client_that_is_back_at_once_finds_a_robot_that_waits_for_its_hello() {
         let stopping = next.sip();
         assert!(!stopping.motors(), "{round}: {stopping:?}");
     }
-    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 0);
+    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 0);
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_look_at_the_terminal_of_a_client_disturbs_nobody() {
         client.say(&Command::Pulse);
         client.sip_with(|sip| sip.left_velocity > 150);
     }
-    assert_eq!(served.count(|what| matches!(what, What::Left(_))), 0);
+    assert_eq!(served.count(|what| matches!(what, EventKind::ClientLeft(_))), 0);
 }
 
 #[test]
@@ -219,7 +219,7 @@ fn a_whole_hello_in_an_open_session_is_that_of_another() {
     let served = on_terminals(1.0);
     let mut client = driving(&served);
     // Another program has the terminal open too, so the server cannot notice that this client has left.
-    for sync in [Sync::Zero, Sync::One, Sync::Two] {
+    for sync in [SyncStep::Zero, SyncStep::One, SyncStep::Two] {
         client.send(&sync.to_packet().to_bytes());
     }
     let names = client.packet_with(|packet| packet.id() == 2);
@@ -242,9 +242,9 @@ fn pulse_open_and_close_right_after_the_hello_are_what_they_say() {
         client.say(&command);
     }
     served.until("pioneer", |what| {
-        *what == What::Closed || matches!(what, What::Left(_))
+        *what == EventKind::Closed || matches!(what, EventKind::ClientLeft(_))
     });
-    assert_eq!(served.count(|what| *what == What::Closed), 1);
+    assert_eq!(served.count(|what| *what == EventKind::Closed), 1);
     assert_eq!(served.end()[0].sessions, 1);
 }
 
@@ -267,17 +267,17 @@ fn what_a_client_said_that_was_turned_away_is_not_obeyed_later() {
     let mut first = Client::tcp(served.addresses[0]);
     first.open();
     let mut second = Client::serial(&served.terminals[0]);
-    for sync in [Sync::Zero, Sync::One, Sync::Two] {
+    for sync in [SyncStep::Zero, SyncStep::One, SyncStep::Two] {
         second.send(&sync.to_packet().to_bytes());
     }
     second.say(&Command::Open(Form::One));
     second.say(&Command::Enable(true));
     second.say(&Command::Velocity(200));
-    served.until("pioneer", |what| matches!(what, What::TurnedAway(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::ClientRefused(_)));
     first.say(&Command::Pulse);
     first.sip();
     drop(first);
-    served.until("pioneer", |what| matches!(what, What::Left(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
     let mut third = Client::tcp(served.addresses[0]);
     third.open();
     for _ in 0..5 {
@@ -292,7 +292,7 @@ fn a_silent_client_makes_room_on_a_serial_line_too() {
     let served = served_twice(4.0);
     let mut first = Client::tcp(served.addresses[0]);
     first.open();
-    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::Silent(_)));
     let mut second = Client::serial(&served.terminals[0]);
     assert_eq!(second.open().name, "pioneer");
     while first.try_packet().is_some() {}
@@ -306,8 +306,8 @@ fn a_client_that_says_much_is_told_of_little() {
     for _ in 0..500 {
         client.say(&Command::Message(b"look at me".to_vec()));
     }
-    served.until("pioneer", |what| matches!(what, What::LeftOut(_)));
-    let told = served.count(|what| matches!(what, What::Said(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::EventsDropped(_)));
+    let told = served.count(|what| matches!(what, EventKind::Message(_)));
     assert!((1..500).contains(&told), "{told}");
 }
 
@@ -325,7 +325,7 @@ fn a_client_that_reads_nothing_is_let_go() {
     let flood = question.repeat(100);
     let mut stream = deaf.into_wire();
     while stream.write_all(&flood).is_ok() {}
-    served.until("pioneer", |what| matches!(what, What::Left(_)));
+    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
     let mut next = Client::tcp(served.addresses[0]);
     next.open();
 }
@@ -384,7 +384,7 @@ fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
             bad.send(&bytes);
         }
     }
-    assert_eq!(served.count(|what| matches!(what, What::Left(_))), 0);
+    assert_eq!(served.count(|what| matches!(what, EventKind::ClientLeft(_))), 0);
     let tally = served.end();
     assert!(tally.iter().all(|tally| tally.travelled < 1e-9), "{tally:?}");
 }
@@ -447,7 +447,7 @@ fn what_cannot_be_served_is_refused_in_words() {
         },
     ) {
         Err(ServerError::NoPort(robot)) => assert_eq!(robot, "second"),
-        Err(ServerError::Line { .. }) => {}
+        Err(ServerError::Endpoint { .. }) => {}
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("it is served"),
     }

@@ -3,7 +3,7 @@
 
 use core::time::Duration;
 
-use super::{Event, Wish};
+use super::{Event, Setpoint};
 use crate::{Command, Config, Flags, Model, Sip};
 
 /// Speeds are repeated this often: ten times within the usual watchdog time of 2 s, after which the robot
@@ -11,15 +11,15 @@ use crate::{Command, Config, Flags, Model, Sip};
 const REPEAT: Duration = Duration::from_millis(200);
 /// Time between attempts to switch the motors on: the robot needs a moment, and a person may be holding the
 /// button.
-const MOTORS_AGAIN: Duration = Duration::from_secs(1);
+const MOTORS_RETRY: Duration = Duration::from_secs(1);
 /// Attempts before a warning asks a person to look. They start again with the next wish to move.
 const MOTORS_TRIES: u32 = 5;
 
 /// What was last sent to the base.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
-    said: Option<(i16, i16)>,
-    said_at: Duration,
+    last_sent: Option<(i16, i16)>,
+    sent_at: Duration,
     motors_at: Duration,
     tries: u32,
 }
@@ -28,8 +28,8 @@ impl Base {
     /// Creates a base whose motors were switched on at `now`.
     pub(super) fn new(now: Duration) -> Self {
         Self {
-            said: None,
-            said_at: now,
+            last_sent: None,
+            sent_at: now,
             motors_at: now,
             tries: 0,
         }
@@ -38,7 +38,7 @@ impl Base {
     /// Sends the wanted speeds, if they have changed or it is time to repeat them.
     pub(super) fn drive(
         &mut self,
-        wish: &Wish,
+        wish: &Setpoint,
         limits: (f64, f64),
         now: Duration,
         mut say: impl FnMut(Command),
@@ -47,10 +47,10 @@ impl Base {
             units(wish.linear * 1000.0, limits.0),
             units(wish.angular.to_degrees(), limits.1),
         );
-        let changed = self.said != Some(speeds);
-        if changed || now.saturating_sub(self.said_at) >= REPEAT {
-            self.said = Some(speeds);
-            self.said_at = now;
+        let changed = self.last_sent != Some(speeds);
+        if changed || now.saturating_sub(self.sent_at) >= REPEAT {
+            self.last_sent = Some(speeds);
+            self.sent_at = now;
             say(Command::Velocity(speeds.0));
             say(Command::RotVelocity(speeds.1));
         }
@@ -58,12 +58,12 @@ impl Base {
 
     /// Switches the motors on, if the robot reports them off while it should move.
     pub(super) fn motors(&mut self, sip: &Sip, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
-        let moves = self.said.is_some_and(|speeds| speeds != (0, 0));
+        let moves = self.last_sent.is_some_and(|speeds| speeds != (0, 0));
         if sip.motors() || !moves {
             self.tries = 0;
             return None;
         }
-        if self.tries > MOTORS_TRIES || now.saturating_sub(self.motors_at) < MOTORS_AGAIN {
+        if self.tries > MOTORS_TRIES || now.saturating_sub(self.motors_at) < MOTORS_RETRY {
             return None;
         }
         self.motors_at = now;

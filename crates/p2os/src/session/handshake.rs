@@ -4,27 +4,27 @@
 use core::time::Duration;
 
 use super::base::Base;
-use super::head::HeadLine;
-use super::laser::Asking;
-use super::{Head, Laser, Session, State, say};
+use super::head::HeadChannel;
+use super::laser::LaserRequest;
+use super::{HeadKind, LaserMode, Session, State, send_command};
 use crate::sip::{MOVING, STOPPED};
-use crate::{Command, Config, Form, Model, Names, Packet, Sync};
+use crate::{Command, Config, Form, Model, Names, Packet, SyncStep};
 
 /// An unanswered synchronisation or OPEN is repeated after this time.
-const AGAIN: Duration = Duration::from_secs(1);
+const RETRY: Duration = Duration::from_secs(1);
 /// The same for CONFIG, which old robots never answer.
-const CONFIG_AGAIN: Duration = Duration::from_millis(300);
+const CONFIG_RETRY: Duration = Duration::from_millis(300);
 const CONFIG_TRIES: u32 = 3;
 /// Unanswered attempts after which the session is lost.
 const TRIES: u32 = 10;
 /// Time between two CLOSEs to a robot that is still open: SIPs in transit are no reason for another.
-const CLOSE_AGAIN: Duration = Duration::from_millis(500);
+const CLOSE_RETRY: Duration = Duration::from_millis(500);
 
 /// What the handshake waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     /// The echo.
-    Sync(Sync),
+    Sync(SyncStep),
     /// The first SIP.
     Open,
     /// The configuration.
@@ -35,40 +35,40 @@ enum Step {
 #[derive(Clone, Debug)]
 pub(super) struct Handshake {
     step: Step,
-    said: Duration,
+    sent_at: Duration,
     tries: u32,
-    closed: Option<Duration>,
+    close_sent_at: Option<Duration>,
 }
 
 impl Handshake {
     pub(super) fn new(now: Duration) -> Self {
         Self {
-            step: Step::Sync(Sync::Zero),
-            said: now,
+            step: Step::Sync(SyncStep::Zero),
+            sent_at: now,
             tries: 0,
-            closed: None,
+            close_sent_at: None,
         }
     }
 
     /// Sends the packet of the present step.
-    pub(super) fn hello(&mut self, output: &mut Vec<u8>) {
+    pub(super) fn send_step(&mut self, output: &mut Vec<u8>) {
         self.tries += 1;
         match self.step {
             Step::Sync(sync) => output.extend(sync.to_packet().to_bytes()),
-            Step::Open => say(output, &Command::Open(Form::One)),
-            Step::Config => say(output, &Command::Config(Form::One)),
+            Step::Open => send_command(output, &Command::Open(Form::One)),
+            Step::Config => send_command(output, &Command::Config(Form::One)),
         }
     }
 
     fn go_to(&mut self, step: Step, now: Duration, output: &mut Vec<u8>) {
-        (self.step, self.said, self.tries) = (step, now, 0);
-        self.hello(output);
+        (self.step, self.sent_at, self.tries) = (step, now, 0);
+        self.send_step(output);
     }
 }
 
 impl Session {
     /// Processes a packet during the handshake.
-    pub(super) fn shake(&mut self, packet: &Packet, now: Duration) {
+    pub(super) fn handle_handshake(&mut self, packet: &Packet, now: Duration) {
         let Some(mut handshake) = self.handshake.take() else {
             return;
         };
@@ -77,28 +77,32 @@ impl Session {
             Step::Sync(_) if is_sip => {
                 // The robot is still open from an earlier session of any client.
                 if handshake
-                    .closed
-                    .is_none_or(|closed| now.saturating_sub(closed) > CLOSE_AGAIN)
+                    .close_sent_at
+                    .is_none_or(|closed| now.saturating_sub(closed) > CLOSE_RETRY)
                 {
-                    handshake.closed = Some(now);
-                    say(&mut self.output, &Command::Close(Form::One));
+                    handshake.close_sent_at = Some(now);
+                    send_command(&mut self.output, &Command::Close(Form::One));
                     let tries = handshake.tries;
-                    handshake.go_to(Step::Sync(Sync::Zero), now, &mut self.output);
+                    handshake.go_to(Step::Sync(SyncStep::Zero), now, &mut self.output);
                     handshake.tries += tries;
                 }
             }
-            Step::Sync(Sync::Two) => {
+            Step::Sync(SyncStep::Two) => {
                 if packet.data().is_empty() {
                     // An echo without names comes from the line, not from a robot.
                 } else if let Ok(names) = Names::from_packet(packet)
-                    && !self.meet(names, &mut handshake, now)
+                    && !self.accept_names(names, &mut handshake, now)
                 {
                     return;
                 }
             }
             Step::Sync(step) => {
-                if Sync::from_packet(packet) == Some(step) {
-                    let next = if step == Sync::Zero { Sync::One } else { Sync::Two };
+                if SyncStep::from_packet(packet) == Some(step) {
+                    let next = if step == SyncStep::Zero {
+                        SyncStep::One
+                    } else {
+                        SyncStep::Two
+                    };
                     handshake.go_to(Step::Sync(next), now, &mut self.output);
                 }
             }
@@ -106,9 +110,9 @@ impl Session {
             Step::Open => {}
             Step::Config => {
                 if is_sip {
-                    self.heard = now;
+                    self.last_received = now;
                 } else if let Ok(config) = Config::from_packet(packet) {
-                    self.set_to(config);
+                    self.set_config(config);
                     self.switch_on(now);
                     return;
                 }
@@ -118,16 +122,16 @@ impl Session {
     }
 
     /// Repeats an unanswered packet, or gives up.
-    pub(super) fn wait(&mut self, now: Duration) {
+    pub(super) fn retry_handshake(&mut self, now: Duration) {
         let Some(mut handshake) = self.handshake.take() else {
             return;
         };
         let (again, tries) = match handshake.step {
-            Step::Sync(_) | Step::Open => (AGAIN, TRIES),
-            Step::Config => (CONFIG_AGAIN, CONFIG_TRIES),
+            Step::Sync(_) | Step::Open => (RETRY, TRIES),
+            Step::Config => (CONFIG_RETRY, CONFIG_TRIES),
         };
-        if now.saturating_sub(handshake.said) >= again {
-            handshake.said = now;
+        if now.saturating_sub(handshake.sent_at) >= again {
+            handshake.sent_at = now;
             match handshake.step {
                 Step::Config if handshake.tries >= tries => {
                     self.switch_on(now);
@@ -137,14 +141,14 @@ impl Session {
                     self.lost("nobody answers as a Pioneer does: is it switched on, and at this speed?");
                     return;
                 }
-                Step::Sync(_) | Step::Open | Step::Config => handshake.hello(&mut self.output),
+                Step::Sync(_) | Step::Open | Step::Config => handshake.send_step(&mut self.output),
             }
         }
         self.handshake = Some(handshake);
     }
 
     /// Processes the robot's names. Returns whether the robot can be driven.
-    fn meet(&mut self, names: Names, handshake: &mut Handshake, now: Duration) -> bool {
+    fn accept_names(&mut self, names: Names, handshake: &mut Handshake, now: Duration) -> bool {
         let model = match &self.options.model {
             Some(model) => model.clone(),
             None => match Model::of_subclass(&names.subclass) {
@@ -174,23 +178,23 @@ impl Session {
         // Sonars first: one server disconnects a client that opens it and does not switch on the sonars
         // within a second.
         for command in [Command::Sonar(1), Command::Enable(true), Command::Encoder(2)] {
-            say(output, &command);
+            send_command(output, &command);
         }
-        self.heard = now;
+        self.last_received = now;
         self.base = Base::new(now);
         let beams = match self.options.laser {
-            Laser::Auto(beams) => self.is_simulator().then_some(beams),
-            Laser::On(beams) => Some(beams),
-            Laser::Off => None,
+            LaserMode::Auto(beams) => self.is_simulator().then_some(beams),
+            LaserMode::On(beams) => Some(beams),
+            LaserMode::Off => None,
         };
         if let Some(beams) = beams {
             let output = &mut self.output;
-            self.asking = Asking::begin(beams, now, |command| say(output, &command));
+            self.laser_request = LaserRequest::start(beams, now, |command| send_command(output, &command));
         }
         self.head = match self.options.head {
-            Head::None => None,
-            Head::VcC4 => Some(HeadLine::new(true, now)),
-            Head::VcC4OneWay => Some(HeadLine::new(false, now)),
+            HeadKind::None => None,
+            HeadKind::VcC4 => Some(HeadChannel::new(true, now)),
+            HeadKind::VcC4OneWay => Some(HeadChannel::new(false, now)),
         };
     }
 }

@@ -2,8 +2,8 @@
 
 use core::time::Duration;
 
-use super::{Event, HeadWish};
-use crate::head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, UNIT};
+use super::{Event, HeadSetpoint};
+use crate::head::{HeadCommand, HeadFrame, HeadParser, HeadReply, UNIT};
 use crate::{AuxPort, Command, SerialAux};
 
 /// How long an answer may take: the camera's tenth of a second, and the way there and back over a slow serial
@@ -13,7 +13,7 @@ const PATIENCE: Duration = Duration::from_millis(400);
 const PACE: Duration = Duration::from_millis(150);
 /// Time between two requests for the angles. Each takes 50 bytes of a line that carries 960 a second and also
 /// the robot's state.
-const QUESTION: Duration = Duration::from_millis(200);
+const QUERY_PERIOD: Duration = Duration::from_millis(200);
 /// Pause after power-on, and after an answer that reports busy or another error.
 const REST: Duration = Duration::from_millis(500);
 /// Unanswered commands after which the camera counts as one that cannot answer.
@@ -30,7 +30,7 @@ const TILT_SPEED: (f64, f64) = (8.0, 662.0);
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
     /// The angle: measured, or computed from the commands.
-    place: f64,
+    position: f64,
     /// The angle last commanded.
     sent: i16,
     /// The speed last commanded.
@@ -39,57 +39,57 @@ struct Axis {
 
 /// A camera and the state of its commands.
 #[derive(Clone, Debug)]
-pub(super) struct HeadLine {
-    answers: bool,
+pub(super) struct HeadChannel {
+    has_replies: bool,
     parser: HeadParser,
     /// The commands of the initialization that are still to be sent.
     first: &'static [HeadCommand],
-    waiting: Option<(HeadCommand, Duration)>,
+    pending: Option<(HeadCommand, Duration)>,
     rest_until: Duration,
-    ask_at: Duration,
+    query_at: Duration,
     unanswered: u32,
     pan: Axis,
     tilt: Axis,
     /// The time of the computed angles.
-    reckoned: Duration,
+    estimated_at: Duration,
 }
 
 /// Power on, control by the line, zero positions.
 const FIRST: &[HeadCommand] = &[HeadCommand::Power(true), HeadCommand::Control, HeadCommand::Init];
 
-impl HeadLine {
+impl HeadChannel {
     pub(super) fn new(answers: bool, now: Duration) -> Self {
         Self {
-            answers,
+            has_replies: answers,
             parser: HeadParser::default(),
             first: FIRST,
-            waiting: None,
+            pending: None,
             rest_until: now,
-            ask_at: now,
+            query_at: now,
             unanswered: 0,
             pan: Axis::default(),
             tilt: Axis::default(),
-            reckoned: now,
+            estimated_at: now,
         }
     }
 
     /// Sends the next command, if it is time for one.
     pub(super) fn drive(
         &mut self,
-        wish: &HeadWish,
+        wish: &HeadSetpoint,
         now: Duration,
         mut say: impl FnMut(Command),
     ) -> Option<Event> {
-        self.reckon(now);
+        self.estimate(now);
         let mut warning = None;
-        if let Some((_, since)) = &self.waiting {
+        if let Some((_, since)) = &self.pending {
             if now.saturating_sub(*since) < PATIENCE {
                 return None;
             }
-            self.waiting = None;
+            self.pending = None;
             self.unanswered += 1;
             if self.unanswered >= SILENCE {
-                self.answers = false;
+                self.has_replies = false;
                 let words =
                     "the camera does not answer; it is told where to look, and where it looks is reckoned";
                 warning = Some(Event::Warning(words.to_owned()));
@@ -99,24 +99,28 @@ impl HeadLine {
             return warning;
         }
         let Some(next) = self.next(wish, now) else {
-            if self.answers {
+            if self.has_replies {
                 return warning;
             }
             self.rest_until = now + PACE;
             return warning.or(Some(self.event()));
         };
-        if self.answers {
+        if self.has_replies {
             // Discard unread bytes, then request as many bytes as the answer will have. Both precede the
             // command: its answer may arrive at once, and must not be discarded.
             say(Command::GetAux(0));
-            say(Command::GetAux(if next == HeadCommand::Where { 14 } else { 6 }));
+            say(Command::GetAux(if next == HeadCommand::GetPanTilt {
+                14
+            } else {
+                6
+            }));
         }
         say(Command::Tty2(next.to_bytes()));
-        if self.answers {
-            self.waiting = Some((next, now));
+        if self.has_replies {
+            self.pending = Some((next, now));
         } else {
             self.rest_until = now + if self.first.is_empty() { PACE } else { REST };
-            self.done(&next);
+            self.apply(&next);
         }
         warning
     }
@@ -130,24 +134,24 @@ impl HeadLine {
         self.parser.receive(&aux.bytes, |frame| heard.push(frame));
         let mut event = None;
         for frame in heard {
-            let HeadFrame::Answer(answer) = frame else {
+            let HeadFrame::Reply(answer) = frame else {
                 continue;
             };
-            let Some((command, _)) = self.waiting.take() else {
+            let Some((command, _)) = self.pending.take() else {
                 continue;
             };
             self.unanswered = 0;
-            if answer.status != HeadAnswer::OK {
+            if answer.status != HeadReply::OK {
                 self.rest_until = now + REST;
                 continue;
             }
-            self.done(&command);
+            self.apply(&command);
             if command == HeadCommand::Power(true) {
                 self.rest_until = now + REST;
             }
             if let Some((pan, tilt)) = answer.pan_tilt() {
-                (self.pan.place, self.tilt.place) = (pan.into(), tilt.into());
-                self.reckoned = now;
+                (self.pan.position, self.tilt.position) = (pan.into(), tilt.into());
+                self.estimated_at = now;
                 event = Some(self.event());
             }
         }
@@ -156,14 +160,14 @@ impl HeadLine {
 
     fn event(&self) -> Event {
         Event::Head {
-            pan: -self.pan.place * UNIT,
-            tilt: -self.tilt.place * UNIT,
+            pan: -self.pan.position * UNIT,
+            tilt: -self.tilt.position * UNIT,
         }
     }
 
     /// Returns the next command: first the initialization, then the changes of the wish, then a request for
     /// the angles.
-    fn next(&mut self, wish: &HeadWish, now: Duration) -> Option<HeadCommand> {
+    fn next(&mut self, wish: &HeadSetpoint, now: Duration) -> Option<HeadCommand> {
         if let Some(first) = self.first.first() {
             return Some(first.clone());
         }
@@ -183,15 +187,15 @@ impl HeadLine {
             return Some(place);
         }
         // A camera that cannot answer gets no requests: its angles are computed.
-        if !self.answers || now < self.ask_at {
+        if !self.has_replies || now < self.query_at {
             return None;
         }
-        self.ask_at = now + QUESTION;
-        Some(HeadCommand::Where)
+        self.query_at = now + QUERY_PERIOD;
+        Some(HeadCommand::GetPanTilt)
     }
 
     /// Records a command that was executed.
-    fn done(&mut self, command: &HeadCommand) {
+    fn apply(&mut self, command: &HeadCommand) {
         match command {
             HeadCommand::PanSpeed(speed) => self.pan.speed = *speed,
             HeadCommand::TiltSpeed(speed) => self.tilt.speed = *speed,
@@ -201,22 +205,22 @@ impl HeadLine {
             }
             HeadCommand::Stop
             | HeadCommand::TiltRange { .. }
-            | HeadCommand::Where
+            | HeadCommand::GetPanTilt
             | HeadCommand::Zoom(_)
-            | HeadCommand::Zoomed
-            | HeadCommand::MostZoom
+            | HeadCommand::GetZoom
+            | HeadCommand::GetMaxZoom
             | HeadCommand::Focus(_)
             | HeadCommand::Other { .. } => {}
         }
     }
 
     /// Moves the computed angles toward the commanded ones.
-    fn reckon(&mut self, now: Duration) {
-        let elapsed = now.saturating_sub(self.reckoned).as_secs_f64();
-        self.reckoned = now;
+    fn estimate(&mut self, now: Duration) {
+        let elapsed = now.saturating_sub(self.estimated_at).as_secs_f64();
+        self.estimated_at = now;
         for axis in [&mut self.pan, &mut self.tilt] {
             let most = f64::from(axis.speed) * elapsed;
-            axis.place += (f64::from(axis.sent) - axis.place).clamp(-most, most);
+            axis.position += (f64::from(axis.sent) - axis.position).clamp(-most, most);
         }
     }
 }
@@ -226,16 +230,16 @@ impl HeadLine {
 fn aim(axis: Axis, angle: f64, speed: f64, ends: (f64, f64), speeds: (f64, f64)) -> Axis {
     if !(speed.abs() > 0.0 && angle.is_finite()) {
         // An axis that has arrived, up to rounding, keeps its commanded angle to the unit.
-        let arrived = (axis.place - f64::from(axis.sent)).abs() < 2.0;
+        let arrived = (axis.position - f64::from(axis.sent)).abs() < 2.0;
         let sent = if arrived {
             axis.sent
         } else {
-            axis.place.round() as i16
+            axis.position.round() as i16
         };
         return Axis { sent, ..axis };
     }
     Axis {
-        place: axis.place,
+        position: axis.position,
         sent: (angle / UNIT).clamp(ends.0, ends.1).round() as i16,
         speed: (speed.abs() / UNIT).clamp(speeds.0, speeds.1).round() as u16,
     }

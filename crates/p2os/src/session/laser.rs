@@ -11,28 +11,28 @@ const PATIENCE: Duration = Duration::from_secs(2);
 
 /// The progress of the request.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Asking {
+pub(super) enum LaserRequest {
     /// No laser is wanted, packets arrive, or there is no laser.
     Done,
     /// Requested with the commands of SRIsim, 35 to 38, which all simulators in use know.
-    Old(Beams, Duration),
+    Legacy(Beams, Duration),
     /// Requested with the commands of later simulators, 230 to 233.
-    New(Duration),
+    Modern(Duration),
 }
 
-impl Asking {
-    pub(super) fn begin(beams: Beams, now: Duration, mut say: impl FnMut(Command)) -> Self {
+impl LaserRequest {
+    pub(super) fn start(beams: Beams, now: Duration, mut say: impl FnMut(Command)) -> Self {
         say(Command::LaserStart36(beams.start_deg));
         say(Command::LaserEnd37(beams.end_deg));
         say(Command::LaserIncrement38(beams.increment_centideg));
         say(Command::LaserOn35(2));
-        Self::Old(beams, now)
+        Self::Legacy(beams, now)
     }
 
     /// Tries the next commands when it is time.
-    pub(super) fn go_on(&mut self, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
+    pub(super) fn poll(&mut self, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
         match *self {
-            Self::Old(beams, since) if now.saturating_sub(since) > PATIENCE => {
+            Self::Legacy(beams, since) if now.saturating_sub(since) > PATIENCE => {
                 let first = |value| ForLaser { value, laser: 0 };
                 say(Command::LrfStart(first(beams.start_deg)));
                 say(Command::LrfEnd(first(beams.end_deg)));
@@ -40,20 +40,20 @@ impl Asking {
                     beams.increment_centideg.cast_signed(),
                 )));
                 say(Command::LrfEnable(first(2)));
-                *self = Self::New(now);
+                *self = Self::Modern(now);
                 None
             }
-            Self::New(since) if now.saturating_sub(since) > PATIENCE => {
+            Self::Modern(since) if now.saturating_sub(since) > PATIENCE => {
                 *self = Self::Done;
                 let words = "it was asked for a laser and sends none; has the simulated robot one?";
                 Some(Event::Warning(words.to_owned()))
             }
-            Self::Done | Self::Old(..) | Self::New(_) => None,
+            Self::Done | Self::Legacy(..) | Self::Modern(_) => None,
         }
     }
 
     /// Ends the request: a packet of the laser has arrived.
-    pub(super) fn heard(&mut self) {
+    pub(super) fn confirm(&mut self) {
         *self = Self::Done;
     }
 }

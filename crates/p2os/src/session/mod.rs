@@ -23,14 +23,14 @@ use crate::{
 use base::Base;
 pub use event::{Event, State};
 use handshake::Handshake;
-use head::HeadLine;
-use laser::Asking;
-pub use options::{Beams, Head, HeadWish, Laser, Options, Wish};
+use head::HeadChannel;
+use laser::LaserRequest;
+pub use options::{Beams, HeadKind, HeadSetpoint, LaserMode, Options, Setpoint};
 
 /// A robot that is silent for this time is lost: it normally sends ten SIPs in it.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Most events that wait for the owner. The oldest are dropped first, because they are out of date.
-const MOST_EVENTS: usize = 256;
+const MAX_EVENTS: usize = 256;
 
 /// A client's session with a robot.
 #[derive(Clone, Debug)]
@@ -44,14 +44,14 @@ pub struct Session {
     model: Option<Model>,
     config: Option<Config>,
     sip: Option<Sip>,
-    heard: Duration,
+    last_received: Duration,
     odometer: Odometer,
     base: Base,
-    asking: Asking,
+    laser_request: LaserRequest,
     assembler: Assembler,
-    head: Option<HeadLine>,
+    head: Option<HeadChannel>,
     /// The last counts over this connection.
-    counts: Option<Encoders>,
+    last_encoders: Option<Encoders>,
     /// The ticks of the wheels, over all connections.
     ticks: [i64; 2],
 }
@@ -69,13 +69,13 @@ impl Session {
             model: options.model.clone(),
             config: None,
             sip: None,
-            heard: Duration::ZERO,
+            last_received: Duration::ZERO,
             odometer: Odometer::new(options.start),
             base: Base::new(Duration::ZERO),
-            asking: Asking::Done,
+            laser_request: LaserRequest::Done,
             assembler: Assembler::default(),
             head: None,
-            counts: None,
+            last_encoders: None,
             ticks: [0; 2],
             options,
         }
@@ -89,16 +89,16 @@ impl Session {
         self.events.clear();
         self.config = None;
         self.sip = None;
-        self.asking = Asking::Done;
+        self.laser_request = LaserRequest::Done;
         self.assembler = Assembler::default();
         self.head = None;
         // The robot may restart its counts, so the motion in between is unknown.
-        self.counts = None;
+        self.last_encoders = None;
         self.odometer.rebase();
-        self.heard = now;
+        self.last_received = now;
         self.state = State::Syncing;
         let mut handshake = Handshake::new(now);
-        handshake.hello(&mut self.output);
+        handshake.send_step(&mut self.output);
         self.handshake = Some(handshake);
     }
 
@@ -117,18 +117,18 @@ impl Session {
         self.receiver.receive(bytes, now, |packet| packets.push(packet));
         for packet in packets {
             match self.state {
-                State::Syncing | State::Opening(_) => self.shake(&packet, now),
-                State::Connected(_) => self.take(&packet, now),
+                State::Syncing | State::Opening(_) => self.handle_handshake(&packet, now),
+                State::Connected(_) => self.handle_packet(&packet, now),
                 State::Idle | State::Lost(_) | State::Refused(_) => {}
             }
         }
     }
 
     /// Continues the handshake, or drives as wished. Only its owner calls it, in every iteration.
-    pub fn drive(&mut self, wish: &Wish, now: Duration) {
+    pub fn drive(&mut self, wish: &Setpoint, now: Duration) {
         match self.state {
-            State::Syncing | State::Opening(_) => self.wait(now),
-            State::Connected(_) => self.drive_on(wish, now),
+            State::Syncing | State::Opening(_) => self.retry_handshake(now),
+            State::Connected(_) => self.drive_connected(wish, now),
             State::Idle | State::Lost(_) | State::Refused(_) => {}
         }
     }
@@ -158,7 +158,7 @@ impl Session {
             State::Idle | State::Lost(_) | State::Refused(_) => &[],
         };
         for command in commands {
-            say(&mut farewell, command);
+            send_command(&mut farewell, command);
         }
         self.output.clear();
         self.handshake = None;
@@ -206,8 +206,8 @@ impl Session {
         self.receiver.dropped()
     }
 
-    fn drive_on(&mut self, wish: &Wish, now: Duration) {
-        if now.saturating_sub(self.heard) > SILENCE {
+    fn drive_connected(&mut self, wish: &Setpoint, now: Duration) {
+        if now.saturating_sub(self.last_received) > SILENCE {
             self.lost("the robot has said nothing for a second: is it switched on, and the cable in?");
             return;
         }
@@ -215,62 +215,68 @@ impl Session {
         let limits = base::limits(model, self.config.as_ref());
         let output = &mut self.output;
         self.base
-            .drive(wish, limits, now, |command| say(output, &command));
+            .drive(wish, limits, now, |command| send_command(output, &command));
         let mut events = Vec::new();
         if let Some(sip) = &self.sip {
-            events.extend(self.base.motors(sip, now, |command| say(output, &command)));
+            events.extend(
+                self.base
+                    .motors(sip, now, |command| send_command(output, &command)),
+            );
         }
-        events.extend(self.asking.go_on(now, |command| say(output, &command)));
+        events.extend(
+            self.laser_request
+                .poll(now, |command| send_command(output, &command)),
+        );
         if let Some(head) = &mut self.head {
-            events.extend(head.drive(&wish.head, now, |command| say(output, &command)));
+            events.extend(head.drive(&wish.head, now, |command| send_command(output, &command)));
         }
         for event in events {
-            self.tell(event);
+            self.push_event(event);
         }
     }
 
     /// Processes a packet of a connected robot.
-    fn take(&mut self, packet: &Packet, now: Duration) {
+    fn handle_packet(&mut self, packet: &Packet, now: Duration) {
         if let Ok(sip) = Sip::from_packet(packet) {
-            self.heard = now;
+            self.last_received = now;
             if let Some(model) = &self.model {
                 self.odometer.update(model, &sip, now);
             }
             self.sip = Some(sip.clone());
-            self.tell(Event::Sip(Box::new(sip)));
-        } else if LaserPacket::is_one(packet) {
+            self.push_event(Event::Sip(Box::new(sip)));
+        } else if LaserPacket::is_laser_packet(packet) {
             let Ok(part) = LaserPacket::from_packet(packet) else {
                 return;
             };
-            self.asking.heard();
+            self.laser_request.confirm();
             if let Some(sweep) = self.assembler.add(&part) {
-                self.tell(Event::Laser(sweep));
+                self.push_event(Event::Laser(sweep));
             }
         } else if packet.id() == encoders::KIND {
             let Ok(heard) = Encoders::from_packet(packet) else {
                 return;
             };
-            let last = self.counts.replace(heard).unwrap_or(heard);
+            let last = self.last_encoders.replace(heard).unwrap_or(heard);
             self.ticks[0] += i64::from(heard.left.wrapping_sub(last.left));
             self.ticks[1] += i64::from(heard.right.wrapping_sub(last.right));
             let [left, right] = self.ticks;
-            self.tell(Event::Encoders { left, right });
+            self.push_event(Event::Encoders { left, right });
         } else if let Ok(config) = Config::from_packet(packet) {
-            self.set_to(config);
+            self.set_config(config);
         } else if let (Ok(aux), Some(head)) = (SerialAux::from_packet(packet), &mut self.head)
             && let Some(event) = head.receive(&aux, now)
         {
-            self.tell(event);
+            self.push_event(event);
         }
     }
 
-    fn set_to(&mut self, config: Config) {
-        self.tell(Event::Config(Box::new(config.clone())));
+    fn set_config(&mut self, config: Config) {
+        self.push_event(Event::Config(Box::new(config.clone())));
         self.config = Some(config);
     }
 
-    fn tell(&mut self, event: Event) {
-        if self.events.len() == MOST_EVENTS {
+    fn push_event(&mut self, event: Event) {
+        if self.events.len() == MAX_EVENTS {
             self.events.pop_front();
         }
         self.events.push_back(event);
@@ -278,7 +284,7 @@ impl Session {
 }
 
 /// Appends a command's packet. Every command of a session fits into a packet.
-fn say(output: &mut Vec<u8>, command: &Command) {
+fn send_command(output: &mut Vec<u8>, command: &Command) {
     if let Ok(packet) = command.to_packet() {
         output.extend(packet.to_bytes());
     }

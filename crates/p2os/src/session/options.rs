@@ -8,16 +8,16 @@ pub struct Options {
     /// The robot's model; `None` for the one that the robot reports.
     pub model: Option<Model>,
     /// The laser in the stream of packets, as simulators send it.
-    pub laser: Laser,
+    pub laser: LaserMode,
     /// The pan-tilt head at the first auxiliary port.
-    pub head: Head,
+    pub head: HeadKind,
     /// The pose of the robot at the start, in the frame of the odometry.
     pub start: crate::Pose,
 }
 
 /// Whether to request a laser.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Laser {
+pub enum LaserMode {
     /// Never.
     #[default]
     Off,
@@ -40,7 +40,7 @@ pub struct Beams {
 
 /// The kind of pan-tilt head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Head {
+pub enum HeadKind {
     /// None.
     #[default]
     None,
@@ -52,18 +52,18 @@ pub enum Head {
 
 /// The present wishes of the application.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wish {
+pub struct Setpoint {
     /// Speed ahead, m/s.
     pub linear: f64,
     /// Turn rate, rad/s counter-clockwise.
     pub angular: f64,
     /// The wish for the head.
-    pub head: HeadWish,
+    pub head: HeadSetpoint,
 }
 
 /// The wanted angles of a head, and the speeds to get there. An axis without a speed stays at its angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HeadWish {
+pub struct HeadSetpoint {
     /// To the left, rad.
     pub pan: f64,
     /// Down, rad.

@@ -73,7 +73,7 @@ pub(crate) fn head(data: &[u8]) {
     for frame in frames(data) {
         let bytes = match &frame {
             HeadFrame::Command(command) => command.to_bytes(),
-            HeadFrame::Answer(answer) => answer.to_bytes(),
+            HeadFrame::Reply(answer) => answer.to_bytes(),
         };
         assert_eq!(frames(&bytes), [frame]);
     }
@@ -85,11 +85,15 @@ pub(crate) fn session(data: &[u8]) {
     let [first, script @ ..] = data else { return };
     let options = Options {
         laser: if first & 1 == 0 {
-            Laser::Off
+            LaserMode::Off
         } else {
-            Laser::On(Beams::spread(180, 3.0))
+            LaserMode::On(Beams::spread(180, 3.0))
         },
-        head: if first & 2 == 0 { Head::None } else { Head::VcC4 },
+        head: if first & 2 == 0 {
+            HeadKind::None
+        } else {
+            HeadKind::VcC4
+        },
         ..Options::default()
     };
     let mut session = Session::new(options);
@@ -113,15 +117,15 @@ pub(crate) fn session(data: &[u8]) {
             4 => {
                 wished = true;
                 let number = |place: usize| f64::from(*bytes.get(place).unwrap_or(&0)) - 128.0;
-                let wish = Wish {
+                let wish = Setpoint {
                     linear: number(0),
                     angular: number(1),
-                    ..Wish::default()
+                    ..Setpoint::default()
                 };
                 session.drive(&wish, now);
             }
             5 => session.connected(now),
-            _ => session.drive(&Wish::default(), now),
+            _ => session.drive(&Setpoint::default(), now),
         }
         output.extend(session.output());
         while session.next_event().is_some() {}
@@ -150,8 +154,8 @@ fn hello(session: &mut Session, now: Duration) {
         subclass: "p3dx".into(),
     };
     let says = [
-        Sync::Zero.to_packet(),
-        Sync::One.to_packet(),
+        SyncStep::Zero.to_packet(),
+        SyncStep::One.to_packet(),
         names.to_packet().expect("short names"),
         Sip::default().to_packet().expect("a SIP"),
         Config::default().to_packet().expect("short names"),

@@ -281,20 +281,17 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
             "ff303000623743453037463445ef",
         ),
         (
-            HeadCommand::TiltRange {
-                least: -267,
-                most: 782,
-            },
+            HeadCommand::TiltRange { min: -267, max: 782 },
             "ff30300064313745463538333045ef",
         ),
         (HeadCommand::Zoom(0), "ff303000b330303030ef"),
-        (HeadCommand::Zoomed, "ff303000b430ef"),
-        (HeadCommand::MostZoom, "ff303000b433ef"),
+        (HeadCommand::GetZoom, "ff303000b430ef"),
+        (HeadCommand::GetMaxZoom, "ff303000b433ef"),
         (HeadCommand::Focus(Focus::Auto), "ff303000a130ef"),
         (HeadCommand::Focus(Focus::Manual), "ff303000a131ef"),
         (HeadCommand::Focus(Focus::Near), "ff303000a132ef"),
         (HeadCommand::Focus(Focus::Far), "ff303000a133ef"),
-        (HeadCommand::Where, "ff30300063ef"),
+        (HeadCommand::GetPanTilt, "ff30300063ef"),
     ];
     let mut parser = HeadParser::default();
     for (command, bytes) in frames {
@@ -312,29 +309,26 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
 
 #[test]
 fn the_camera_tells_where_it_looks() {
-    let answer = HeadAnswer::place(-875, 790);
+    let answer = HeadReply::position(-875, 790);
     assert_eq!(answer.to_bytes().len(), 14);
-    let HeadFrame::Answer(read) = HeadFrame::from_bytes(&answer.to_bytes()).unwrap() else {
+    let HeadFrame::Reply(read) = HeadFrame::from_bytes(&answer.to_bytes()).unwrap() else {
         panic!("an answer")
     };
-    assert_eq!(
-        (read.status, read.pan_tilt()),
-        (HeadAnswer::OK, Some((-875, 790)))
-    );
-    assert_eq!(HeadAnswer::done().to_bytes(), hex("fe30303000ef"));
+    assert_eq!((read.status, read.pan_tilt()), (HeadReply::OK, Some((-875, 790))));
+    assert_eq!(HeadReply::success().to_bytes(), hex("fe30303000ef"));
 }
 
 #[test]
 fn the_camera_tells_how_far_it_zooms() {
-    let answer = HeadAnswer::zoom(1960);
+    let answer = HeadReply::zoom(1960);
     assert_eq!(answer.to_bytes(), hex("fe3030300030374138ef"));
     assert_eq!(answer.zoomed(), Some(1960));
-    assert_eq!(HeadAnswer::place(0, 0).zoomed(), None);
+    assert_eq!(HeadReply::position(0, 0).zoomed(), None);
 }
 
 #[test]
 fn a_range_that_ends_before_it_begins_is_none() {
-    let crossed = HeadCommand::TiltRange { least: 10, most: -10 };
+    let crossed = HeadCommand::TiltRange { min: 10, max: -10 };
     let Ok(HeadFrame::Command(read)) = HeadFrame::from_bytes(&crossed.to_bytes()) else {
         panic!("a command")
     };
@@ -380,6 +374,6 @@ fn a_gap_within_a_packet_aborts_it() {
         receiver.receive(tail, Duration::from_secs(5) + gap, |_| count += 1);
         (count, receiver.dropped().gaps)
     };
-    assert_eq!(found(LONGEST_GAP), (1, 0));
-    assert_eq!(found(LONGEST_GAP + Duration::from_millis(1)), (0, 1));
+    assert_eq!(found(MAX_GAP), (1, 0));
+    assert_eq!(found(MAX_GAP + Duration::from_millis(1)), (0, 1));
 }

@@ -219,8 +219,8 @@ proptest! {
         for command in commands {
             prop_assert_eq!(HeadFrame::from_bytes(&command.to_bytes()).unwrap(), HeadFrame::Command(command));
         }
-        let answer = HeadAnswer::place(pan, tilt);
+        let answer = HeadReply::position(pan, tilt);
         prop_assert_eq!(answer.pan_tilt(), Some((pan, tilt)));
-        prop_assert_eq!(HeadFrame::from_bytes(&answer.to_bytes()).unwrap(), HeadFrame::Answer(answer));
+        prop_assert_eq!(HeadFrame::from_bytes(&answer.to_bytes()).unwrap(), HeadFrame::Reply(answer));
     }
 }

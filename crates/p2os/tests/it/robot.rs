@@ -58,7 +58,7 @@ impl Robot {
         let mut answers = Vec::new();
         for packet in packets {
             if !self.open
-                && let Some(sync) = Sync::from_packet(&packet)
+                && let Some(sync) = SyncStep::from_packet(&packet)
             {
                 self.heard.push(Command::from_packet(&packet));
                 if sync as u8 != self.synced {
@@ -66,8 +66,8 @@ impl Robot {
                 }
                 self.synced += 1;
                 answers.extend(match sync {
-                    Sync::Zero | Sync::One => sync.to_packet().to_bytes(),
-                    Sync::Two => self.names.to_packet().unwrap().to_bytes(),
+                    SyncStep::Zero | SyncStep::One => sync.to_packet().to_bytes(),
+                    SyncStep::Two => self.names.to_packet().unwrap().to_bytes(),
                 });
                 continue;
             }
@@ -84,8 +84,8 @@ impl Robot {
                 }
                 Command::Tty2(bytes) if self.camera => {
                     let answer = match HeadFrame::from_bytes(bytes) {
-                        Ok(HeadFrame::Command(HeadCommand::Where)) => HeadAnswer::place(-400, 178),
-                        _ => HeadAnswer::done(),
+                        Ok(HeadFrame::Command(HeadCommand::GetPanTilt)) => HeadReply::position(-400, 178),
+                        _ => HeadReply::success(),
                     };
                     self.said.extend(answer.to_bytes());
                 }
@@ -134,13 +134,13 @@ impl Talk {
     /// Creates a session that has completed the handshake.
     pub(crate) fn connected(robot: Robot, options: Options) -> Self {
         let mut talk = Self::new(robot, options);
-        talk.run(&Wish::default(), 2.0);
+        talk.run(&Setpoint::default(), 2.0);
         assert!(talk.session.state().is_connected(), "{:?}", talk.session.state());
         talk
     }
 
     /// Iterates 25 ms at a time, with a wish.
-    pub(crate) fn run(&mut self, wish: &Wish, seconds: f64) {
+    pub(crate) fn run(&mut self, wish: &Setpoint, seconds: f64) {
         let end = self.now + Duration::from_secs_f64(seconds);
         while self.now < end {
             self.step(Some(wish));
@@ -155,7 +155,7 @@ impl Talk {
         }
     }
 
-    pub(crate) fn step(&mut self, wish: Option<&Wish>) {
+    pub(crate) fn step(&mut self, wish: Option<&Setpoint>) {
         self.now += Duration::from_millis(25);
         if self.now.as_millis().is_multiple_of(100) {
             let says = self.robot.says();
@@ -188,10 +188,10 @@ impl Talk {
 }
 
 /// Creates a wish to drive.
-pub(crate) fn wish(linear: f64, angular: f64) -> Wish {
-    Wish {
+pub(crate) fn wish(linear: f64, angular: f64) -> Setpoint {
+    Setpoint {
         linear,
         angular,
-        ..Wish::default()
+        ..Setpoint::default()
     }
 }

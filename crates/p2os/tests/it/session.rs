@@ -53,14 +53,14 @@ fn it_says_hello_in_order_and_switches_on() {
 fn what_is_not_answered_is_said_again_each_second_and_given_up_in_the_end() {
     let mut session = Session::new(Options::default());
     session.connected(Duration::ZERO);
-    let zero = Sync::Zero.to_packet().to_bytes();
+    let zero = SyncStep::Zero.to_packet().to_bytes();
     assert_eq!(session.output(), zero);
-    session.drive(&Wish::default(), Duration::from_millis(999));
+    session.drive(&Setpoint::default(), Duration::from_millis(999));
     assert!(session.output().is_empty());
-    session.drive(&Wish::default(), Duration::from_secs(1));
+    session.drive(&Setpoint::default(), Duration::from_secs(1));
     assert_eq!(session.output(), zero);
     // The echo of another step is not an answer.
-    session.receive(&Sync::One.to_packet().to_bytes(), Duration::from_secs(1));
+    session.receive(&SyncStep::One.to_packet().to_bytes(), Duration::from_secs(1));
     assert!(session.output().is_empty());
     for second in 2..=10 {
         session.drive(&wish(1.0, 1.0), Duration::from_secs(second));
@@ -139,8 +139,8 @@ fn speeds_are_said_when_they_change_and_every_200_ms() {
 #[test]
 fn nothing_is_said_to_a_robot_whose_application_hangs() {
     let options = Options {
-        laser: Laser::Auto(Beams::spread(180, PI)),
-        head: Head::VcC4,
+        laser: LaserMode::Auto(Beams::spread(180, PI)),
+        head: HeadKind::VcC4,
         ..Options::default()
     };
     let mut talk = Talk::connected(simulator(), options);
@@ -174,14 +174,14 @@ fn speeds_stay_within_what_the_model_and_the_robot_allow() {
 #[test]
 fn a_wish_that_is_no_number_is_no_wish() {
     let mut talk = Talk::connected(p3dx(), Options::default());
-    let head = HeadWish {
+    let head = HeadSetpoint {
         pan: f64::NAN,
         tilt: f64::INFINITY,
         pan_speed: f64::NAN,
         tilt_speed: 1.0,
     };
     talk.run(
-        &Wish {
+        &Setpoint {
             linear: f64::NAN,
             angular: f64::NAN,
             head,
@@ -233,7 +233,7 @@ fn a_robot_that_is_silent_for_a_second_is_lost_and_found_again_where_it_was() {
     talk.robot = again;
     talk.session.connected(talk.now);
     assert_eq!(talk.events(), [], "what was heard before is no news");
-    talk.run(&Wish::default(), 2.0);
+    talk.run(&Setpoint::default(), 2.0);
     assert!(talk.session.state().is_connected());
     assert_eq!(talk.session.pose(), pose);
 }
@@ -260,7 +260,7 @@ fn goodbye_stops_everything() {
 
 #[test]
 fn a_laser_is_asked_for_in_the_old_words_and_then_in_the_new_ones() {
-    let laser = Laser::Auto(Beams::spread(180, PI));
+    let laser = LaserMode::Auto(Beams::spread(180, PI));
     let mut talk = Talk::connected(
         simulator(),
         Options {
@@ -276,10 +276,10 @@ fn a_laser_is_asked_for_in_the_old_words_and_then_in_the_new_ones() {
         Command::LaserOn35(2),
     ];
     assert!(heard.windows(4).any(|commands| commands == old), "{heard:?}");
-    talk.run(&Wish::default(), 2.0);
+    talk.run(&Setpoint::default(), 2.0);
     let first = |value| ForLaser { value, laser: 0 };
     assert!(talk.heard().contains(&Command::LrfEnable(first(2))));
-    talk.run(&Wish::default(), 3.0);
+    talk.run(&Setpoint::default(), 3.0);
     assert!(talk.warnings()[0].contains("laser"));
 }
 
@@ -296,14 +296,14 @@ fn a_robot_is_not_asked_for_a_laser_unless_told_so() {
         );
         talk.heard().contains(&Command::LaserOn35(2))
     };
-    assert!(!asked(Laser::Auto(beams)));
-    assert!(!asked(Laser::Off));
-    assert!(asked(Laser::On(beams)));
+    assert!(!asked(LaserMode::Auto(beams)));
+    assert!(!asked(LaserMode::Off));
+    assert!(asked(LaserMode::On(beams)));
 }
 
 #[test]
 fn sweeps_and_ticks_come_whole_and_without_wrapping() {
-    let laser = Laser::Auto(Beams::spread(180, PI));
+    let laser = LaserMode::Auto(Beams::spread(180, PI));
     let mut talk = Talk::connected(
         simulator(),
         Options {
@@ -331,7 +331,7 @@ fn sweeps_and_ticks_come_whole_and_without_wrapping() {
     assert_eq!(talk.events(), [Event::Laser(sweep), ticks(0, 0), ticks(2, -1)]);
     // Packets arrive, so the session does not try other commands.
     talk.heard();
-    talk.run(&Wish::default(), 5.0);
+    talk.run(&Setpoint::default(), 5.0);
     assert!(
         !talk
             .heard()
@@ -353,7 +353,7 @@ fn ticks_go_on_where_they_were_with_a_robot_that_counts_anew() {
     talk.session.lost("its connection is gone");
     talk.robot = p3dx();
     talk.session.connected(talk.now);
-    talk.run(&Wish::default(), 2.0);
+    talk.run(&Setpoint::default(), 2.0);
     talk.events();
     count(&mut talk, 3, 4);
     count(&mut talk, 13, 24);
@@ -365,7 +365,7 @@ fn ticks_go_on_where_they_were_with_a_robot_that_counts_anew() {
 fn camera(heard: &[Command]) -> Vec<HeadCommand> {
     let command = |command: &Command| match command {
         Command::Tty2(bytes) => match HeadFrame::from_bytes(bytes) {
-            Ok(HeadFrame::Command(command)) if command != HeadCommand::Where => Some(command),
+            Ok(HeadFrame::Command(command)) if command != HeadCommand::GetPanTilt => Some(command),
             _ => None,
         },
         _ => None,
@@ -373,16 +373,16 @@ fn camera(heard: &[Command]) -> Vec<HeadCommand> {
     heard.iter().filter_map(command).collect()
 }
 
-fn look(pan: f64, tilt: f64, speed: f64) -> Wish {
-    let head = HeadWish {
+fn look(pan: f64, tilt: f64, speed: f64) -> Setpoint {
+    let head = HeadSetpoint {
         pan,
         tilt,
         pan_speed: speed,
         tilt_speed: speed,
     };
-    Wish {
+    Setpoint {
         head,
-        ..Wish::default()
+        ..Setpoint::default()
     }
 }
 
@@ -393,7 +393,7 @@ fn with_camera() -> Talk {
     Talk::new(
         robot,
         Options {
-            head: Head::VcC4,
+            head: HeadKind::VcC4,
             ..Options::default()
         },
     )
@@ -426,10 +426,10 @@ fn a_camera_that_answers_is_told_one_thing_after_another() {
 #[test]
 fn a_camera_is_asked_where_it_looks_no_oftener_than_a_slow_line_bears() {
     let mut talk = with_camera();
-    talk.run(&Wish::default(), 5.0);
+    talk.run(&Setpoint::default(), 5.0);
     talk.heard();
-    talk.run(&Wish::default(), 2.0);
-    let question = Command::Tty2(HeadCommand::Where.to_bytes());
+    talk.run(&Setpoint::default(), 2.0);
+    let question = Command::Tty2(HeadCommand::GetPanTilt.to_bytes());
     let heard = talk.heard();
     assert_eq!(heard.iter().filter(|command| **command == question).count(), 10);
 }
@@ -439,7 +439,7 @@ fn a_camera_that_does_not_answer_is_told_all_the_same() {
     let mut talk = Talk::new(
         p3dx(),
         Options {
-            head: Head::VcC4,
+            head: HeadKind::VcC4,
             ..Options::default()
         },
     );
@@ -457,7 +457,7 @@ fn an_axis_without_speed_holds_where_it_is() {
     let mut talk = Talk::new(
         p3dx(),
         Options {
-            head: Head::VcC4OneWay,
+            head: HeadKind::VcC4OneWay,
             ..Options::default()
         },
     );

@@ -18,7 +18,7 @@ pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw
         | Touch::Clicked { .. }
         | Touch::Dragged { .. } => "",
     };
-    let [widget, by, key] = [&gesture.widget, by, key].map(until_nul);
+    let [widget, by, key] = [&gesture.widget, by, key].map(to_c_string);
     let mut table = raw::Gesture {
         size: size_of::<raw::Gesture>() as u32,
         kind: 0,
@@ -104,7 +104,7 @@ fn touch(table: &raw::Gesture, key: String) -> Option<Touch> {
     })
 }
 
-fn until_nul(text: &str) -> CString {
+fn to_c_string(text: &str) -> CString {
     let text = text.split('\0').next().unwrap_or_default();
     CString::new(text).unwrap_or_default()
 }

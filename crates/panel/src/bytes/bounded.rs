@@ -14,29 +14,29 @@ use crate::{Broken, Item};
 
 /// What the list that is being decoded may still contain.
 #[derive(Clone, Copy)]
-struct Room {
+struct Budget {
     items: usize,
     points: usize,
 }
 
 thread_local! {
     /// `None` while no list is decoded: a single part is bounded by its bytes only.
-    static ROOM: Cell<Option<Room>> = const { Cell::new(None) };
+    static BUDGET: Cell<Option<Budget>> = const { Cell::new(None) };
 }
 
 /// Decodes the widgets of a whole list.
 pub(crate) fn list<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Item>, D::Error> {
-    struct Restore(Option<Room>);
+    struct Restore(Option<Budget>);
     impl Drop for Restore {
         fn drop(&mut self) {
-            ROOM.set(self.0);
+            BUDGET.set(self.0);
         }
     }
-    let room = Room {
+    let room = Budget {
         items: MOST_ITEMS,
         points: MOST_POINTS,
     };
-    let _restore = Restore(ROOM.replace(Some(room)));
+    let _restore = Restore(BUDGET.replace(Some(room)));
     items(deserializer)
 }
 
@@ -44,27 +44,27 @@ pub(crate) fn list<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ite
 pub(crate) fn items<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
-    deserializer.deserialize_seq(Counted(|| take(1, 0), PhantomData))
+    deserializer.deserialize_seq(Counted(|| charge(1, 0), PhantomData))
 }
 
 /// Decodes the points of a line, curve or mesh.
 pub(crate) fn points<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
-    deserializer.deserialize_seq(Counted(|| take(0, 1), PhantomData))
+    deserializer.deserialize_seq(Counted(|| charge(0, 1), PhantomData))
 }
 
 /// Decodes the rows of a table. A row without cells counts as one cell.
 pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<String>>, D::Error> {
     #[derive(Deserialize)]
     struct Row(#[serde(deserialize_with = "items")] Vec<String>);
-    let left = || ROOM.get().map(|room| room.items);
+    let left = || BUDGET.get().map(|room| room.items);
     let mut before = left();
     let rows = Counted(
         || {
             // The cells of a row are already counted.
             if left() == before {
-                take(1, 0)?;
+                charge(1, 0)?;
             }
             before = left();
             Ok(())
@@ -82,13 +82,13 @@ pub(super) fn broken(said: String) -> Broken {
     known.unwrap_or(Broken::Bytes(said))
 }
 
-fn take(items: usize, points: usize) -> Result<(), Broken> {
-    let Some(room) = ROOM.get() else {
+fn charge(items: usize, points: usize) -> Result<(), Broken> {
+    let Some(room) = BUDGET.get() else {
         return Ok(());
     };
     let items = room.items.checked_sub(items).ok_or(Broken::Items)?;
     let points = room.points.checked_sub(points).ok_or(Broken::Points)?;
-    ROOM.set(Some(Room { items, points }));
+    BUDGET.set(Some(Budget { items, points }));
     Ok(())
 }
 

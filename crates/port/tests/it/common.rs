@@ -3,13 +3,13 @@
 use core::time::Duration;
 use std::thread;
 
-use jde_port::{Address, Backoff, Link, Port};
+use jde_port::{Address, Backoff, Port, PortState};
 use jde_watchdog::Watchdog;
 
 /// Attempts follow each other without a wait, so that no test waits.
 pub(crate) const AT_ONCE: Backoff = Backoff {
-    first: Duration::ZERO,
-    most: Duration::ZERO,
+    initial: Duration::ZERO,
+    max: Duration::ZERO,
 };
 
 pub(crate) fn port(address: &str) -> Port {
@@ -17,27 +17,27 @@ pub(crate) fn port(address: &str) -> Port {
 }
 
 /// Polls with a constant time until the link satisfies a condition.
-pub(crate) fn until(port: &mut Port, mut good: impl FnMut(&Link) -> bool) -> Link {
-    let _watchdog = Watchdog::of_a_test();
+pub(crate) fn until(port: &mut Port, mut good: impl FnMut(&PortState) -> bool) -> PortState {
+    let _watchdog = Watchdog::for_test();
     loop {
         if good(port.poll(Duration::ZERO)) {
-            return port.link().clone();
+            return port.state().clone();
         }
         thread::yield_now();
     }
 }
 
 pub(crate) fn connected(port: &mut Port) {
-    until(port, Link::is_connected);
+    until(port, PortState::is_connected);
 }
 
 /// Reads until the connection is lost. Returns the reason, and the bytes that arrived before.
 pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let mut heard = Vec::new();
     loop {
         port.read(&mut heard);
-        if let Link::Lost { reason, .. } = port.link() {
+        if let PortState::Lost { reason, .. } = port.state() {
             return (reason.clone(), heard);
         }
         thread::yield_now();
@@ -46,20 +46,22 @@ pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
 
 /// Reads until `count` bytes have arrived.
 pub(crate) fn read(port: &mut Port, count: usize) -> Vec<u8> {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     let mut heard = Vec::new();
     while heard.len() < count {
         port.poll(Duration::ZERO);
         port.read(&mut heard);
-        assert!(port.link().is_connected(), "{:?}", port.link());
+        assert!(port.state().is_connected(), "{:?}", port.state());
         thread::yield_now();
     }
     heard
 }
 
-pub(crate) fn reason(link: &Link) -> &str {
+pub(crate) fn reason(link: &PortState) -> &str {
     match link {
-        Link::Lost { reason, .. } => reason,
-        Link::Idle | Link::Connecting { .. } | Link::Connected { .. } => panic!("not lost: {link:?}"),
+        PortState::Lost { reason, .. } => reason,
+        PortState::Idle | PortState::Connecting { .. } | PortState::Connected { .. } => {
+            panic!("not lost: {link:?}")
+        }
     }
 }

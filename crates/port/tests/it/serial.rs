@@ -8,14 +8,14 @@ use std::os::unix::fs::symlink;
 use std::thread;
 
 use crate::common::{connected, port, read, read_until_lost, reason, until};
-use jde_port::{Link, Port, Pty};
+use jde_port::{Port, PortState, Pty};
 
 fn at(pty: &Pty, line: &str) -> Port {
     port(&format!("serial:{}@{line}", pty.path().display()))
 }
 
 fn lost(port: &mut Port) -> String {
-    reason(&until(port, |link| matches!(link, Link::Lost { .. }))).to_owned()
+    reason(&until(port, |link| matches!(link, PortState::Lost { .. }))).to_owned()
 }
 
 #[test]
@@ -116,5 +116,5 @@ fn a_device_that_does_not_read_is_lost_before_anything_is_left_out() {
     while port.write(&[1; 1000]) {
         thread::yield_now();
     }
-    assert!(reason(port.link()).contains("it does not listen"));
+    assert!(reason(port.state()).contains("it does not listen"));
 }

@@ -6,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 
 use crate::common::{connected, port, read, read_until_lost, reason, until};
-use jde_port::{Address, Backoff, Link, Port};
+use jde_port::{Address, Backoff, Port, PortState};
 
 fn listen() -> (TcpListener, String) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -21,15 +21,15 @@ fn pair() -> (Port, TcpStream) {
     (port, listener.accept().expect("it has connected").0)
 }
 
-fn is_lost(link: &Link) -> bool {
-    matches!(link, Link::Lost { .. })
+fn is_lost(link: &PortState) -> bool {
+    matches!(link, PortState::Lost { .. })
 }
 
 #[test]
 fn nothing_is_opened_before_the_first_poll() {
     let (listener, address) = listen();
     let port = port(&address);
-    assert_eq!(port.link(), &Link::Idle);
+    assert_eq!(port.state(), &PortState::Idle);
     listener.set_nonblocking(true).expect("a listener");
     assert!(listener.accept().is_err());
 }
@@ -38,7 +38,7 @@ fn nothing_is_opened_before_the_first_poll() {
 fn who_closes_while_connecting_leaves_no_connection_behind() {
     let (listener, address) = listen();
     let mut port = port(&address);
-    assert!(matches!(port.poll(Duration::ZERO), Link::Connecting { .. }));
+    assert!(matches!(port.poll(Duration::ZERO), PortState::Connecting { .. }));
     let (mut device, _) = listener.accept().expect("it connects");
     port.close();
     device
@@ -46,7 +46,7 @@ fn who_closes_while_connecting_leaves_no_connection_behind() {
         .expect("an option of TCP");
     assert_eq!(device.read(&mut [0; 1]).expect("it is closed"), 0);
     // The same port reconnects, once the old attempt has ended.
-    until(&mut port, Link::is_connected);
+    until(&mut port, PortState::is_connected);
     listener.accept().expect("it has connected");
 }
 
@@ -113,19 +113,23 @@ fn attempts_become_rarer_and_are_counted_until_a_byte_is_heard() {
     let (listener, address) = listen();
     drop(listener);
     let backoff = Backoff {
-        first: Duration::from_secs(1),
-        most: Duration::from_secs(4),
+        initial: Duration::from_secs(1),
+        max: Duration::from_secs(4),
     };
     let mut port = Port::new(Address::parse(&address).expect("an address"), backoff);
     let mut now = Duration::ZERO;
     let mut waits = Vec::new();
     for attempt in 1..=4 {
-        let Link::Lost { reason, again } = (loop {
+        let PortState::Lost {
+            reason,
+            retry_at: again,
+        } = (loop {
             if is_lost(port.poll(now)) {
-                break port.link().clone();
+                break port.state().clone();
             }
             thread::yield_now();
-        }) else {
+        })
+        else {
             unreachable!("it is lost")
         };
         assert!(reason.contains("nothing listens there"), "{reason}");
@@ -152,8 +156,12 @@ fn attempts_become_rarer_and_are_counted_until_a_byte_is_heard() {
         thread::yield_now();
     }
     assert_eq!(port.attempts(), 0);
-    port.lose("it says nothing more");
-    let Link::Lost { again, reason } = port.link() else {
+    port.disconnect_with("it says nothing more");
+    let PortState::Lost {
+        retry_at: again,
+        reason,
+    } = port.state()
+    else {
         panic!("it was given up")
     };
     assert!(reason.ends_with(": it says nothing more"));
@@ -169,9 +177,9 @@ fn a_peer_that_does_not_listen_is_lost_before_anything_is_left_out() {
         taken += frame.len();
     }
     assert!(
-        reason(port.link()).contains("it does not listen"),
+        reason(port.state()).contains("it does not listen"),
         "{:?}",
-        port.link()
+        port.state()
     );
     let mut heard = Vec::new();
     device.read_to_end(&mut heard).expect("it can still be read");
@@ -200,7 +208,7 @@ fn a_peer_that_hears_nothing_keeps_flush_no_longer_than_said() {
         assert!(port.write(&[0; 60_000]));
     }
     assert!(!port.flush(Duration::from_millis(1)));
-    assert!(port.link().is_connected(), "slow is not lost");
+    assert!(port.state().is_connected(), "slow is not lost");
 }
 
 #[test]
@@ -210,7 +218,7 @@ fn closing_forgets_and_the_next_poll_opens_anew() {
     connected(&mut port);
     let (mut device, _) = listener.accept().expect("it has connected");
     port.close();
-    assert_eq!(port.link(), &Link::Idle);
+    assert_eq!(port.state(), &PortState::Idle);
     assert_eq!(device.read(&mut [0]).expect("it is closed in order"), 0);
     connected(&mut port);
 }
@@ -230,7 +238,7 @@ fn a_host_that_nobody_knows_is_named() {
 fn an_attempt_that_takes_too_long_is_given_up_by_the_owners_clock() {
     let (_listener, address) = listen();
     let mut port = port(&address);
-    assert!(matches!(port.poll(Duration::ZERO), Link::Connecting { .. }));
+    assert!(matches!(port.poll(Duration::ZERO), PortState::Connecting { .. }));
     let link = port.poll(Duration::from_secs(60)).clone();
     // Either the attempt was faster than this call, or it has timed out: no attempt may last a minute.
     assert!(

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use jde_core::Nanos;
-use jde_host::chatter::Chatter;
-use jde_host::story::Decision;
+use jde_host::chattering::ChatterDetector;
+use jde_host::records::Decision;
 
 use super::durations::Durations;
 
@@ -23,7 +23,7 @@ type Pair = (Option<String>, Option<String>);
 /// Statistics of a group while it chattered.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChatterStatistics {
-    chatter: Chatter<Pair>,
+    chatter: ChatterDetector<Pair>,
     last: Option<Nanos>,
     /// How often chattering began.
     pub(crate) spells: u64,
@@ -61,8 +61,8 @@ impl ChatterStatistics {
             pair = (pair.1, pair.0);
         }
         let stay = self.last.replace(time).map(|last| time.saturating_sub(last));
-        self.spells += u64::from(self.chatter.switched(time, pair.clone()).is_some());
-        if !self.chatter.is_on() {
+        self.spells += u64::from(self.chatter.record_switch(time, pair.clone()).is_some());
+        if !self.chatter.is_chattering() {
             return;
         }
         self.switches += 1;
@@ -140,7 +140,7 @@ fn rounded_up(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::story::Candidate;
+    use jde_host::records::CandidateRecord;
 
     use super::*;
 
@@ -148,7 +148,7 @@ mod tests {
 
     fn switch(to_vff: bool, case: &str, urgencies: Option<(f64, f64)>) -> Decision {
         let (before, choice) = if to_vff { ("goon", "vff") } else { ("vff", "goon") };
-        let candidate = |name: &str, urgency: f64| Candidate {
+        let candidate = |name: &str, urgency: f64| CandidateRecord {
             name: name.to_owned(),
             state: "ready".to_owned(),
             ready: true,

@@ -320,7 +320,7 @@ impl Topics {
         let commanded = |topic: &String| {
             recording.channels().any(|channel| {
                 let is_command = channel
-                    .about
+                    .metadata
                     .get("access")
                     .is_some_and(|access| access == "command");
                 is_command && owner(&channel.topic) == owner(topic)
@@ -370,7 +370,7 @@ impl Topics {
         let routes = all(&definition::name(&Route::describe()));
         let variable = |name: &str, unit: &str| {
             let mut fits = recording.channels().filter(|channel| {
-                let said = |key: &str| channel.about.get(key).map_or("", String::as_str);
+                let said = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
                 said("access") == "modulation" && said("unit") == unit && said("variable").ends_with(name)
             });
             fits.next().cloned()

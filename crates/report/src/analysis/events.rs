@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use jde_host::story::Happening;
+use jde_host::records::EventRecord;
 
 /// Events stored: so many of the first, and of the last.
 const FIRST: usize = 1000;
@@ -14,8 +14,8 @@ const MOST_KINDS: usize = 64;
 /// Events in their order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Events {
-    first: Vec<Happening>,
-    last: VecDeque<Happening>,
+    first: Vec<EventRecord>,
+    last: VecDeque<EventRecord>,
     /// The number of dropped events in between.
     pub(crate) left_out: u64,
     /// The number of events by kind.
@@ -23,7 +23,7 @@ pub(crate) struct Events {
 }
 
 impl Events {
-    pub(crate) fn add(&mut self, happening: Happening) {
+    pub(crate) fn add(&mut self, happening: EventRecord) {
         if let Some(count) = self.kinds.get_mut(&happening.kind) {
             *count += 1;
         } else if self.kinds.len() < MOST_KINDS {
@@ -46,12 +46,12 @@ impl Events {
     }
 
     /// The last stored event of a kind.
-    pub(crate) fn last_of(&self, kind: &str) -> Option<&Happening> {
+    pub(crate) fn last_of(&self, kind: &str) -> Option<&EventRecord> {
         self.kept().filter(|happening| happening.kind == kind).last()
     }
 
     /// The stored events.
-    pub(crate) fn kept(&self) -> impl Iterator<Item = &Happening> {
+    pub(crate) fn kept(&self) -> impl Iterator<Item = &EventRecord> {
         self.first.iter().chain(&self.last)
     }
 }

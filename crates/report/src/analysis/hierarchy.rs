@@ -3,8 +3,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use jde_host::story::Decision;
-use jde_log::Cast;
+use jde_host::records::Decision;
+use jde_log::RecordedHierarchy;
 
 /// Most schemas, and most groups, since the file is untrusted.
 const MOST: usize = 4096;
@@ -57,7 +57,7 @@ pub(crate) enum Row {
 
 impl Hierarchy {
     /// Reads a recording's description of its schemas.
-    pub(crate) fn new(cast: Option<&Cast>) -> Self {
+    pub(crate) fn new(cast: Option<&RecordedHierarchy>) -> Self {
         let mut hierarchy = Self::default();
         let Some(cast) = cast else { return hierarchy };
         for member in &cast.schemas {
@@ -210,12 +210,12 @@ impl Hierarchy {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::story::{Candidate, Decision};
+    use jde_host::records::{CandidateRecord, Decision};
 
     use super::*;
 
     fn decision(group: &str, names: &[&str]) -> Decision {
-        let candidate = |name: &&str| Candidate {
+        let candidate = |name: &&str| CandidateRecord {
             name: (*name).to_owned(),
             state: "ready".to_owned(),
             ready: true,

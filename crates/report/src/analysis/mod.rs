@@ -19,9 +19,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::{Nanos, State};
-use jde_host::story::{Kind, Line};
+use jde_host::records::{RecordKind, RunRecord};
 use jde_host::turn::Turn;
-use jde_log::{Cast, Message, ReadError, Recording, Survey, Troubled};
+use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey};
 use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
@@ -99,7 +99,7 @@ pub struct Analysis {
     /// Other events.
     pub(crate) events: Events,
     /// Schemas with faults or overruns.
-    pub(crate) troubled: Vec<Troubled>,
+    pub(crate) troubled: Vec<SchemaProblems>,
     /// The robots' paths.
     pub(crate) ending: DriveSummary,
     /// The traced numbers.
@@ -124,13 +124,13 @@ impl Analysis {
         for (number, message) in (0_u64..).zip(recording.messages()?) {
             match message {
                 Ok(message) => {
-                    reader.analysis.survey.hear(&message);
+                    reader.analysis.survey.add(&message);
                     if number % TOLD == 0 {
                         progress(reader.share(message.log_time));
                     }
                     reader.message(&message);
                 }
-                Err(error) => reader.analysis.survey.ends(error)?,
+                Err(error) => reader.analysis.survey.end_with(error)?,
             }
         }
         Ok(reader.finish())
@@ -161,7 +161,8 @@ impl Analysis {
             ));
         }
         let parts = self.survey.parts.as_ref();
-        remarks.extend(parts.and_then(|parts| Some(format!("of the recording {}", parts.lacks()?))));
+        remarks
+            .extend(parts.and_then(|parts| Some(format!("of the recording {}", parts.describe_missing()?))));
         let lost: u64 = self.survey.lost.values().sum();
         if lost > 0 {
             remarks.push(format!("{lost} values were lost while it was recorded"));
@@ -210,7 +211,7 @@ impl Reader {
             let stem = recording.path().file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         });
-        let cast = Cast::of_recording(recording);
+        let cast = RecordedHierarchy::of_recording(recording);
         let mut series: HashMap<String, Vec<usize>> = HashMap::new();
         for (number, wanted) in wanted.series.iter().enumerate() {
             series.entry(wanted.topic.clone()).or_default().push(number);
@@ -218,7 +219,7 @@ impl Reader {
         let mut periods = HashMap::new();
         let mut exports = BTreeMap::new();
         for channel in recording.channels() {
-            let said = |key: &str| channel.about.get(key).map_or("", String::as_str);
+            let said = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
             if let Some((owner, name)) = said("variable").rsplit_once('.') {
                 match (said("access"), name) {
                     ("modulation", "period") => {
@@ -283,9 +284,9 @@ impl Reader {
         // Values in force at the beginning were written before it.
         let happens = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
-        if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+        if let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic) {
             // A line of a newer version that cannot be read is skipped.
-            if let Ok(line) = Line::read(kind, &message.data) {
+            if let Ok(line) = RunRecord::parse(kind, &message.data) {
                 self.line(time, line, happens);
             }
             return;
@@ -313,11 +314,11 @@ impl Reader {
         self.drive.message(columns, time, message, acting_for);
     }
 
-    fn line(&mut self, time: Nanos, line: Line, happens: bool) {
+    fn line(&mut self, time: Nanos, line: RunRecord, happens: bool) {
         let columns = self.analysis.columns;
         let retracted = line.retracted_variable().map(str::to_owned);
         match line {
-            Line::Change(change) => {
+            RunRecord::State(change) => {
                 let Some(schema) = self.analysis.hierarchy.schema(&change.schema) else {
                     return;
                 };
@@ -326,7 +327,7 @@ impl Reader {
                 self.analysis.bands[schema].change(columns, time, from, to);
                 self.won(schema, to);
             }
-            Line::Decision(decision) => {
+            RunRecord::Decision(decision) => {
                 let Some(group) = self.analysis.hierarchy.decided(&decision) else {
                     return;
                 };
@@ -346,7 +347,7 @@ impl Reader {
                     }
                 }
             }
-            Line::Happening(happening) => {
+            RunRecord::Event(happening) => {
                 if let Some(variable) = retracted {
                     let of_it = |(series, _): &&mut (Series, Trace)| series.variable == variable;
                     for (_, trace) in self.analysis.traces.iter_mut().filter(of_it) {
@@ -354,7 +355,7 @@ impl Reader {
                     }
                 }
                 if happens {
-                    Troubled::count(&mut self.analysis.troubled, &happening);
+                    SchemaProblems::count(&mut self.analysis.troubled, &happening);
                     self.analysis.events.add(happening);
                 }
             }
@@ -362,7 +363,7 @@ impl Reader {
     }
 
     /// Takes the state of a schema from a selection if it is not known otherwise.
-    fn learn(&mut self, decision: &jde_host::story::Decision) {
+    fn learn(&mut self, decision: &jde_host::records::Decision) {
         let columns = self.analysis.columns;
         for candidate in &decision.candidates {
             if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)

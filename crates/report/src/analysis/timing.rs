@@ -45,13 +45,13 @@ impl SchemaTiming {
             _ => return,
         }
         self.cycles += 1;
-        let begun = if turn.looked.happened() {
+        let begun = if turn.looked.has_occurred() {
             turn.looked.clock
         } else {
             turn.acted.clock
         };
         self.busy.add(turn.time().saturating_sub(begun));
-        let acted = turn.acted.happened();
+        let acted = turn.acted.has_occurred();
         self.iterations += u64::from(acted);
         match (turn.way, acted) {
             // The first iteration after a takeover occurs at once, between two deadlines.

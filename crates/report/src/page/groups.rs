@@ -1,7 +1,7 @@
 //! The groups of a page: how often their winners changed, how long takeovers took, and which schemas
 //! alternate.
 
-use jde_host::chatter::MANY;
+use jde_host::chattering::MAX_SWITCHES;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
@@ -114,7 +114,7 @@ fn chattered(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
         @if let Some((one, other)) = chatter.between() {
             ", most between " (page.choice(one)) " and " (page.choice(other))
         }
-        ": " (switches) " at more than " (MANY) " a second, "
+        ": " (switches) " at more than " (MAX_SWITCHES) " a second, "
         (chatter.collisions) " of them where several were ready. "
         @if chatter.is_for_a_policy() {
             @if let Some(dwell) = chatter.dwell() {

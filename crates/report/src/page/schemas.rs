@@ -2,7 +2,7 @@
 //! faults.
 
 use jde_core::State;
-use jde_log::Troubled;
+use jde_log::SchemaProblems;
 use maud::{Markup, html};
 
 use super::{Page, percent, trouble};
@@ -60,7 +60,7 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
     let won = band.time(State::Winner);
     let configured = analysis.periods[schema];
-    let none = Troubled::default();
+    let none = SchemaProblems::default();
     let had = analysis
         .troubled
         .iter()

@@ -1,6 +1,6 @@
 //! The head of a page: the application, problems of the recording, and the most important numbers.
 
-use jde_log::Troubled;
+use jde_log::SchemaProblems;
 use jde_types::Mission;
 use maud::{Markup, html};
 
@@ -56,7 +56,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
     let analysis = page.analysis;
     let ending = &analysis.ending;
     let in_all = |of: fn(&GroupStatistics) -> u64| analysis.groups.iter().map(of).sum::<u64>();
-    let sum = |of: fn(&Troubled) -> u64| analysis.troubled.iter().map(of).sum::<u64>();
+    let sum = |of: fn(&SchemaProblems) -> u64| analysis.troubled.iter().map(of).sum::<u64>();
     let seconds = analysis.columns.seconds();
     html! {
         dl.facts {

@@ -1,6 +1,6 @@
 //! The switches of a page: every selection that changed a winner, with its why-record (R15).
 
-use jde_host::story::{Candidate, Decision};
+use jde_host::records::{CandidateRecord, Decision};
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
@@ -76,7 +76,7 @@ fn one(page: &Page<'_>, decision: &Decision) -> Markup {
 }
 
 /// The candidates: `stop checking · vff winner, ready, urgency 0.42`. Those that were ready are in bold.
-fn wanted(candidates: &[Candidate]) -> Markup {
+fn wanted(candidates: &[CandidateRecord]) -> Markup {
     html! {
         span.who {
             @for (place, candidate) in candidates.iter().enumerate() {

@@ -40,9 +40,12 @@ fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(),
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
         return Err(Error::Encapsulation(head.to_vec()));
     }
-    let mut rest = Body { body, at: 0 };
+    let mut rest = CdrReader {
+        bytes: body,
+        position: 0,
+    };
     structure(value_type, value, &mut rest)?;
-    let over = body.len() - rest.at;
+    let over = body.len() - rest.position;
     // Some writers pad the body to a multiple of four bytes.
     if over >= 4 {
         return Err(Error::Long(over));
@@ -51,12 +54,12 @@ fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(),
 }
 
 /// The bytes after the header, and the position of the reader.
-struct Body<'a> {
-    body: &'a [u8],
-    at: usize,
+struct CdrReader<'a> {
+    bytes: &'a [u8],
+    position: usize,
 }
 
-fn structure(value_type: &Type, value: &mut [u8], rest: &mut Body<'_>) -> Result<(), Error> {
+fn structure(value_type: &Type, value: &mut [u8], rest: &mut CdrReader<'_>) -> Result<(), Error> {
     if value_type.fields.is_empty() {
         rest.take(1, 1, &value_type.name)?;
     }
@@ -66,7 +69,7 @@ fn structure(value_type: &Type, value: &mut [u8], rest: &mut Body<'_>) -> Result
         .try_for_each(|field| one_field(field, value, rest))
 }
 
-fn one_field(field: &Field, value: &mut [u8], rest: &mut Body<'_>) -> Result<(), Error> {
+fn one_field(field: &Field, value: &mut [u8], rest: &mut CdrReader<'_>) -> Result<(), Error> {
     let count = match field.form {
         Form::One | Form::Array(_) => field.form.capacity(),
         Form::Sequence {
@@ -105,7 +108,7 @@ fn one_field(field: &Field, value: &mut [u8], rest: &mut Body<'_>) -> Result<(),
     }
 }
 
-fn scalars(scalar: Scalar, into: &mut [u8], rest: &mut Body<'_>, field: &str) -> Result<(), Error> {
+fn scalars(scalar: Scalar, into: &mut [u8], rest: &mut CdrReader<'_>, field: &str) -> Result<(), Error> {
     if into.is_empty() {
         return Ok(());
     }
@@ -132,15 +135,15 @@ fn set_length(value: &mut [u8], offset: usize, length: usize) {
     value[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
 }
 
-impl<'a> Body<'a> {
+impl<'a> CdrReader<'a> {
     /// Returns `count` bytes from the next multiple of `align`.
     fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
-        let start = self.at.next_multiple_of(align);
+        let start = self.position.next_multiple_of(align);
         let taken = start
             .checked_add(count)
-            .and_then(|end| self.body.get(start..end))
-            .ok_or_else(|| Error::Short(field.to_owned()))?;
-        self.at = start + count;
+            .and_then(|end| self.bytes.get(start..end))
+            .ok_or_else(|| Error::Truncated(field.to_owned()))?;
+        self.position = start + count;
         Ok(taken)
     }
 

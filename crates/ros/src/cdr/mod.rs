@@ -22,7 +22,7 @@ pub enum Error {
     Encapsulation(Vec<u8>),
     /// The message is too short.
     #[error("the message ends within `{0}`; it was cut, or is of another type")]
-    Short(String),
+    Truncated(String),
     /// The message continues after the last field.
     #[error("the message has {0} bytes too many; it is of another type")]
     Long(usize),

@@ -148,7 +148,7 @@ fn what_is_no_message_is_refused_with_its_place() {
         Err(Error::Encapsulation(vec![0, 0, 0, 0]))
     );
     assert!(matches!(decode(&text, &[0]), Err(Error::Encapsulation(_))));
-    let short = Err(Error::Short("data".to_owned()));
+    let short = Err(Error::Truncated("data".to_owned()));
     assert_eq!(decode(&text, b"\0\x01\0\0\x09\0\0\0a?cd\0"), short);
     assert_eq!(decode(&text, b"\0\x01\0\0\xff\xff\xff\xff"), short);
     let no_text = Err(Error::Text("data".to_owned()));

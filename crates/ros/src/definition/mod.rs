@@ -35,7 +35,7 @@ pub fn definition(value_type: &Type) -> String {
         if !text.is_empty() {
             let _ = write!(text, "{RULE}\nMSG: {}\n", short(next));
         }
-        one(next, &mut text);
+        write_fields(next, &mut text);
         let inner = next.fields.iter().filter_map(|field| match &field.kind {
             FieldKind::Struct(inner) => Some(&**inner),
             FieldKind::Scalar(_) => None,
@@ -47,7 +47,7 @@ pub fn definition(value_type: &Type) -> String {
 }
 
 /// Writes the type's own fields.
-fn one(value_type: &Type, text: &mut String) {
+fn write_fields(value_type: &Type, text: &mut String) {
     if !value_type.doc.is_empty() {
         comment(&value_type.doc, "", text);
         text.push('\n');

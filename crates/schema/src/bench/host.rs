@@ -11,7 +11,7 @@ use core::time::Duration;
 use jde_abi::describe::Role;
 use jde_abi::{raw, table};
 
-use super::place::Place;
+use super::state::BenchState;
 use crate::child::{Policy, State};
 use crate::context::Severity;
 
@@ -41,7 +41,7 @@ pub(super) static HOST: raw::Host = raw::Host {
 /// # Safety
 /// `cx` is the bench's own context of the present call, and no other reference to it exists. The same applies
 /// to all functions here.
-unsafe fn place<'a>(cx: *mut raw::Context) -> &'a mut Place {
+unsafe fn state<'a>(cx: *mut raw::Context) -> &'a mut BenchState {
     // SAFETY: the caller's.
     unsafe { &mut *cx.cast() }
 }
@@ -49,7 +49,7 @@ unsafe fn place<'a>(cx: *mut raw::Context) -> &'a mut Place {
 unsafe extern "C" fn read(cx: *mut raw::Context, port: u32, out: *mut raw::Sample) -> i32 {
     // SAFETY: the schema's pointers, by the contract of the ABI.
     unsafe {
-        let place = place(cx);
+        let place = state(cx);
         let Some(port) = place.ports.get(port as usize).filter(|_| !out.is_null()) else {
             return raw::BAD_ARGUMENT;
         };
@@ -87,12 +87,12 @@ unsafe extern "C" fn read(cx: *mut raw::Context, port: u32, out: *mut raw::Sampl
 
 unsafe extern "C" fn loan(cx: *mut raw::Context, port: u32, out: *mut *mut c_void) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("write") {
+    if unsafe { state(cx) }.refuses("write") {
         return raw::REFUSED;
     }
     // SAFETY: the schema's pointers, by the contract of the ABI.
     unsafe {
-        let Some(port) = place(cx).ports.get_mut(port as usize).filter(|_| !out.is_null()) else {
+        let Some(port) = state(cx).ports.get_mut(port as usize).filter(|_| !out.is_null()) else {
             return raw::BAD_ARGUMENT;
         };
         match port.port.role {
@@ -110,20 +110,20 @@ unsafe extern "C" fn loan(cx: *mut raw::Context, port: u32, out: *mut *mut c_voi
 
 unsafe extern "C" fn publish(cx: *mut raw::Context, port: u32, time_ns: u64) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("write") {
+    if unsafe { state(cx) }.refuses("write") {
         return raw::REFUSED;
     }
     // SAFETY: the bench's own context.
-    unsafe { place(cx) }.publish(port as usize, time_ns)
+    unsafe { state(cx) }.publish(port as usize, time_ns)
 }
 
 unsafe extern "C" fn wake(cx: *mut raw::Context, child: u32) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("wake a child") {
+    if unsafe { state(cx) }.refuses("wake a child") {
         return raw::REFUSED;
     }
     // SAFETY: the bench's own context.
-    let place = unsafe { place(cx) };
+    let place = unsafe { state(cx) };
     let authority = place.authority;
     let Some(child) = place.children.get_mut(child as usize) else {
         return raw::BAD_ARGUMENT;
@@ -143,11 +143,11 @@ unsafe extern "C" fn wake(cx: *mut raw::Context, child: u32) -> i32 {
 
 unsafe extern "C" fn sleep(cx: *mut raw::Context, child: u32) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("put a child to sleep") {
+    if unsafe { state(cx) }.refuses("put a child to sleep") {
         return raw::REFUSED;
     }
     // SAFETY: the bench's own context.
-    let place = unsafe { place(cx) };
+    let place = unsafe { state(cx) };
     let authority = place.authority;
     let Some(child) = place.children.get_mut(child as usize) else {
         return raw::BAD_ARGUMENT;
@@ -163,7 +163,7 @@ unsafe extern "C" fn sleep(cx: *mut raw::Context, child: u32) -> i32 {
 unsafe extern "C" fn child(cx: *mut raw::Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
     // SAFETY: the schema's pointers, by the contract of the ABI.
     unsafe {
-        let Some(child) = place(cx).children.get(child as usize).filter(|_| !out.is_null()) else {
+        let Some(child) = state(cx).children.get(child as usize).filter(|_| !out.is_null()) else {
             return raw::BAD_ARGUMENT;
         };
         let status = raw::ChildStatus {
@@ -185,11 +185,11 @@ unsafe extern "C" fn set_policy(
     hysteresis: f64,
 ) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("change a policy") {
+    if unsafe { state(cx) }.refuses("change a policy") {
         return raw::REFUSED;
     }
     // SAFETY: the bench's own context.
-    let place = unsafe { place(cx) };
+    let place = unsafe { state(cx) };
     let authority = place.authority;
     let Some(child) = place.children.get_mut(child as usize).filter(|child| child.motor) else {
         return raw::BAD_ARGUMENT;
@@ -212,7 +212,7 @@ unsafe extern "C" fn set_policy(
 
 unsafe extern "C" fn now(cx: *mut raw::Context) -> u64 {
     // SAFETY: the bench's own context.
-    unsafe { place(cx) }.now.as_nanos() as u64
+    unsafe { state(cx) }.now.as_nanos() as u64
 }
 
 unsafe extern "C" fn seed(_: *mut raw::Context) -> u64 {
@@ -236,12 +236,12 @@ unsafe extern "C" fn log(cx: *mut raw::Context, level: u32, text: *const c_char,
         _ => Severity::Error,
     };
     // SAFETY: the bench's own context, and the schema's text.
-    unsafe { place(cx).log.push((severity, words(text, length))) };
+    unsafe { state(cx).log.push((severity, read_text(text, length))) };
 }
 
 unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const c_char, length: u64) {
     // SAFETY: the bench's own context, and the schema's text.
-    unsafe { place(cx).reason = Some(words(text, length)) };
+    unsafe { state(cx).reason = Some(read_text(text, length)) };
 }
 
 unsafe extern "C" fn extension(_: *mut raw::Context, _: *const c_char) -> *const c_void {
@@ -250,21 +250,21 @@ unsafe extern "C" fn extension(_: *mut raw::Context, _: *const c_char) -> *const
 
 unsafe extern "C" fn retract(cx: *mut raw::Context, port: u32) -> i32 {
     // SAFETY: the bench's own context.
-    if unsafe { place(cx) }.refuses("take a value back") {
+    if unsafe { state(cx) }.refuses("take a value back") {
         return raw::REFUSED;
     }
     // SAFETY: the bench's own context.
-    unsafe { place(cx) }.retract(port as usize)
+    unsafe { state(cx) }.retract(port as usize)
 }
 
 unsafe extern "C" fn real_time(cx: *mut raw::Context) -> u32 {
     // SAFETY: the bench's own context.
-    u32::from(unsafe { place(cx) }.real_time)
+    u32::from(unsafe { state(cx) }.real_time)
 }
 
 /// # Safety
 /// `text` is null or `length` bytes.
-unsafe fn words(text: *const c_char, length: u64) -> String {
+unsafe fn read_text(text: *const c_char, length: u64) -> String {
     if text.is_null() {
         return String::new();
     }

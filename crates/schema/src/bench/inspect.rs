@@ -32,10 +32,10 @@ impl<S> Bench<S> {
         let Some(inspect) = table.and_then(|table| table.inspect) else {
             panic!(
                 "`{}` has no inspection: `impl Inspect` gives it one",
-                self.about.name
+                self.description.name
             )
         };
-        self.place.drawing = Some(Vec::new());
+        self.state.drawing = Some(Vec::new());
         // SAFETY: the table's own function, instance and context, and a list that lives until it returns.
         let (done, found) =
             inspect::lend(|problems| self.call(|instance, cx| unsafe { inspect(instance, cx, problems) }));
@@ -46,7 +46,7 @@ impl<S> Bench<S> {
             reason,
         };
         let named = |problem: inspect::Problem| {
-            let port = self.about.modulation(problem.port);
+            let port = self.description.modulation(problem.port);
             let port = port.ok_or_else(|| failure(format!("it has no modulation {}", problem.port)))?;
             Ok(Problem {
                 modulation: port.name.clone(),

@@ -27,9 +27,9 @@ impl<S> Bench<S> {
     pub fn save(&mut self) -> Result<Remembered, Failure> {
         let table = self.memory();
         let Some(save) = table.save else {
-            panic!("`{}` cannot save: its `save` is null", self.about.name)
+            panic!("`{}` cannot save: its `save` is null", self.description.name)
         };
-        self.place.drawing = Some(Vec::new());
+        self.state.drawing = Some(Vec::new());
         // SAFETY: the table's own function, instance and context, and a saver that lives until it returns.
         let (done, kept) =
             state::lend(|saver| self.call(|instance, cx| unsafe { save(instance, cx, saver) }));
@@ -54,10 +54,13 @@ impl<S> Bench<S> {
     /// If the schema has no memory of its own.
     pub fn restore(&mut self, remembered: &Remembered) -> Result<(), Failure> {
         let Some(restore) = self.memory().restore else {
-            panic!("`{}` cannot restore: its `restore` is null", self.about.name)
+            panic!(
+                "`{}` cannot restore: its `restore` is null",
+                self.description.name
+            )
         };
         let Remembered { version, bytes } = remembered;
-        self.place.drawing = Some(Vec::new());
+        self.state.drawing = Some(Vec::new());
         // SAFETY: the table's own function, instance and context, and bytes that live until it returns.
         let done = self.call(|instance, cx| unsafe {
             restore(instance, cx, *version, bytes.as_ptr().cast(), bytes.len() as u64)
@@ -68,7 +71,7 @@ impl<S> Bench<S> {
 
     /// Fails if a call that must change nothing tried to change something.
     pub(super) fn refuse_writes(&mut self, call: &str) -> Result<(), Failure> {
-        let wrote = self.place.drawing.take().unwrap_or_default();
+        let wrote = self.state.drawing.take().unwrap_or_default();
         match wrote.first() {
             None => Ok(()),
             Some(tried) => Err(Failure {
@@ -84,9 +87,9 @@ impl<S> Bench<S> {
             Ok(Some(table)) => table,
             Ok(None) => panic!(
                 "`{}` has no memory of its own: `impl Memory` gives it one",
-                self.about.name
+                self.description.name
             ),
-            Err(wrong) => panic!("the memory of `{}` is of no use: {wrong}", self.about.name),
+            Err(wrong) => panic!("the memory of `{}` is of no use: {wrong}", self.description.name),
         }
     }
 }

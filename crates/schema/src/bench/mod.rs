@@ -12,7 +12,7 @@ mod inspect;
 mod memory;
 mod names;
 mod panel;
-mod place;
+mod state;
 
 use core::ffi::{CStr, c_void};
 use core::marker::PhantomData;
@@ -27,7 +27,7 @@ pub use inspect::Problem;
 pub use memory::Remembered;
 use names::{Kind, unknown};
 pub use panel::Drawn;
-use place::Place;
+use state::BenchState;
 
 use crate::child::{Policy, State};
 use crate::context::Severity;
@@ -69,8 +69,8 @@ use crate::schema::{Precondition, Schema};
 /// ```
 pub struct Bench<S = Foreign> {
     table: raw::Schema,
-    about: describe::Schema,
-    place: Box<Place>,
+    description: describe::Schema,
+    state: Box<BenchState>,
     instance: *mut c_void,
     schema: PhantomData<S>,
 }
@@ -175,7 +175,7 @@ impl<S> Bench<S> {
     /// # Errors
     /// If the schema fails or panics.
     pub fn iterate(&mut self) -> Result<(), Failure> {
-        self.place.forget_commands();
+        self.state.forget_commands();
         let Some(iterate) = self.table.iterate else {
             return Ok(());
         };
@@ -209,10 +209,10 @@ impl<S> Bench<S> {
         let Some(arbitrate) = self.table.arbitrate else {
             panic!(
                 "`{}` has no arbitration of its own: `impl Arbitrate` gives it one",
-                self.about.name
+                self.description.name
             )
         };
-        let snapshot = self.place.snapshot(&self.about, group);
+        let snapshot = self.state.snapshot(&self.description, group);
         let name = std::ffi::CString::new(group).unwrap_or_default();
         let level = raw::Level {
             size: size_of::<raw::Level>() as u32,
@@ -238,7 +238,7 @@ impl<S> Bench<S> {
         Ok(Decision {
             child: usize::try_from(answer.child)
                 .ok()
-                .map(|child| self.about.children[child].name.clone()),
+                .map(|child| self.description.children[child].name.clone()),
             reason: reason.to_string_lossy().into_owned(),
         })
     }
@@ -249,13 +249,13 @@ impl<S> Bench<S> {
     /// Publishes a value of an import, measured now.
     pub fn import<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Import, name);
-        self.place.put(port, value);
+        self.state.put(port, value);
     }
 
     /// Retracts the newest value of an import, as its writer would.
     pub fn retract(&mut self, name: &str) {
-        let port = names::port(&self.about, Kind::Import, name);
-        self.place.ports[port].newest = None;
+        let port = names::port(&self.description, Kind::Import, name);
+        self.state.ports[port].newest = None;
     }
 
     /// Writes a modulation, as its father would.
@@ -266,16 +266,16 @@ impl<S> Bench<S> {
     pub fn set<T: Modulated>(&mut self, name: &str, value: T) {
         let port = self.port::<T::Wire>(Kind::Modulation, name);
         let value = wire(value);
-        if let Err(wrong) = self.place.refuses_value(port, value.as_bytes()) {
+        if let Err(wrong) = self.state.check_value(port, value.as_bytes()) {
             panic!("`{name}` {wrong}");
         }
-        self.place.put(port, &value);
+        self.state.put(port, &value);
     }
 
     /// Commands a driver. The command is in force until its validity ends.
     pub fn command<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Command, name);
-        self.place.put(port, value);
+        self.state.put(port, value);
     }
 
     /// Leaves an optional import or actuator unbound, as an application may.
@@ -285,56 +285,60 @@ impl<S> Bench<S> {
     pub fn unbind(&mut self, name: &str) {
         let named =
             |port: &&describe::Port| port.name == name && !matches!(port.role, describe::Role::Export);
-        let index = self.about.ports.iter().position(|port| named(&port));
+        let index = self.description.ports.iter().position(|port| named(&port));
         let Some(index) = index else {
-            unknown("port", name, self.about.ports.iter().map(|port| &*port.name))
+            unknown(
+                "port",
+                name,
+                self.description.ports.iter().map(|port| &*port.name),
+            )
         };
         assert!(
-            self.about.ports[index].optional,
+            self.description.ports[index].optional,
             "`{name}` is not optional, so every application binds it"
         );
-        self.place.unbind(index);
+        self.state.unbind(index);
     }
 
     /// Sets the clock, as a time since the application's start.
     pub fn set_now(&mut self, now: Duration) {
-        self.place.now = now;
+        self.state.now = now;
     }
 
     /// Sets whether the application runs in real time, as it does on a new bench, or in lockstep.
     pub fn set_real_time(&mut self, real_time: bool) {
-        self.place.real_time = real_time;
+        self.state.real_time = real_time;
     }
 
     /// Gives the schema authority over actuators and children, or withdraws it (R7).
     pub fn set_authority(&mut self, authority: bool) {
-        self.place.authority = authority;
+        self.state.authority = authority;
     }
 
     /// Names the children of a role that any number of children may have, each with its group, as an
     /// application does. All children are then asleep. Without this call there is one child, with the name of
     /// the role.
     pub fn name_children(&mut self, named: &[(&str, &str)]) {
-        self.about = self.about.with_children(named.iter().copied());
-        self.place.children = place::Place::asleep(&self.about);
+        self.description = self.description.with_children(named.iter().copied());
+        self.state.children = state::BenchState::sleeping_children(&self.description);
     }
 
     /// Sets the state of a child. Its precondition then holds if the state is READY or WINNER.
     pub fn set_child(&mut self, role: &str, state: State) {
         let child = self.child(role);
-        self.place.set_child(child, state);
+        self.state.set_child(child, state);
     }
 
     /// Sets the precondition that a child returned at its last check, in any state.
     pub fn set_precondition(&mut self, role: &str, precondition: impl Into<Precondition>) {
         let child = self.child(role);
-        self.place.children[child].precondition = precondition.into();
+        self.state.children[child].precondition = precondition.into();
     }
 
     /// Sets whether a child is Faulted.
     pub fn set_faulted(&mut self, role: &str, faulted: bool) {
         let child = self.child(role);
-        self.place.children[child].faulted = faulted;
+        self.state.children[child].faulted = faulted;
     }
 }
 
@@ -344,40 +348,40 @@ impl<S> Bench<S> {
     /// refused.
     #[must_use]
     pub fn commanded<T: Value>(&self, name: &str) -> Option<T> {
-        self.place.written(self.port::<T>(Kind::Actuator, name))
+        self.state.written(self.port::<T>(Kind::Actuator, name))
     }
 
     /// Returns the newest value of an export. `None` if there is none, or if it was retracted.
     #[must_use]
     pub fn exported<T: Value>(&self, name: &str) -> Option<T> {
-        self.place.written(self.port::<T>(Kind::Export, name))
+        self.state.written(self.port::<T>(Kind::Export, name))
     }
 
     /// Returns the newest value of an export in place, for values too large to copy, such as an image. `None`
     /// if there is none, or if it was retracted.
     #[must_use]
     pub fn exported_in_place<T: Value>(&self, name: &str) -> Option<&T> {
-        self.place.written_in_place(self.port::<T>(Kind::Export, name))
+        self.state.written_in_place(self.port::<T>(Kind::Export, name))
     }
 
     /// Returns the time of measurement of the newest value of an export.
     #[must_use]
     pub fn exported_at(&self, name: &str) -> Option<Duration> {
-        let port = names::port(&self.about, Kind::Export, name);
-        self.place.written_at(port)
+        let port = names::port(&self.description, Kind::Export, name);
+        self.state.written_at(port)
     }
 
     /// Returns the newest value written to a modulation of a child.
     #[must_use]
     pub fn modulated<T: Modulated>(&self, child: &str, name: &str) -> Option<T> {
         let port = self.port::<T::Wire>(Kind::ChildModulation(self.child(child)), name);
-        T::of(&self.place.written(port)?)
+        T::of(&self.state.written(port)?)
     }
 
     /// Returns the children that are awake, in the order of their roles.
     #[must_use]
     pub fn awake_children(&self) -> Vec<&str> {
-        let children = self.about.children.iter().zip(&self.place.children);
+        let children = self.description.children.iter().zip(&self.state.children);
         children
             .filter(|(_, child)| child.state != State::Slept)
             .map(|(role, _)| &*role.name)
@@ -387,19 +391,19 @@ impl<S> Bench<S> {
     /// Returns the policy that the schema set through this child, if it did.
     #[must_use]
     pub fn policy(&self, child: &str) -> Option<Policy> {
-        self.place.children[self.child(child)].policy
+        self.state.children[self.child(child)].policy
     }
 
     /// Returns the log messages since the creation of the bench.
     #[must_use]
     pub fn log(&self) -> &[(Severity, String)] {
-        &self.place.log
+        &self.state.log
     }
 
     /// Returns the description of the schema.
     #[must_use]
     pub fn description(&self) -> &describe::Schema {
-        &self.about
+        &self.description
     }
 }
 
@@ -432,28 +436,28 @@ impl<S> Bench<S> {
         };
         let mut bench = Self {
             table,
-            place: Box::new(Place::new(&about)),
-            about,
+            state: Box::new(BenchState::new(&about)),
+            description: about,
             instance: ptr::null_mut(),
             schema: PhantomData,
         };
-        let cx = ptr::from_mut(&mut *bench.place).cast();
+        let cx = ptr::from_mut(&mut *bench.state).cast();
         // SAFETY: the table's own function, our host and context.
         bench.instance = unsafe { create(own, &raw const host::HOST, cx) };
         if bench.instance.is_null() {
             return Err(Failure {
                 code: raw::FAILED,
-                reason: bench.place.reason.take().unwrap_or_default(),
+                reason: bench.state.reason.take().unwrap_or_default(),
             });
         }
         Ok(bench)
     }
 
     fn call(&mut self, function: impl FnOnce(*mut c_void, *mut raw::Context) -> i32) -> Result<(), Failure> {
-        self.place.reason = None;
-        let code = function(self.instance, ptr::from_mut(&mut *self.place).cast());
-        self.place.drop_loans();
-        let reason = self.place.reason.take();
+        self.state.reason = None;
+        let code = function(self.instance, ptr::from_mut(&mut *self.state).cast());
+        self.state.drop_loans();
+        let reason = self.state.reason.take();
         if code == raw::OK && reason.is_none() {
             return Ok(());
         }
@@ -464,8 +468,8 @@ impl<S> Bench<S> {
     }
 
     fn port<T: Value>(&self, kind: Kind, name: &str) -> usize {
-        let index = names::port(&self.about, kind, name);
-        let (asked, is) = (T::describe(), &self.about.ports[index].value_type);
+        let index = names::port(&self.description, kind, name);
+        let (asked, is) = (T::describe(), &self.description.ports[index].value_type);
         assert!(
             asked.same_as(is),
             "`{name}` is a {}, not a {}",
@@ -476,7 +480,7 @@ impl<S> Bench<S> {
     }
 
     fn child(&self, role: &str) -> usize {
-        names::child(&self.about, role)
+        names::child(&self.description, role)
     }
 }
 

@@ -30,16 +30,16 @@ impl<S> Bench<S> {
         let Some(draw) = draw else {
             panic!(
                 "the panel of `{}` cannot be drawn: its `draw` is null",
-                self.about.name
+                self.description.name
             )
         };
-        self.place.drawing = Some(Vec::new());
-        let time = u64::try_from(self.place.now.as_nanos()).unwrap_or(u64::MAX);
+        self.state.drawing = Some(Vec::new());
+        let time = u64::try_from(self.state.now.as_nanos()).unwrap_or(u64::MAX);
         let (drawn, list) = jde_panel::lend_pen(time, |pen| {
             // SAFETY: the table's own function, instance and context, and a pen that lives until it returns.
             self.call(|instance, cx| unsafe { draw(instance, cx, pen) })
         });
-        let wrote = self.place.drawing.take().unwrap_or_default();
+        let wrote = self.state.drawing.take().unwrap_or_default();
         let refused = |reason| Failure {
             code: raw::REFUSED,
             reason,
@@ -63,7 +63,7 @@ impl<S> Bench<S> {
         let Some(call) = self.panel().touch else {
             panic!(
                 "the panel of `{}` cannot be touched: its `touch` is null",
-                self.about.name
+                self.description.name
             )
         };
         let gesture = jde_panel::Gesture {
@@ -81,8 +81,11 @@ impl<S> Bench<S> {
         // SAFETY: the bench has read and validated this table.
         match unsafe { table::ability(&self.table, raw::ABILITY_PANEL) } {
             Ok(Some(panel)) => panel,
-            Ok(None) => panic!("`{}` has no panel: `impl Panel` gives it one", self.about.name),
-            Err(wrong) => panic!("the panel of `{}` is of no use: {wrong}", self.about.name),
+            Ok(None) => panic!(
+                "`{}` has no panel: `impl Panel` gives it one",
+                self.description.name
+            ),
+            Err(wrong) => panic!("the panel of `{}` is of no use: {wrong}", self.description.name),
         }
     }
 }

@@ -10,7 +10,7 @@ use jde_abi::{raw, table};
 
 use super::guard::guard;
 use crate::context::Context;
-use crate::error::{Result, words};
+use crate::error::{Result, message};
 use crate::level::{Level, Verdict};
 use crate::schema::{Arbitrate, Schema};
 
@@ -169,7 +169,7 @@ pub(super) unsafe fn call<S: Schema>(
         ports: const { S::TABLE.ports },
     };
     let schema = &mut instance.schema;
-    match guard(|| function(schema, &cx).map_err(|error| words(&error))) {
+    match guard(|| function(schema, &cx).map_err(|error| message(&error))) {
         Ok(Ok(())) => raw::OK,
         Ok(Err(words)) => {
             cx.fail(&words);

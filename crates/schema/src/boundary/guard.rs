@@ -10,7 +10,7 @@ thread_local! {
     /// Whether this thread is inside [`guard`].
     static GUARDED: Cell<bool> = const { Cell::new(false) };
     /// The message of the last panic inside it.
-    static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
+    static PANIC_MESSAGE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
 /// Calls `call`. `Err` contains the message and the place of a panic.
@@ -18,17 +18,17 @@ thread_local! {
 /// A panic may leave incomplete what `call` was changing. The host therefore puts the schema to sleep and
 /// marks it Faulted.
 pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
-    listen();
+    install_hook();
     let outer = GUARDED.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
-        let said = SAID
+        let said = PANIC_MESSAGE
             .take()
-            .unwrap_or_else(|| format!("panicked: {}", words(&*payload)));
+            .unwrap_or_else(|| format!("panicked: {}", payload_text(&*payload)));
         // The author's code defines the drop of the payload, so it may panic too. The payload of that second
         // panic is leaked.
         if let Err(again) = panic::catch_unwind(AssertUnwindSafe(|| drop(payload))) {
             std::mem::forget(again);
-            SAID.take();
+            PANIC_MESSAGE.take();
         }
         said
     });
@@ -38,7 +38,7 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
 
 /// Installs a hook that keeps panics caught here off the standard error and passes all others to the previous
 /// hook. Each copy of the standard library has its own hook, so a plugin's hook affects only that plugin.
-fn listen() {
+fn install_hook() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let previous = panic::take_hook();
@@ -49,15 +49,15 @@ fn listen() {
             let place = info.location().map_or_else(String::new, |place| {
                 format!(" at {}:{}", place.file(), place.line())
             });
-            let said = format!("panicked{place}: {}", words(info.payload()));
+            let said = format!("panicked{place}: {}", payload_text(info.payload()));
             // This fails only in a thread that is ending. The message is then that of the payload, without
             // the place.
-            let _ = SAID.try_with(|last| last.replace(Some(said)));
+            let _ = PANIC_MESSAGE.try_with(|last| last.replace(Some(said)));
         }));
     });
 }
 
-fn words(payload: &dyn Any) -> &str {
+fn payload_text(payload: &dyn Any) -> &str {
     if let Some(text) = payload.downcast_ref::<&str>() {
         text
     } else if let Some(text) = payload.downcast_ref::<String>() {

@@ -3,7 +3,7 @@
 //! Only pictures contain these parts: no other sensor detects them. Windows draw figures of their own
 //! (`window/space/figures.rs` of `crates/view`).
 
-use super::stage::Stage;
+use super::renderer::Renderer;
 use crate::color::Color;
 use crate::config::RobotConfig;
 use crate::geometry::Pose2;
@@ -14,13 +14,13 @@ const SKIN: Color = Color::new(222, 178, 146);
 const HAIR: Color = Color::new(66, 48, 38);
 const TROUSERS: Color = Color::new(58, 62, 76);
 const SHELL: Color = Color::new(200, 34, 30);
-const DARK: Color = Color::new(38, 40, 44);
+const DARK_PARTS: Color = Color::new(38, 40, 44);
 const LASER: Color = Color::new(70, 96, 150);
 const LENS: Color = Color::new(205, 206, 210);
 
-impl Stage<'_> {
+impl Renderer<'_> {
     /// Adds a person: swinging legs and arms, the body in the clothing, the head.
-    pub(crate) fn person(&mut self, person: &Person) {
+    pub(crate) fn add_person(&mut self, person: &Person) {
         let Person {
             pose,
             stride,
@@ -31,19 +31,19 @@ impl Stage<'_> {
         let (feet, leg) = person.feet();
         let (hip, shoulder) = (0.48 * height, 0.83 * height);
         for center in feet {
-            self.stand(Outline::Circle { center, radius: leg }, [0.0, hip], TROUSERS);
+            self.add_outline(Outline::Circle { center, radius: leg }, [0.0, hip], TROUSERS);
         }
-        self.stand(disc(pose, [0.0, 0.0], 0.62 * radius), [hip, shoulder], color);
+        self.add_outline(disc(pose, [0.0, 0.0], 0.62 * radius), [hip, shoulder], color);
         for side in [1.0, -1.0] {
             // An arm swings with the leg of the other side.
             let at = [-side * stride * 0.3 * radius, side * 0.8 * radius];
-            self.stand(
+            self.add_outline(
                 disc(pose, at, 0.19 * radius),
                 [0.46 * height, 0.81 * height],
                 color,
             );
         }
-        self.stand(
+        self.add_outline(
             disc(pose, [0.0, 0.0], 0.22 * radius),
             [shoulder, 0.88 * height],
             SKIN,
@@ -53,27 +53,27 @@ impl Stage<'_> {
             let at = pose.compose(Pose2::new(ahead, 0.0, 0.0));
             [at.x, at.y, 0.93 * height + up]
         };
-        self.ball(part(0.0, 0.0), skull, SKIN);
-        self.ball(part(-0.22 * skull, 0.12 * skull), 0.98 * skull, HAIR);
+        self.add_ball(part(0.0, 0.0), skull, SKIN);
+        self.add_ball(part(-0.22 * skull, 0.12 * skull), 0.98 * skull, HAIR);
     }
 
     /// Adds a robot: a red shell on dark wheels under a dark plate, with its laser ahead and its head on top.
-    pub(crate) fn robot(&mut self, pose: Pose2, config: &RobotConfig) {
+    pub(crate) fn add_robot(&mut self, pose: Pose2, config: &RobotConfig) {
         let radius = config.radius;
-        self.stand(disc(pose, [0.0, 0.0], 0.8 * radius), [0.0, 0.06], DARK);
-        self.stand(disc(pose, [0.0, 0.0], radius), [0.06, 0.22], SHELL);
-        self.stand(disc(pose, [0.0, 0.0], 0.97 * radius), [0.22, 0.24], DARK);
+        self.add_outline(disc(pose, [0.0, 0.0], 0.8 * radius), [0.0, 0.06], DARK_PARTS);
+        self.add_outline(disc(pose, [0.0, 0.0], radius), [0.06, 0.22], SHELL);
+        self.add_outline(disc(pose, [0.0, 0.0], 0.97 * radius), [0.22, 0.24], DARK_PARTS);
         let laser = pose.compose(Pose2::new(0.5 * radius, 0.0, 0.0));
         let block = Outline::Box {
             center: [laser.x, laser.y],
             size: [0.6 * radius, 0.6 * radius],
             angle: pose.heading,
         };
-        self.stand(block, [0.24, 0.24 + 0.7 * radius], LASER);
+        self.add_outline(block, [0.24, 0.24 + 0.7 * radius], LASER);
         let [x, y, z] = config.head.mount;
-        self.stand(disc(pose, [x, y], 0.18 * radius), [0.24, z], DARK);
+        self.add_outline(disc(pose, [x, y], 0.18 * radius), [0.24, z], DARK_PARTS);
         let head = pose.compose(Pose2::new(x, y, 0.0));
-        self.ball([head.x, head.y, z], 0.24 * radius, LENS);
+        self.add_ball([head.x, head.y, z], 0.24 * radius, LENS);
     }
 }
 

@@ -13,12 +13,12 @@ mod figure;
 mod flat;
 mod floor;
 mod light;
+mod renderer;
 mod round;
-mod stage;
 mod view;
 
 pub(crate) use light::Light;
-pub(crate) use stage::Stage;
+pub(crate) use renderer::Renderer;
 
 use crate::error::{WorldError, check};
 use crate::geometry::Pose2;

@@ -25,7 +25,7 @@ pub(super) enum Round {
 
 impl Round {
     /// Returns the middle and the radius of its bounding sphere.
-    pub(super) fn around(&self) -> (V3, f64) {
+    pub(super) fn bounding_sphere(&self) -> (V3, f64) {
         match *self {
             Self::Ball { center, radius } => (center, radius),
             Self::Cylinder {
@@ -54,7 +54,7 @@ impl Round {
         for row in top..bottom {
             for (column, (pixel, near)) in (left..).zip(canvas.span(row, left, right)) {
                 let ray = rays.through(column as f64 + 0.5, row as f64 + 0.5);
-                let Some((depth, normal)) = self.meet(view.eye, ray) else {
+                let Some((depth, normal)) = self.intersect(view.eye, ray) else {
                     continue;
                 };
                 let inverse = (1.0 / depth) as f32;
@@ -109,7 +109,7 @@ impl Round {
     }
 
     /// Returns where a ray first hits it from outside: the parameter, and the normal there.
-    fn meet(&self, eye: V3, ray: V3) -> Option<(f64, V3)> {
+    fn intersect(&self, eye: V3, ray: V3) -> Option<(f64, V3)> {
         match *self {
             Self::Ball { center, radius } => {
                 let away = sub(eye, center);

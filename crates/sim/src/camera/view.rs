@@ -88,7 +88,7 @@ impl View {
 
     /// Returns whether the bounding sphere of a thing may be in the picture; may be true for a sphere just
     /// outside.
-    pub(super) fn may_see(&self, center: V3, radius: f64) -> bool {
+    pub(super) fn is_visible(&self, center: V3, radius: f64) -> bool {
         let [x, y, z] = self.local(center);
         let side = |offset: f64, half: f64| {
             // The distance to the plane through the eye and the edge of the picture, times the length of its

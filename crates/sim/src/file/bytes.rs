@@ -6,17 +6,18 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
 /// Greatest world file or map YAML, in bytes: enough for thousands of things.
-const MOST_TEXT: u64 = 4 << 20;
+const MAX_TEXT: u64 = 4 << 20;
 /// Greatest image of a map, in bytes: the most pixels, in plain text.
-pub(crate) const MOST_IMAGE: u64 = 512 << 20;
+pub(crate) const MAX_IMAGE: u64 = 512 << 20;
 
 /// Returns the text of a file.
-pub(crate) fn text(path: &Path) -> Result<String> {
-    String::from_utf8(of(path, MOST_TEXT)?).map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8"))
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read_limited(path, MAX_TEXT)?)
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8"))
 }
 
 /// Returns the bytes of a file of at most `most` bytes.
-pub(crate) fn of(path: &Path, most: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_limited(path: &Path, most: u64) -> Result<Vec<u8>> {
     let about = std::fs::metadata(path)?;
     if !about.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file"));

@@ -9,7 +9,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::values::{Read, named};
+use super::values::{Read, describe};
 use crate::error::Fault;
 
 pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
@@ -26,7 +26,7 @@ pub(crate) struct Table<'a> {
     keys: &'a DeTable<'a>,
     span: Range<usize>,
     /// Its name in faults: "box `desk`".
-    what: String,
+    description: String,
 }
 
 impl<'a> Document<'a> {
@@ -49,7 +49,7 @@ impl<'a> Document<'a> {
 
     /// Records a fault at a place in the text.
     pub(crate) fn fault(&self, span: &Range<usize>, message: impl Into<String>) {
-        self.push(self.at(span, message));
+        self.push(self.fault_at(span, message));
     }
 
     /// Records a fault of another file.
@@ -58,7 +58,7 @@ impl<'a> Document<'a> {
     }
 
     /// Creates a fault without recording it.
-    pub(crate) fn at(&self, span: &Range<usize>, message: impl Into<String>) -> Fault {
+    pub(crate) fn fault_at(&self, span: &Range<usize>, message: impl Into<String>) -> Fault {
         Fault {
             file: self.path.to_owned(),
             line: Some(self.line(span)),
@@ -96,7 +96,7 @@ impl<'a> Table<'a> {
             document,
             keys,
             span,
-            what,
+            description: what,
         }
     }
 
@@ -111,7 +111,7 @@ impl<'a> Table<'a> {
         let Some(keys) = item.get_ref().as_table() else {
             document.fault(
                 &item.span(),
-                format!("{kind} {number} is {}: expected a table", named(item)),
+                format!("{kind} {number} is {}: expected a table", describe(item)),
             );
             return None;
         };
@@ -138,7 +138,7 @@ impl<'a> Table<'a> {
             None => {
                 self.fault(
                     &item.span(),
-                    format!("`{key}` is {}: expected an array of tables", named(item)),
+                    format!("`{key}` is {}: expected an array of tables", describe(item)),
                 );
                 &[]
             }
@@ -148,7 +148,7 @@ impl<'a> Table<'a> {
     /// Returns a value whose key is required.
     pub(crate) fn required<T>(&self, key: &str, read: impl Fn(&Item<'a>) -> Read<T>) -> Option<T> {
         match self.get(key) {
-            Some(item) => self.noted(key, read(item)),
+            Some(item) => self.recorded(key, read(item)),
             None => {
                 self.fault(&self.span, format!("`{key}` is missing"));
                 None
@@ -164,15 +164,15 @@ impl<'a> Table<'a> {
         read: impl Fn(&Item<'a>) -> Read<T>,
     ) -> Option<T> {
         self.get(key)
-            .map_or(Some(default), |item| self.noted(key, read(item)))
+            .map_or(Some(default), |item| self.recorded(key, read(item)))
     }
 
     pub(crate) fn fault(&self, span: &Range<usize>, message: impl AsRef<str>) {
         self.document
-            .fault(span, format!("{}: {}", self.what, message.as_ref()));
+            .fault(span, format!("{}: {}", self.description, message.as_ref()));
     }
 
-    fn noted<T>(&self, key: &str, read: Read<T>) -> Option<T> {
+    fn recorded<T>(&self, key: &str, read: Read<T>) -> Option<T> {
         read.map_err(|(span, message)| self.fault(&span, format!("`{key}` {message}")))
             .ok()
     }

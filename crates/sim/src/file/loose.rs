@@ -6,13 +6,13 @@
 use std::ops::Range;
 
 use super::document::{Document, Table};
-use super::things::{self, BOX, Look, each};
+use super::fixtures::{self, Appearance, BOX, each};
 use super::values;
 use crate::color::Color;
-use crate::loose::{Body, Form};
+use crate::loose::{LooseBody, LooseShape};
 
 /// A loose thing, and its span in the file.
-pub(crate) type Placed = (Body, Range<usize>);
+pub(crate) type PlacedBody = (LooseBody, Range<usize>);
 
 /// The default mass of a box in kilograms: a carton that is half full.
 const BOX_MASS: f64 = 4.0;
@@ -21,33 +21,36 @@ const BALL_MASS: f64 = 0.43;
 /// The default colour of a ball.
 const BALL: Color = Color::new(240, 124, 24);
 
-pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Placed>> {
+pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<PlacedBody>> {
     let known = ["name", "center", "radius", "color", "mass"];
     each(document, root, "balls", "ball", &known, ball)
 }
 
 /// Reads a box that is `movable`.
-pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<Placed> {
-    let place = things::rectangle(table);
+pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<PlacedBody> {
+    let place = fixtures::rectangle(table);
     let (look, mass) = (
-        things::look(table, BOX),
+        fixtures::read_appearance(table, BOX),
         table.optional("mass", BOX_MASS, values::positive),
     );
-    let ((center, size, angle), Look { color, height }) = (place?, look?);
-    let form = Form::Box { size, angle, height };
-    Some((Body::new(name, form, center, mass?, color), table.span().clone()))
+    let ((center, size, angle), Appearance { color, height }) = (place?, look?);
+    let form = LooseShape::Box { size, angle, height };
+    Some((
+        LooseBody::new(name, form, center, mass?, color),
+        table.span().clone(),
+    ))
 }
 
-fn ball(table: &Table<'_>, name: String) -> Option<Placed> {
+fn ball(table: &Table<'_>, name: String) -> Option<PlacedBody> {
     let (center, radius) = (
         table.required("center", values::point),
         table.required("radius", values::positive),
     );
     let color = table.optional("color", BALL, values::color);
     let mass = table.optional("mass", BALL_MASS, values::positive);
-    let form = Form::Ball { radius: radius? };
+    let form = LooseShape::Ball { radius: radius? };
     Some((
-        Body::new(name, form, center?, mass?, color?),
+        LooseBody::new(name, form, center?, mass?, color?),
         table.span().clone(),
     ))
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use super::bytes;
 use super::document::{Document, Table};
+use super::fixtures;
 use super::grid::{Block, Cell, Grid};
+use super::map_yaml::{self, MapInfo};
 use super::picture::Picture;
-use super::sheet::{self, Facts};
-use super::things;
 use super::values;
 use crate::error::Fault;
 use crate::geometry::Pose2;
@@ -18,7 +18,7 @@ use crate::shape::Outline;
 
 /// Most rectangles of occupied cells: a hundred times those of a large building, and as many as the tree of
 /// shapes builds in a second.
-const MOST_BLOCKS: usize = 500_000;
+const MAX_BLOCKS: usize = 500_000;
 
 pub(crate) struct Map {
     name: String,
@@ -38,7 +38,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
     };
     let name = root.required("map", values::text)?;
     let path = document.path().parent().unwrap_or(Path::new("")).join(&name);
-    let text = match bytes::text(&path) {
+    let text = match bytes::read_text(&path) {
         Ok(text) => text,
         Err(error) => {
             root.fault(
@@ -49,9 +49,9 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
         }
     };
     match load(&name, &path, &text) {
-        Ok(map) if map.blocks.len() > MOST_BLOCKS => {
+        Ok(map) if map.blocks.len() > MAX_BLOCKS => {
             let message = format!(
-                "the map `{}` has {} separate walls, and at most {MOST_BLOCKS} are possible: clean the image of noise",
+                "the map `{}` has {} separate walls, and at most {MAX_BLOCKS} are possible: clean the image of noise",
                 path.display(),
                 map.blocks.len()
             );
@@ -76,7 +76,7 @@ impl Map {
                 size: [(right - left) * self.resolution, (top - bottom) * self.resolution],
                 angle: self.origin.heading,
             };
-            things::fixture(self.name.clone(), outline, things::WALL)
+            fixtures::fixture(self.name.clone(), outline, fixtures::WALL)
         })
     }
 
@@ -120,15 +120,15 @@ impl Map {
 }
 
 fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
-    let Facts {
+    let MapInfo {
         picture,
         resolution,
         origin,
         negate,
         occupied,
         free,
-    } = sheet::read(path, text)?;
-    let grid = judge(&picture, negate, occupied, free);
+    } = map_yaml::read(path, text)?;
+    let grid = classify(&picture, negate, occupied, free);
     Ok(Map {
         blocks: grid.blocks(),
         name: name.to_owned(),
@@ -139,7 +139,7 @@ fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
 }
 
 /// Classifies the shades: a darker cell is more likely occupied. `negate` inverts that.
-fn judge(picture: &Picture, negate: bool, occupied: f64, free: f64) -> Grid {
+fn classify(picture: &Picture, negate: bool, occupied: f64, free: f64) -> Grid {
     let cell = |&shade: &f32| {
         let likely = f64::from(if negate { shade } else { 1.0 - shade });
         if likely > occupied {

@@ -4,17 +4,17 @@
 
 mod bytes;
 mod document;
+mod fixtures;
 mod grid;
 mod loose;
 mod map;
+mod map_yaml;
 mod movers;
 mod pgm;
 mod picture;
 mod room;
 mod scenery;
-mod sheet;
 mod starts;
-mod things;
 mod values;
 
 use std::path::{Path, PathBuf};
@@ -25,25 +25,25 @@ use self::document::{Document, Table};
 use crate::camera::Light;
 use crate::error::Fault;
 use crate::geometry::{Bounds, Pose2};
-use crate::loose::Body;
+use crate::loose::LooseBody;
 use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
 
-pub(crate) use self::bytes::text as text_of;
+pub(crate) use self::bytes::read_text as text_of;
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MOST_LOOKS`] checks.
 const STRIDE: f64 = 0.05;
 /// Most checks along a way: half a kilometre.
-const MOST_LOOKS: usize = 10_000;
+const MAX_SAMPLES: usize = 10_000;
 
 /// A world whose files have no faults.
-pub(crate) struct Plan {
+pub(crate) struct WorldFile {
     pub(crate) name: String,
     pub(crate) scene: Scene,
     pub(crate) movers: Vec<mover::Mover>,
-    pub(crate) loose: Vec<Body>,
+    pub(crate) loose: Vec<LooseBody>,
     pub(crate) light: Light,
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
@@ -59,7 +59,7 @@ pub(crate) struct Start {
     pub(crate) line: usize,
 }
 
-pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
+pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     let (root, errors) = DeTable::parse_recoverable(text);
     let document = Document::new(path, text);
     for error in &errors {
@@ -74,7 +74,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
         "balls", "robots",
     ];
     let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
-    let plan = plan(&document, &root);
+    let plan = parse_world(&document, &root);
     let faults = document.into_faults();
     // A fault that spoils no value, such as an unknown key, also refuses the world.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
@@ -83,16 +83,16 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
 /// Returns the known name that is most similar to a wrong one, if any is similar enough.
 pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // A suggestion below this similarity misleads more often than it helps.
-    const LIKENESS: f64 = 0.75;
+    const MIN_SIMILARITY: f64 = 0.75;
     known
         .map(|name| (strsim::jaro_winkler(wrong, name), name))
-        .filter(|(likeness, _)| *likeness >= LIKENESS)
+        .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
 }
 
 /// Reads all parts before it returns, so that every fault is reported.
-fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
+fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let file_name = document
         .path()
         .file_stem()
@@ -101,7 +101,7 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     let stated = starts::bounds(document, root);
     let map = map::read(document, root);
     let light = scenery::light(document, root);
-    let things = things::read(document, root);
+    let things = fixtures::read(document, root);
     let balls = loose::balls(document, root);
     let movers = movers::read(document, root);
     let starts = starts::starts(document, root);
@@ -134,14 +134,14 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     }
     let mut warnings = Vec::new();
     if scene.is_empty() {
-        warnings.push(document.at(
+        warnings.push(document.fault_at(
             root.span(),
             "no walls: nothing stands in this world, and every sensor sees nothing",
         ));
     }
     for (mover, span) in &movers {
         let mut met: Vec<&str> = Vec::new();
-        let solids: Vec<_> = mover::Mover::along(mover, STRIDE, MOST_LOOKS).collect();
+        let solids: Vec<_> = mover::Mover::along(mover, STRIDE, MAX_SAMPLES).collect();
         met.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
         met.sort_unstable();
         met.dedup();
@@ -151,10 +151,10 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
                 mover.name,
                 met.join("`, `")
             );
-            warnings.push(document.at(span, text));
+            warnings.push(document.fault_at(span, text));
         }
     }
-    let ways = movers.iter().flat_map(|(mover, _)| mover.way.iter().copied());
+    let ways = movers.iter().flat_map(|(mover, _)| mover.path.iter().copied());
     let corners = scene
         .corners()
         .chain(map.iter().flat_map(map::Map::corners))
@@ -167,7 +167,7 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     });
     let loose = loose.into_iter().map(|(body, _)| body).collect();
     let starts = starts.into_iter().map(|(start, _)| start).collect();
-    Some(Plan {
+    Some(WorldFile {
         name,
         scene,
         movers: standing,

@@ -5,10 +5,10 @@
 use std::ops::Range;
 
 use super::document::{Document, Table};
-use super::things::{self, Look, each};
+use super::fixtures::{self, Appearance, each};
 use super::values;
 use crate::color::Color;
-use crate::mover::{self, AtEnd, Body};
+use crate::mover::{self, EndBehavior, MoverShape};
 
 /// The default clearance of a mover to robots, in metres: an arm's length.
 const CLEARANCE: f64 = 0.5;
@@ -16,19 +16,22 @@ const CLEARANCE: f64 = 0.5;
 const WAIT: f64 = 3.0;
 
 /// The default look of movers: a painted cart.
-const MOVER: Look = Look {
+const MOVER: Appearance = Appearance {
     color: Color::new(74, 116, 168),
     height: 1.0,
 };
 /// The default look of people: the colour of their clothing, and their height.
-const PERSON: Look = Look {
+const PERSON: Appearance = Appearance {
     color: Color::new(46, 86, 140),
     height: 1.72,
 };
 /// The default radius of a person, in metres.
 const SHOULDERS: f64 = 0.25;
 
-pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(mover::Plan, Range<usize>)>> {
+pub(crate) fn read(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<Vec<(mover::MoverConfig, Range<usize>)>> {
     let known = [
         "name",
         "color",
@@ -62,14 +65,14 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(mov
     Some(movers?.into_iter().chain(people?).collect())
 }
 
-fn mover(table: &Table<'_>, name: String) -> Option<mover::Plan> {
+fn mover(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let body = match (table.get("radius"), table.get("size")) {
         (Some(_), None) => table
             .required("radius", values::positive)
-            .map(|radius| Body::Circle { radius }),
+            .map(|radius| MoverShape::Circle { radius }),
         (None, Some(_)) => table
             .required("size", values::size)
-            .map(|size| Body::Box { size }),
+            .map(|size| MoverShape::Box { size }),
         (Some(_), Some(_)) | (None, None) => {
             table.fault(
                 table.span(),
@@ -78,15 +81,15 @@ fn mover(table: &Table<'_>, name: String) -> Option<mover::Plan> {
             None
         }
     };
-    let look = things::look(table, MOVER);
+    let look = fixtures::read_appearance(table, MOVER);
     walk(table, name, body, look, 0.0)
 }
 
-fn person(table: &Table<'_>, name: String) -> Option<mover::Plan> {
+fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let radius = table.optional("radius", SHOULDERS, values::positive);
-    let look = things::look(table, PERSON);
+    let look = fixtures::read_appearance(table, PERSON);
     let pause = table.optional("pause", 0.0, values::not_negative);
-    let body = radius.map(|radius| Body::Person { radius });
+    let body = radius.map(|radius| MoverShape::Person { radius });
     walk(table, name, body, look, pause?)
 }
 
@@ -94,28 +97,35 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::Plan> {
 fn walk(
     table: &Table<'_>,
     name: String,
-    body: Option<Body>,
-    look: Option<Look>,
+    body: Option<MoverShape>,
+    look: Option<Appearance>,
     pause: f64,
-) -> Option<mover::Plan> {
+) -> Option<mover::MoverConfig> {
     let way = table.required("way", values::points);
     let speed = table.required("speed", values::speed);
     let closed = table.optional("loop", false, values::flag);
     let clearance = table.optional("clearance", CLEARANCE, values::positive);
     let patience = table.optional("wait", WAIT, values::not_negative);
-    let (way, at_end) = (way?, if closed? { AtEnd::Loop } else { AtEnd::TurnBack });
-    if at_end == AtEnd::Loop && !values::apart(way[way.len() - 1], way[0]) {
+    let (way, at_end) = (
+        way?,
+        if closed? {
+            EndBehavior::Loop
+        } else {
+            EndBehavior::TurnBack
+        },
+    );
+    if at_end == EndBehavior::Loop && !values::are_apart(way[way.len() - 1], way[0]) {
         table.fault(
             table.span(),
             "is a `loop` whose `way` ends where it starts: drop the last point",
         );
         return None;
     }
-    let Look { color, height } = look?;
-    Some(mover::Plan {
+    let Appearance { color, height } = look?;
+    Some(mover::MoverConfig {
         name,
         body: body?,
-        way,
+        path: way,
         at_end,
         speed: speed?,
         clearance: clearance?,

@@ -9,7 +9,7 @@ pub(crate) type PgmError = (usize, String);
 
 struct Scanner<'a> {
     bytes: &'a [u8],
-    at: usize,
+    position: usize,
     line: usize,
 }
 
@@ -26,7 +26,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Picture, PgmError> {
     };
     let mut scanner = Scanner {
         bytes,
-        at: 2,
+        position: 2,
         line: 1,
     };
     let width = scanner.number("width", 1..=1 << 20)?;
@@ -53,8 +53,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Picture, PgmError> {
 
 impl Scanner<'_> {
     fn next(&mut self) -> Option<u8> {
-        let byte = *self.bytes.get(self.at)?;
-        self.at += 1;
+        let byte = *self.bytes.get(self.position)?;
+        self.position += 1;
         self.line += usize::from(byte == b'\n');
         Some(byte)
     }
@@ -62,7 +62,7 @@ impl Scanner<'_> {
     /// Reads a decimal number after white space and comments.
     fn number(&mut self, what: &str, fits: std::ops::RangeInclusive<u32>) -> Result<u32, PgmError> {
         loop {
-            match self.bytes.get(self.at) {
+            match self.bytes.get(self.position) {
                 Some(b'#') => while self.next().is_some_and(|byte| byte != b'\n') {},
                 Some(byte) if byte.is_ascii_whitespace() => {
                     self.next();
@@ -70,12 +70,13 @@ impl Scanner<'_> {
                 _ => break,
             }
         }
-        let digits = self.bytes[self.at..]
+        let digits = self.bytes[self.position..]
             .iter()
             .take_while(|byte| byte.is_ascii_digit())
             .count();
-        let text = std::str::from_utf8(&self.bytes[self.at..self.at + digits]).unwrap_or_default();
-        self.at += digits;
+        let text =
+            std::str::from_utf8(&self.bytes[self.position..self.position + digits]).unwrap_or_default();
+        self.position += digits;
         match text.parse() {
             Ok(number) if fits.contains(&number) => Ok(number),
             _ => {
@@ -92,7 +93,7 @@ impl Scanner<'_> {
     fn plain(&mut self, count: usize, deepest: u32) -> Result<Vec<f32>, PgmError> {
         // Each pixel takes a digit and a space, so a file that is too short is rejected before memory is
         // allocated.
-        if self.bytes.len() - self.at < 2 * count - 1 {
+        if self.bytes.len() - self.position < 2 * count - 1 {
             return Err((self.line, format!("ends early: expected {count} pixels")));
         }
         (0..count)
@@ -109,7 +110,7 @@ impl Scanner<'_> {
             ));
         }
         let wide = deepest > 255;
-        let (raster, wanted) = (&self.bytes[self.at..], if wide { 2 * count } else { count });
+        let (raster, wanted) = (&self.bytes[self.position..], if wide { 2 * count } else { count });
         if raster.len() < wanted {
             let given = raster.len();
             return Err((

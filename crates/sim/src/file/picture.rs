@@ -25,7 +25,7 @@ pub(crate) fn read(path: &Path) -> Result<Picture, Fault> {
         line,
         message,
     };
-    let bytes = bytes::of(path, bytes::MOST_IMAGE)
+    let bytes = bytes::read_limited(path, bytes::MAX_IMAGE)
         .map_err(|error| fault(None, format!("cannot read the image: {error}")))?;
     if bytes.starts_with(b"\x89PNG") {
         png(&bytes).map_err(|message| fault(None, message))

@@ -13,14 +13,14 @@ use crate::color::{self, Color};
 pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
 
 /// Greatest coordinate or length, in metres: a larger number is most likely a typing error.
-const FAR: f64 = 1e5;
+const MAX_COORDINATE: f64 = 1e5;
 
 /// Least distance of consecutive points, in metres: rounding at the end of a long way would lose a shorter
 /// one.
-const LEAST_LEG: f64 = 1e-6;
+const MIN_LEG: f64 = 1e-6;
 
 /// Greatest speed of a mover, in m/s: the same as that of robots.
-const FASTEST: f64 = 20.0;
+const MAX_SPEED: f64 = 20.0;
 
 /// Reads a number within [`FAR`].
 pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
@@ -29,16 +29,16 @@ pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
             .ok()
             .map(|n| n as f64),
         DeValue::Float(float) => float.as_str().parse().ok(),
-        _ => return Err((item.span(), format!("is {}: expected a number", named(item)))),
+        _ => return Err((item.span(), format!("is {}: expected a number", describe(item)))),
     };
     match parsed {
-        Some(number) if number.abs() <= FAR => Ok(number),
+        Some(number) if number.abs() <= MAX_COORDINATE => Ok(number),
         Some(number) if !number.is_finite() => {
             Err((item.span(), format!("is {number}: expected a finite number")))
         }
         Some(_) | None => Err((
             item.span(),
-            format!("is out of range: expected at most {FAR} either way"),
+            format!("is out of range: expected at most {MAX_COORDINATE} either way"),
         )),
     }
 }
@@ -61,14 +61,17 @@ pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
 /// robot that it must halt for.
 pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
     match positive(item)? {
-        speed if speed <= FASTEST => Ok(speed),
-        speed => Err((item.span(), format!("is {speed}: expected at most {FASTEST} m/s"))),
+        speed if speed <= MAX_SPEED => Ok(speed),
+        speed => Err((
+            item.span(),
+            format!("is {speed}: expected at most {MAX_SPEED} m/s"),
+        )),
     }
 }
 
 /// Returns whether two points are far enough apart for a leg of a way.
-pub(crate) fn apart(from: [f64; 2], to: [f64; 2]) -> bool {
-    libm::hypot(to[0] - from[0], to[1] - from[1]) >= LEAST_LEG
+pub(crate) fn are_apart(from: [f64; 2], to: [f64; 2]) -> bool {
+    libm::hypot(to[0] - from[0], to[1] - from[1]) >= MIN_LEG
 }
 
 /// Reads a point `[x, y]`.
@@ -86,7 +89,7 @@ pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
     let Some(items) = item.get_ref().as_array() else {
         return Err((
             item.span(),
-            format!("is {}: expected points [[x, y], ...]", named(item)),
+            format!("is {}: expected points [[x, y], ...]", describe(item)),
         ));
     };
     let points = items.iter().map(point).collect::<Read<Vec<_>>>()?;
@@ -96,7 +99,7 @@ pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
             format!("has {} points: expected two or more", points.len()),
         ));
     }
-    match points.windows(2).position(|pair| !apart(pair[0], pair[1])) {
+    match points.windows(2).position(|pair| !are_apart(pair[0], pair[1])) {
         Some(index) => Err((
             items[index + 1].span(),
             format!("has point {} on the one before it: move or drop it", index + 2),
@@ -124,14 +127,17 @@ pub(crate) fn text(item: &Item<'_>) -> Read<String> {
     match item.get_ref().as_str() {
         Some("") => Err((item.span(), "is empty: expected a text".to_owned())),
         Some(text) => Ok(text.to_owned()),
-        None => Err((item.span(), format!("is {}: expected a text", named(item)))),
+        None => Err((item.span(), format!("is {}: expected a text", describe(item)))),
     }
 }
 
 pub(crate) fn flag(item: &Item<'_>) -> Read<bool> {
-    item.get_ref()
-        .as_bool()
-        .ok_or_else(|| (item.span(), format!("is {}: expected true or false", named(item))))
+    item.get_ref().as_bool().ok_or_else(|| {
+        (
+            item.span(),
+            format!("is {}: expected true or false", describe(item)),
+        )
+    })
 }
 
 fn pair(item: &Item<'_>, expected: &str, read: fn(&Item<'_>) -> Read<f64>) -> Read<[f64; 2]> {
@@ -141,12 +147,12 @@ fn pair(item: &Item<'_>, expected: &str, read: fn(&Item<'_>) -> Read<f64>) -> Re
             item.span(),
             format!("has {} values: expected {expected}", items.len()),
         )),
-        None => Err((item.span(), format!("is {}: expected {expected}", named(item)))),
+        None => Err((item.span(), format!("is {}: expected {expected}", describe(item)))),
     }
 }
 
 /// Returns the kind of a value, with its article.
-pub(crate) fn named(item: &Item<'_>) -> String {
+pub(crate) fn describe(item: &Item<'_>) -> String {
     let kind = item.get_ref().type_str();
     if kind.starts_with(['a', 'i', 'o']) {
         format!("an {kind}")

@@ -16,14 +16,14 @@ use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
 /// The gap that is kept between bodies in contact, in metres: far above rounding errors, too small to see.
-pub(crate) const SKIN: f64 = 1e-6;
+pub(crate) const CONTACT_GAP: f64 = 1e-6;
 
 /// The rounding of a gap that does not change, in metres: a body that slides along a wall does not approach
 /// it.
 const ROUNDING: f64 = 1e-12;
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Form {
+pub(crate) enum LooseShape {
     Ball {
         radius: f64,
     },
@@ -36,9 +36,9 @@ pub(crate) enum Form {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub(crate) struct LooseBody {
     pub(crate) name: String,
-    pub(crate) form: Form,
+    pub(crate) form: LooseShape,
     /// Kilograms.
     pub(crate) mass: f64,
     pub(crate) color: Color,
@@ -50,12 +50,12 @@ pub(crate) struct Body {
 
 /// All loose things of a world, in the order of its file.
 #[derive(Default)]
-pub(crate) struct Loose {
-    bodies: Vec<Body>,
+pub(crate) struct LooseBodies {
+    bodies: Vec<LooseBody>,
 }
 
 /// The things that loose things cannot move: walls, movers, robots.
-pub(crate) trait Firm {
+pub(crate) trait Obstacles {
     /// Returns the nearest point within `reach` of a solid, and the gap to the solid; `None` beyond.
     fn nearest(&self, solid: &Solid, center: Vector, reach: f64) -> Option<(Vector, f64)>;
 
@@ -66,8 +66,8 @@ pub(crate) trait Firm {
     }
 }
 
-impl Body {
-    pub(crate) fn new(name: String, form: Form, center: [f64; 2], mass: f64, color: Color) -> Self {
+impl LooseBody {
+    pub(crate) fn new(name: String, form: LooseShape, center: [f64; 2], mass: f64, color: Color) -> Self {
         Self {
             name,
             form,
@@ -94,7 +94,7 @@ impl Body {
     }
 
     pub(crate) fn is_ball(&self) -> bool {
-        matches!(self.form, Form::Ball { .. })
+        matches!(self.form, LooseShape::Ball { .. })
     }
 
     pub(crate) fn shape(&self) -> Shape<'_> {
@@ -103,8 +103,8 @@ impl Body {
             outline: outline(self.form, self.center),
             color: self.color,
             height: match self.form {
-                Form::Ball { radius } => 2.0 * radius,
-                Form::Box { height, .. } => height,
+                LooseShape::Ball { radius } => 2.0 * radius,
+                LooseShape::Box { height, .. } => height,
             },
             moving: true,
             figure: if self.is_ball() {
@@ -116,30 +116,30 @@ impl Body {
     }
 
     /// Returns its solid after a displacement.
-    fn moved(&self, way: Vector) -> Solid {
+    fn translated(&self, way: Vector) -> Solid {
         Solid::new(&outline(self.form, self.center + way))
     }
 
-    fn go(&mut self, way: Vector) {
+    fn translate(&mut self, way: Vector) {
         self.center += way;
         self.solid = Solid::new(&outline(self.form, self.center));
     }
 }
 
-impl Loose {
-    pub(crate) fn new(bodies: Vec<Body>) -> Self {
+impl LooseBodies {
+    pub(crate) fn new(bodies: Vec<LooseBody>) -> Self {
         Self { bodies }
     }
 
-    pub(crate) fn bodies(&self) -> &[Body] {
+    pub(crate) fn bodies(&self) -> &[LooseBody] {
         &self.bodies
     }
 
     /// Returns whether a moving solid would enter a thing. Motion away from a thing, or along it, is always
     /// allowed.
-    pub(crate) fn hinder(&self, now: &Solid, next: &Solid) -> bool {
+    pub(crate) fn blocks(&self, now: &Solid, next: &Solid) -> bool {
         self.bodies.iter().any(|body| {
-            enters(body.solid.distance_to_solid(next), || {
+            penetrates_more(body.solid.distance_to_solid(next), || {
                 body.solid.distance_to_solid(now)
             })
         })
@@ -147,15 +147,15 @@ impl Loose {
 }
 
 /// Returns whether a gap is too small and smaller than before.
-fn enters(gap: f64, before: impl FnOnce() -> f64) -> bool {
-    gap <= 0.0 || (gap < SKIN && gap < before() - ROUNDING)
+fn penetrates_more(gap: f64, before: impl FnOnce() -> f64) -> bool {
+    gap <= 0.0 || (gap < CONTACT_GAP && gap < before() - ROUNDING)
 }
 
-fn outline(form: Form, center: Vector) -> Outline {
+fn outline(form: LooseShape, center: Vector) -> Outline {
     let center = center.into();
     match form {
-        Form::Ball { radius } => Outline::Circle { center, radius },
-        Form::Box { size, angle, .. } => Outline::Box { center, size, angle },
+        LooseShape::Ball { radius } => Outline::Circle { center, radius },
+        LooseShape::Box { size, angle, .. } => Outline::Box { center, size, angle },
     }
 }
 

@@ -5,7 +5,7 @@
 
 use parry2d_f64::math::Vector;
 
-use super::{Body, Firm, Form, Loose, SKIN, enters};
+use super::{CONTACT_GAP, LooseBodies, LooseBody, LooseShape, Obstacles, penetrates_more};
 
 /// How many times pushed things may come back into the way of the same body, in one piece of its way.
 const ROUNDS: usize = 4;
@@ -18,17 +18,17 @@ pub(crate) struct Pusher {
     pub(crate) strength: f64,
 }
 
-impl Loose {
+impl LooseBodies {
     /// Makes room for a body at a point that it reaches within `dt` seconds.
     ///
     /// Returns the kilograms that moved. Returns `None` if something blocks the things or they are too heavy;
     /// then nothing has moved.
-    pub(crate) fn make_room(
+    pub(crate) fn push_away(
         &mut self,
         pusher: Pusher,
         center: Vector,
         dt: f64,
-        firm: &impl Firm,
+        firm: &impl Obstacles,
     ) -> Option<f64> {
         if !self
             .bodies
@@ -38,14 +38,14 @@ impl Loose {
             return Some(0.0);
         }
         let before = self.bodies.clone();
-        let load = self.pushed(pusher, center, dt, firm);
+        let load = self.push_once(pusher, center, dt, firm);
         if load.is_none() {
             self.bodies = before;
         }
         load
     }
 
-    fn pushed(&mut self, pusher: Pusher, center: Vector, dt: f64, firm: &impl Firm) -> Option<f64> {
+    fn push_once(&mut self, pusher: Pusher, center: Vector, dt: f64, firm: &impl Obstacles) -> Option<f64> {
         let mut moved = vec![false; self.bodies.len()];
         for _ in 0..ROUNDS {
             let mut room = true;
@@ -82,20 +82,20 @@ impl Loose {
         dt: f64,
         chain: &mut [bool],
         moved: &mut [bool],
-        firm: &impl Firm,
+        firm: &impl Obstacles,
     ) -> Option<()> {
         chain[index] = true;
         moved[index] = true;
         let body = &self.bodies[index];
-        let next = body.moved(way);
-        let gap = firm.gap(&next, body.center + way, SKIN);
-        if enters(gap, || firm.gap(&body.solid, body.center, SKIN)) {
+        let next = body.translated(way);
+        let gap = firm.gap(&next, body.center + way, CONTACT_GAP);
+        if penetrates_more(gap, || firm.gap(&body.solid, body.center, CONTACT_GAP)) {
             return None;
         }
         for other in 0..self.bodies.len() {
             let (body, met) = (&self.bodies[index], &self.bodies[other]);
             let meets = !chain[other]
-                && enters(met.solid.distance_to_solid(&next), || {
+                && penetrates_more(met.solid.distance_to_solid(&next), || {
                     met.solid.distance_to_solid(&body.solid)
                 });
             if meets {
@@ -103,8 +103,8 @@ impl Loose {
             }
         }
         let body = &mut self.bodies[index];
-        body.go(way);
-        if let Form::Ball { .. } = body.form {
+        body.translate(way);
+        if let LooseShape::Ball { .. } = body.form {
             let (ahead, speed) = (way.normalize(), way.length() / dt);
             // It rolls on at least as fast as it was pushed, and no slower than it rolled before.
             body.velocity += ahead * (speed - body.velocity.dot(ahead)).max(0.0);
@@ -119,9 +119,9 @@ impl Loose {
 }
 
 /// Returns the displacement that frees a thing from the body at a point, if the body enters the thing.
-fn depth(body: &Body, pusher: Pusher, center: Vector) -> Option<Vector> {
+fn depth(body: &LooseBody, pusher: Pusher, center: Vector) -> Option<Vector> {
     let away = body.solid.nearest(center) - center;
     let gap = away.length() - pusher.radius;
     // A centre inside the thing has no way out. The pieces of a way are too short to get there.
-    (gap < 0.0 && away.length() > 0.0).then(|| away.normalize() * (SKIN - gap))
+    (gap < 0.0 && away.length() > 0.0).then(|| away.normalize() * (CONTACT_GAP - gap))
 }

@@ -4,7 +4,7 @@
 
 use parry2d_f64::math::Vector;
 
-use super::{Firm, Form, Loose, SKIN, enters};
+use super::{CONTACT_GAP, LooseBodies, LooseShape, Obstacles, penetrates_more};
 
 /// The deceleration of rolling, in m/s²: a light ball on a carpet.
 const ROLLING: f64 = 0.2;
@@ -14,19 +14,19 @@ const RESTITUTION: f64 = 0.5;
 const STRIDE: f64 = 0.5;
 
 /// What a ball meets.
-enum Met {
+enum Contact {
     /// An immovable thing, with the direction from it to the ball.
-    Firm(Vector),
+    Obstacle(Vector),
     /// Another ball.
     Ball(usize),
 }
 
-impl Loose {
+impl LooseBodies {
     /// Rolls every ball for `dt` seconds, in the order of the file.
-    pub(crate) fn roll(&mut self, dt: f64, firm: &impl Firm) {
+    pub(crate) fn roll(&mut self, dt: f64, firm: &impl Obstacles) {
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
-            let Form::Ball { radius } = body.form else {
+            let LooseShape::Ball { radius } = body.form else {
                 continue;
             };
             let speed = body.velocity.length();
@@ -37,21 +37,21 @@ impl Loose {
             }
             body.velocity *= slower / speed;
             let way = body.velocity * dt;
-            match self.meets(index, way, firm) {
+            match self.first_contact(index, way, firm) {
                 Some(met) => self.bounce(index, met),
-                None => self.bodies[index].go(way),
+                None => self.bodies[index].translate(way),
             }
         }
     }
 
     /// Returns the nearest thing to a ball's next place, if that thing would be too near.
-    fn meets(&self, index: usize, way: Vector, firm: &impl Firm) -> Option<Met> {
+    fn first_contact(&self, index: usize, way: Vector, firm: &impl Obstacles) -> Option<Contact> {
         let body = &self.bodies[index];
-        let (center, solid) = (body.center + way, body.moved(way));
+        let (center, solid) = (body.center + way, body.translated(way));
         let firm = firm
-            .nearest(&solid, center, SKIN)
-            .filter(|(_, gap)| enters(*gap, || firm.gap(&body.solid, body.center, SKIN)))
-            .map(|(point, gap)| (gap, Met::Firm(center - point)));
+            .nearest(&solid, center, CONTACT_GAP)
+            .filter(|(_, gap)| penetrates_more(*gap, || firm.gap(&body.solid, body.center, CONTACT_GAP)))
+            .map(|(point, gap)| (gap, Contact::Obstacle(center - point)));
         let others = self
             .bodies
             .iter()
@@ -59,12 +59,12 @@ impl Loose {
             .filter(|(other, _)| *other != index);
         let loose = others.filter_map(|(other, met)| {
             let gap = met.solid.distance_to_solid(&solid);
-            let meets = enters(gap, || met.solid.distance_to_solid(&body.solid));
+            let meets = penetrates_more(gap, || met.solid.distance_to_solid(&body.solid));
             meets.then(|| {
                 if met.is_ball() {
-                    (gap, Met::Ball(other))
+                    (gap, Contact::Ball(other))
                 } else {
-                    (gap, Met::Firm(center - met.solid.nearest(center)))
+                    (gap, Contact::Obstacle(center - met.solid.nearest(center)))
                 }
             })
         });
@@ -75,9 +75,9 @@ impl Loose {
     }
 
     /// Reflects the velocity of a ball. The ball stays in place, and rolls away in the next step.
-    fn bounce(&mut self, index: usize, met: Met) {
+    fn bounce(&mut self, index: usize, met: Contact) {
         match met {
-            Met::Firm(away) => {
+            Contact::Obstacle(away) => {
                 let body = &mut self.bodies[index];
                 let away = away.try_normalize().unwrap_or(Vector::ZERO);
                 let nearing = body.velocity.dot(away);
@@ -89,7 +89,7 @@ impl Loose {
                     body.velocity *= -RESTITUTION;
                 }
             }
-            Met::Ball(other) => {
+            Contact::Ball(other) => {
                 let apart = self.bodies[index].center - self.bodies[other].center;
                 let away = apart.try_normalize().unwrap_or(Vector::ZERO);
                 let nearing = (self.bodies[index].velocity - self.bodies[other].velocity).dot(away);

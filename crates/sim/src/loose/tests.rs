@@ -3,7 +3,7 @@
 use parry2d_f64::math::Vector;
 use proptest::prelude::*;
 
-use super::{Body, Firm, Form, Loose};
+use super::{LooseBodies, LooseBody, LooseShape, Obstacles};
 use crate::color::Color;
 use crate::shape::Outline;
 use crate::solid::Solid;
@@ -23,7 +23,7 @@ impl Pen {
     }
 }
 
-impl Firm for Pen {
+impl Obstacles for Pen {
     fn nearest(&self, solid: &Solid, center: Vector, reach: f64) -> Option<(Vector, f64)> {
         let gaps = self
             .0
@@ -34,10 +34,10 @@ impl Firm for Pen {
     }
 }
 
-fn ball(center: [f64; 2], mass: f64, velocity: [f64; 2]) -> Body {
-    let mut body = Body::new(
+fn ball(center: [f64; 2], mass: f64, velocity: [f64; 2]) -> LooseBody {
+    let mut body = LooseBody::new(
         String::new(),
-        Form::Ball { radius: 0.1 },
+        LooseShape::Ball { radius: 0.1 },
         center,
         mass,
         Color::new(0, 0, 0),
@@ -46,7 +46,7 @@ fn ball(center: [f64; 2], mass: f64, velocity: [f64; 2]) -> Body {
     body
 }
 
-fn energy(loose: &Loose) -> f64 {
+fn energy(loose: &LooseBodies) -> f64 {
     loose
         .bodies
         .iter()
@@ -56,7 +56,7 @@ fn energy(loose: &Loose) -> f64 {
 
 #[test]
 fn a_ball_that_meets_one_at_rest_hands_its_way_on() {
-    let mut loose = Loose::new(vec![
+    let mut loose = LooseBodies::new(vec![
         ball([-0.5, 0.0], 1.0, [1.0, 0.0]),
         ball([0.0, 0.0], 1.0, [0.0, 0.0]),
     ]);
@@ -69,7 +69,7 @@ fn a_ball_that_meets_one_at_rest_hands_its_way_on() {
 
 #[test]
 fn a_ball_rolls_along_a_wall_that_it_touches() {
-    let mut loose = Loose::new(vec![ball([-0.8, -0.9 + super::SKIN], 1.0, [0.8, 0.0])]);
+    let mut loose = LooseBodies::new(vec![ball([-0.8, -0.9 + super::CONTACT_GAP], 1.0, [0.8, 0.0])]);
     for _ in 0..50 {
         loose.roll(0.01, &Pen::new());
     }
@@ -84,7 +84,7 @@ proptest! {
     ) {
         let places = (0..9).map(|index| [f64::from(index % 3) * 0.5 - 0.5, f64::from(index / 3) * 0.5 - 0.5]);
         let bodies = places.zip(balls).map(|(place, (mass, x, y))| ball(place, mass, [x, y]));
-        let mut loose = Loose::new(bodies.collect());
+        let mut loose = LooseBodies::new(bodies.collect());
         let pen = Pen::new();
         let mut before = energy(&loose);
         for _ in 0..400 {

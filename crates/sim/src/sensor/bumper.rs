@@ -26,7 +26,7 @@ impl Bumpers {
 }
 
 /// Returns the bumpers of a body at `pose` that face the points of contact.
-pub(crate) fn press(pose: Pose2, touched: impl Iterator<Item = [f64; 2]>) -> Bumpers {
+pub(crate) fn from_contacts(pose: Pose2, touched: impl Iterator<Item = [f64; 2]>) -> Bumpers {
     let mut bumpers = Bumpers::default();
     for point in touched {
         let heading = libm::atan2(point[1] - pose.y, point[0] - pose.x) - pose.heading;

@@ -10,7 +10,7 @@ pub use bumper::{BUMPER_HEADINGS, Bumpers};
 pub use laser::LaserConfig;
 pub use sonar::SonarConfig;
 
-pub(crate) use bumper::press;
+pub(crate) use bumper::from_contacts;
 
 /// Returns the reading of a range finder for a true distance and an error, after ROS REP-117: plus infinity
 /// for nothing within its range, minus infinity for something too near to measure.

@@ -26,7 +26,7 @@ pub struct SonarConfig {
 
 /// The left half of the ring of a P3-DX, front to rear, in millimetres and degrees (SonarUnit in ARIA's
 /// p3dx.p).
-const LEFT: [[f64; 3]; 8] = [
+const LEFT_MOUNTS: [[f64; 3]; 8] = [
     [69.0, 136.0, 90.0],
     [114.0, 119.0, 50.0],
     [148.0, 78.0, 30.0],
@@ -41,7 +41,7 @@ impl Default for SonarConfig {
     fn default() -> Self {
         let left = |[x, y, degrees]: [f64; 3]| Pose2::new(x / 1000.0, y / 1000.0, degrees.to_radians());
         let right = |[x, y, degrees]: [f64; 3]| left([x, -y, -degrees]);
-        let (front, rear) = LEFT.split_at(4);
+        let (front, rear) = LEFT_MOUNTS.split_at(4);
         let mounts = (front.iter().map(|&unit| left(unit)))
             .chain(front.iter().rev().map(|&unit| right(unit)))
             .chain(rear.iter().rev().map(|&unit| right(unit)))

@@ -2,10 +2,10 @@
 //!
 //! Time advances in whole steps, so that a history does not depend on how the caller divides the time.
 
-mod firm;
+mod obstacles;
 mod pictures;
+mod readings;
 mod robots;
-mod senses;
 
 use std::mem;
 use std::path::Path;
@@ -16,12 +16,12 @@ pub use self::robots::RobotId;
 
 use crate::camera::Light;
 use crate::error::{Fault, WorldError};
-use crate::file::{self, Plan, Start};
+use crate::file::{self, Start, WorldFile};
 use crate::geometry::{Bounds, Pose2};
-use crate::loose::{self, Loose, Pusher};
+use crate::loose::{self, LooseBodies, Pusher};
 use crate::mover::{Disc, Mover};
 use crate::random::{Noise, Purpose};
-use crate::robot::Robot;
+use crate::robot::SimulatedRobot;
 use crate::scene::Scene;
 use crate::shape::Shape;
 
@@ -36,17 +36,17 @@ pub struct World {
     steps: u64,
     scene: Scene,
     movers: Vec<Mover>,
-    loose: Loose,
+    loose: LooseBodies,
     light: Light,
-    berths: Vec<Berth>,
+    robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
     warnings: Vec<Fault>,
 }
 
 /// A start of the world file, and the robot that was added there.
-struct Berth {
+struct RobotSlot {
     start: Start,
-    robot: Option<Robot>,
+    robot: Option<SimulatedRobot>,
 }
 
 impl World {
@@ -72,7 +72,7 @@ impl World {
     /// # Errors
     /// All faults of the text and the map, each with its file and line.
     pub fn parse(text: &str, path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
-        let Plan {
+        let WorldFile {
             name,
             scene,
             movers,
@@ -88,11 +88,11 @@ impl World {
             steps: 0,
             scene,
             movers,
-            loose: Loose::new(loose),
+            loose: LooseBodies::new(loose),
             light,
-            berths: starts
+            robot_slots: starts
                 .into_iter()
-                .map(|start| Berth { start, robot: None })
+                .map(|start| RobotSlot { start, robot: None })
                 .collect(),
             bounds,
             warnings,
@@ -118,7 +118,7 @@ impl World {
 
     /// Returns all things as they are now, except the robots.
     pub fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
-        let loose = self.loose.bodies().iter().map(loose::Body::shape);
+        let loose = self.loose.bodies().iter().map(loose::LooseBody::shape);
         self.scene
             .shapes()
             .chain(self.movers.iter().map(Mover::shape))
@@ -147,44 +147,44 @@ impl World {
             mover.step(dt, &discs, &self.loose);
         }
         let mut loose = mem::take(&mut self.loose);
-        loose.roll(dt, &self.firm());
+        loose.roll(dt, &self.obstacles());
         self.steps += 1;
-        for index in 0..self.berths.len() {
+        for index in 0..self.robot_slots.len() {
             // The robot is taken out for its step, so that its closures can borrow the rest of the world.
-            let Some(mut robot) = self.berths[index].robot.take() else {
+            let Some(mut robot) = self.robot_slots[index].robot.take() else {
                 continue;
             };
             let slip = Noise::new(self.seed, index, Purpose::Slip, 0, self.steps);
             let (radius, strength) = (robot.config.radius, robot.config.max_push);
-            let (pusher, firm) = (Pusher { radius, strength }, self.firm());
+            let (pusher, firm) = (Pusher { radius, strength }, self.obstacles());
             robot.step(
                 dt,
                 &slip,
                 |pose| self.clearance(index, pose, radius).1,
-                |pose, dt| loose.make_room(pusher, Vector::new(pose.x, pose.y), dt, &firm),
+                |pose, dt| loose.push_away(pusher, Vector::new(pose.x, pose.y), dt, &firm),
             );
-            self.berths[index].robot = Some(robot);
+            self.robot_slots[index].robot = Some(robot);
         }
         self.loose = loose;
-        self.feel();
+        self.update_contacts();
     }
 
     /// Updates every robot's clearance, after all have moved.
-    fn feel(&mut self) {
-        for index in 0..self.berths.len() {
-            let Some(robot) = &self.berths[index].robot else {
+    fn update_contacts(&mut self) {
+        for index in 0..self.robot_slots.len() {
+            let Some(robot) = &self.robot_slots[index].robot else {
                 continue;
             };
             let (_, clearance) = self.clearance(index, robot.truth.pose, robot.config.radius);
-            if let Some(robot) = &mut self.berths[index].robot {
-                robot.feel(clearance);
+            if let Some(robot) = &mut self.robot_slots[index].robot {
+                robot.update_contact(clearance);
             }
         }
     }
 
     /// Returns the nearest thing to a round body, loose things included, and the gap. The gap is negative on
     /// overlap.
-    fn vacancy(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
+    fn placement_clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
         let center = Vector::new(pose.x, pose.y);
         let loose = self.loose.bodies().iter().map(|body| {
             let gap = body.solid().distance_to_point(center) - radius;
@@ -209,7 +209,7 @@ impl World {
             .map(|mover| (mover.shape().name, mover.solid().distance_to_point(center)));
         let robots = self.others(robot).map(|(index, disc)| {
             let gap = center.distance(Vector::from(disc.center)) - disc.radius;
-            (self.berths[index].start.robot.as_str(), gap)
+            (self.robot_slots[index].start.robot.as_str(), gap)
         });
         let nearest = fixed
             .into_iter()
@@ -222,7 +222,7 @@ impl World {
     }
 
     fn others(&self, except: usize) -> impl Iterator<Item = (usize, Disc)> {
-        self.berths
+        self.robot_slots
             .iter()
             .enumerate()
             .filter(move |(index, _)| *index != except)

@@ -3,9 +3,9 @@
 //! A picture shows the present time and changes nothing.
 
 use super::{RobotId, World};
-use crate::camera::{CameraConfig, Stage};
+use crate::camera::{CameraConfig, Renderer};
 use crate::error::WorldError;
-use crate::loose::Form;
+use crate::loose::LooseShape;
 
 impl World {
     /// Fills `picture` with the view of a camera on a robot: RGB, three bytes a pixel, rows from the top.
@@ -21,34 +21,34 @@ impl World {
         picture: &mut [u8],
     ) -> Result<(), WorldError> {
         camera.check()?;
-        super::senses::buffer("picture", picture.len(), camera.bytes())?;
+        super::readings::check_buffer("picture", picture.len(), camera.bytes())?;
         let head = (self.head(robot), &self.config(robot).head);
         let view = camera.view(self.truth(robot).pose, head);
-        let mut stage = Stage::new(view, &self.light);
+        let mut stage = Renderer::new(view, &self.light);
         for shape in self.scene.shapes() {
-            stage.stand(shape.outline, [0.0, shape.height], shape.color);
+            stage.add_outline(shape.outline, [0.0, shape.height], shape.color);
         }
         for mover in &self.movers {
             match mover.person() {
-                Some(person) => stage.person(&person),
+                Some(person) => stage.add_person(&person),
                 None => {
                     let shape = mover.shape();
-                    stage.stand(shape.outline, [0.0, shape.height], shape.color);
+                    stage.add_outline(shape.outline, [0.0, shape.height], shape.color);
                 }
             }
         }
         for body in self.loose.bodies() {
             let shape = body.shape();
             match body.form {
-                Form::Ball { radius } => {
+                LooseShape::Ball { radius } => {
                     let [x, y] = body.center();
-                    stage.ball([x, y, radius], radius, shape.color);
+                    stage.add_ball([x, y, radius], radius, shape.color);
                 }
-                Form::Box { .. } => stage.stand(shape.outline, [0.0, shape.height], shape.color),
+                LooseShape::Box { .. } => stage.add_outline(shape.outline, [0.0, shape.height], shape.color),
             }
         }
         for (other, _) in self.robots().filter(|(other, _)| *other != robot) {
-            stage.robot(self.truth(other).pose, self.config(other));
+            stage.add_robot(self.truth(other).pose, self.config(other));
         }
         stage.draw(picture);
         Ok(())

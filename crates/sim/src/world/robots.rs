@@ -9,7 +9,7 @@ use crate::file;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::HeadCommand;
 use crate::random::{Noise, Purpose};
-use crate::robot::Robot;
+use crate::robot::SimulatedRobot;
 
 /// A robot of a world. It is valid in the world that returned it, while the robot is in that world.
 ///
@@ -24,13 +24,13 @@ pub struct RobotId(pub(super) usize);
 impl World {
     /// Returns the names of the robots that have a start in the file, whether or not they have been added.
     pub fn robot_names(&self) -> impl Iterator<Item = &str> {
-        self.berths.iter().map(|berth| berth.start.robot.as_str())
+        self.robot_slots.iter().map(|berth| berth.start.robot.as_str())
     }
 
     /// Returns the robots that have been added, in the order of the file.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &str)> {
         let added = self
-            .berths
+            .robot_slots
             .iter()
             .enumerate()
             .filter(|(_, berth)| berth.robot.is_some());
@@ -45,7 +45,7 @@ impl World {
     pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
         config.check()?;
         let index = self
-            .berths
+            .robot_slots
             .iter()
             .position(|berth| berth.start.robot == name)
             .ok_or_else(|| {
@@ -58,13 +58,13 @@ impl World {
                     nearest,
                 }
             })?;
-        if self.berths[index].robot.is_some() {
+        if self.robot_slots[index].robot.is_some() {
             return Err(WorldError::AlreadyAdded {
                 robot: name.to_owned(),
             });
         }
-        let start = &self.berths[index].start;
-        let (by, gap) = self.vacancy(index, start.pose, config.radius);
+        let start = &self.robot_slots[index].start;
+        let (by, gap) = self.placement_clearance(index, start.pose, config.radius);
         if gap < 0.0 {
             return Err(WorldError::StartBlocked {
                 place: format!("{}:{}", start.file.display(), start.line),
@@ -76,8 +76,8 @@ impl World {
         }
         let (_, clearance) = self.clearance(index, start.pose, config.radius);
         let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
-        self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
-        self.feel();
+        self.robot_slots[index].robot = Some(SimulatedRobot::new(config, start.pose, clearance, &scale));
+        self.update_contacts();
         Ok(RobotId(index))
     }
 
@@ -105,7 +105,7 @@ impl World {
 
     /// Returns the robot's name.
     pub fn robot_name(&self, robot: RobotId) -> &str {
-        &self.berths[robot.0].start.robot
+        &self.robot_slots[robot.0].start.robot
     }
 
     /// Sets the direction of a robot's head from the next step, within its limits.
@@ -135,7 +135,7 @@ impl World {
         }
         let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let radius = self.config(robot).radius;
-        let (by, gap) = self.vacancy(robot.0, pose, radius);
+        let (by, gap) = self.placement_clearance(robot.0, pose, radius);
         if gap < 0.0 {
             return Err(WorldError::PlaceBlocked {
                 robot: name.to_owned(),
@@ -147,14 +147,14 @@ impl World {
         }
         let (_, clearance) = self.clearance(robot.0, pose, radius);
         self.robot_mut(robot).place(pose, clearance);
-        self.feel();
+        self.update_contacts();
         Ok(())
     }
 
     /// Removes a robot from the world. Its id becomes invalid until the robot is added again, at its start.
     pub fn remove_robot(&mut self, robot: RobotId) {
-        self.berths[robot.0].robot = None;
-        self.feel();
+        self.robot_slots[robot.0].robot = None;
+        self.update_contacts();
     }
 
     /// Sets a robot's odometry to zero at its present pose. Its encoders keep their counts.
@@ -162,13 +162,13 @@ impl World {
         self.robot_mut(robot).odometer.reset();
     }
 
-    pub(super) fn robot(&self, robot: RobotId) -> &Robot {
-        self.berths[robot.0].robot.as_ref().expect(IN_THE_WORLD)
+    pub(super) fn robot(&self, robot: RobotId) -> &SimulatedRobot {
+        self.robot_slots[robot.0].robot.as_ref().expect(UNKNOWN_ROBOT)
     }
 
-    fn robot_mut(&mut self, robot: RobotId) -> &mut Robot {
-        self.berths[robot.0].robot.as_mut().expect(IN_THE_WORLD)
+    fn robot_mut(&mut self, robot: RobotId) -> &mut SimulatedRobot {
+        self.robot_slots[robot.0].robot.as_mut().expect(UNKNOWN_ROBOT)
     }
 }
 
-const IN_THE_WORLD: &str = "an id is used while its robot is in the world";
+const UNKNOWN_ROBOT: &str = "an id is used while its robot is in the world";

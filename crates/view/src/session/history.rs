@@ -4,8 +4,8 @@
 use std::collections::{HashMap, VecDeque};
 
 use jde_core::State;
+use jde_host::records::{Decision, EventRecord, RunRecord};
 use jde_host::snapshot::Snapshot;
-use jde_host::story::{Decision, Happening, Line};
 
 /// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
@@ -32,7 +32,7 @@ pub(crate) struct History {
     decisions: VecDeque<Decision>,
     /// Number of candidates in all `decisions`.
     candidates: usize,
-    happenings: VecDeque<Happening>,
+    happenings: VecDeque<EventRecord>,
     progress: Progress,
     missed: u64,
     since: Option<f64>,
@@ -57,10 +57,10 @@ impl History {
     }
 
     /// Adds a line, and the number of lines that were lost before it.
-    pub(crate) fn add_line(&mut self, line: Line, missed: u64) {
+    pub(crate) fn add_line(&mut self, line: RunRecord, missed: u64) {
         self.missed += missed;
         match line {
-            Line::Change(change) => {
+            RunRecord::State(change) => {
                 let Some(state) = state(&change.to) else { return };
                 let before = state_or_slept(&change.from);
                 let bands = self.bands.entry(change.schema).or_default();
@@ -78,11 +78,11 @@ impl History {
                     },
                 );
             }
-            Line::Decision(decision) => {
+            RunRecord::Decision(decision) => {
                 self.progress.decisions += 1;
                 self.decide(decision);
             }
-            Line::Happening(happening) => {
+            RunRecord::Event(happening) => {
                 self.progress.happenings += 1;
                 keep(&mut self.happenings, happening, MOST_HAPPENINGS);
             }
@@ -166,7 +166,7 @@ impl History {
     }
 
     /// Events, oldest first.
-    pub(crate) fn happenings(&self) -> &VecDeque<Happening> {
+    pub(crate) fn happenings(&self) -> &VecDeque<EventRecord> {
         &self.happenings
     }
 
@@ -219,7 +219,7 @@ fn state_or_slept(word: &str) -> State {
 #[cfg(test)]
 mod tests {
     use jde_abi::describe::Kind;
-    use jde_host::story::Change;
+    use jde_host::records::StateRecord;
 
     use super::*;
     use crate::window::scope::fixture;
@@ -235,13 +235,13 @@ mod tests {
     }
 
     fn wins(past: &mut History, seconds: f64) {
-        let change = Change {
+        let change = StateRecord {
             time_s: seconds,
             schema: "goon".to_owned(),
             from: "ready".to_owned(),
             to: "winner".to_owned(),
         };
-        past.add_line(Line::Change(change), 0);
+        past.add_line(RunRecord::State(change), 0);
     }
 
     #[test]
@@ -275,7 +275,7 @@ mod tests {
         assert!(few > 0 && few * MOST_DECISIONS < MOST_CANDIDATES);
         for number in 0..MOST_DECISIONS as u64 + 5 {
             past.add_line(
-                Line::Decision(Decision {
+                RunRecord::Decision(Decision {
                     number,
                     ..one.clone()
                 }),
@@ -290,7 +290,7 @@ mod tests {
         for number in 0..500 {
             let candidates = many.clone();
             past.add_line(
-                Line::Decision(Decision {
+                RunRecord::Decision(Decision {
                     number,
                     candidates,
                     ..one.clone()
@@ -305,7 +305,7 @@ mod tests {
     fn lines_that_were_dropped_are_counted_as_missed() {
         let mut past = History::new();
         past.add_missed(3);
-        past.add_line(Line::Happening(Happening::default()), 2);
+        past.add_line(RunRecord::Event(EventRecord::default()), 2);
         assert_eq!(past.missed(), 5);
     }
 }

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
+use jde_host::records::RunRecord;
 use jde_host::snapshot::Snapshot;
-use jde_host::story::Line;
 
 /// Maximum number of lines that wait for a frame. While the window is hidden, the newest are kept.
 const WAITING: usize = 50_000;
@@ -15,13 +15,13 @@ pub(super) struct Inbox {
     /// The newest snapshot.
     pub(super) snapshot: Option<Snapshot>,
     /// Lines, each with the number of lines lost before it.
-    pub(super) lines: VecDeque<(Line, u64)>,
+    pub(super) lines: VecDeque<(RunRecord, u64)>,
     /// Number of lines discarded here, plus the lines lost before each of them.
     pub(super) dropped: u64,
 }
 
 impl Inbox {
-    pub(super) fn push(&mut self, line: Line, missed: u64) {
+    pub(super) fn push(&mut self, line: RunRecord, missed: u64) {
         if self.lines.len() == WAITING
             && let Some((_, missed)) = self.lines.pop_front()
         {
@@ -33,7 +33,7 @@ impl Inbox {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::story::Happening;
+    use jde_host::records::EventRecord;
 
     use super::*;
 
@@ -41,7 +41,7 @@ mod tests {
     fn lines_that_wait_for_too_long_are_counted_with_those_that_did_not_come() {
         let mut inbox = Inbox::default();
         for number in 0..WAITING as u64 + 3 {
-            inbox.push(Line::Happening(Happening::default()), number);
+            inbox.push(RunRecord::Event(EventRecord::default()), number);
         }
         // 0, 1 and 2 lines were lost before the first three.
         assert_eq!((inbox.lines.len(), inbox.dropped), (WAITING, 3 + 1 + 2));

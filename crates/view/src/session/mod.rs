@@ -19,10 +19,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
+use jde_host::records::RecordKind;
 use jde_host::snapshot::{HoldKind, SchemaView, Snapshot};
-use jde_host::story::Kind;
 use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
-use jde_link::{Error, Rate, Remote, Sample, Watching};
+use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
 use jde_types::Value;
 
@@ -58,7 +58,7 @@ pub(crate) struct Session {
     openings: RefCell<Vec<Window>>,
     plots: RefCell<Vec<String>>,
     gone: bool,
-    _watching: Vec<Watching>,
+    _watching: Vec<Subscription>,
 }
 
 impl Session {
@@ -82,8 +82,8 @@ impl Session {
         });
         watching.push({
             let inbox = Arc::clone(&inbox);
-            remote.events(&Kind::ALL, EARLIER, move |happened| {
-                lock(&inbox).push(happened.line, happened.missed);
+            remote.events(&RecordKind::ALL, EARLIER, move |happened| {
+                lock(&inbox).push(happened.record, happened.missed);
             })?
         });
         {
@@ -124,7 +124,7 @@ impl Session {
             self.snapshot = Arc::new(snapshot);
             self.updated = Instant::now();
         }
-        self.gone = !self.remote.alive();
+        self.gone = !self.remote.is_alive();
         self.subscriptions.get_mut().remove_unused();
         self.panels.get_mut().remove_unused();
     }

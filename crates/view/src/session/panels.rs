@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use jde_link::{Rate, Remote, Watching};
+use jde_link::{Rate, Remote, Subscription};
 use jde_panel::List;
 
 use super::demand::Demand;
@@ -39,7 +39,7 @@ struct WatchedPanel {
 struct Slot {
     newest: Option<PanelContent>,
     refused: Option<Instant>,
-    watching: Option<Watching>,
+    watching: Option<Subscription>,
 }
 
 impl Panels {

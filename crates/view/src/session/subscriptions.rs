@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use jde_link::{Rate, Remote, Sample, Watching};
+use jde_link::{Rate, Remote, Sample};
 
 use super::backlog::Backlog;
 use super::demand::{Demand, LastRequest};
@@ -41,7 +41,7 @@ struct Slot {
     /// Values since a reader last called, while there are readers.
     fresh: Option<Backlog>,
     trouble: Option<(String, Instant)>,
-    watching: Option<Watching>,
+    watching: Option<jde_link::Subscription>,
 }
 
 impl Subscriptions {

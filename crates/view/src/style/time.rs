@@ -6,12 +6,12 @@ use jde_host::period;
 /// Formats a time in s in a suitable unit with three digits: "75.0 ms".
 pub(crate) fn span(seconds: f64) -> String {
     let sign = if seconds < 0.0 { "-" } else { "" };
-    format!("{sign}{}", period::span(nanos(seconds.abs())))
+    format!("{sign}{}", period::format_duration(nanos(seconds.abs())))
 }
 
 /// Formats a time that a user set, with no more digits than it needs: "75 ms", "82.5 ms".
 pub(crate) fn setting(seconds: f64) -> String {
-    period::setting(nanos(seconds))
+    period::format_setting(nanos(seconds))
 }
 
 /// Parses a period. Returns s.
@@ -19,7 +19,7 @@ pub(crate) fn setting(seconds: f64) -> String {
 /// # Errors
 /// What is wrong and what is accepted, as a message for the user.
 pub(crate) fn period(typed: &str) -> Result<f64, String> {
-    Ok(period::read(typed)? as f64 / 1e9)
+    Ok(period::parse(typed)? as f64 / 1e9)
 }
 
 fn nanos(seconds: f64) -> Nanos {

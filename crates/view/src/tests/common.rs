@@ -11,7 +11,7 @@ use egui_kittest::kittest::{By, NodeT, Queryable};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
-use jde_link::{Client, Events, Folders, Link, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Reach, Settings, SubjectInfo};
 
 use crate::session::Session;
 
@@ -61,7 +61,7 @@ impl Robot {
         let files = tempfile::tempdir().expect("a folder for the test");
         let folder = Folders::at(files.path().join("jde"));
         let events = Events::of(&application);
-        let mut title = Title::new(&application, 1.0);
+        let mut title = SubjectInfo::new(&application, 1.0);
         if let Some(executor) = executor {
             executor.clone_into(&mut title.executor);
         }
@@ -86,14 +86,14 @@ impl Robot {
 
     /// Serves it once more with other settings, as a separate run.
     pub(crate) fn serve(&self, settings: &Settings) -> Link {
-        let title = Title {
+        let title = SubjectInfo {
             application: settings.name.clone(),
             file: "robot.toml".to_owned(),
             executor: "threads".to_owned(),
             speed: 1.0,
         };
         let subject = Arc::new(jde_link::Running::new(self.running.handle(), title));
-        Link::open(settings, subject, &Events::told()).expect("the link opens")
+        Link::open(settings, subject, &Events::of_records()).expect("the link opens")
     }
 
     /// Direct access to the application, without the link.

@@ -343,7 +343,9 @@ fn thousand(bands: usize) -> Fixed {
             &choice,
             "alone",
         );
-        fixed.past.add_line(jde_host::story::Line::Decision(selection), 0);
+        fixed
+            .past
+            .add_line(jde_host::records::RunRecord::Decision(selection), 0);
     }
     let snapshot = fixed.snapshot.clone();
     fixed.past.add_snapshot(&snapshot);

@@ -82,7 +82,7 @@ fn found(finds: &Finds) -> Sender<Result<Vec<u8>, String>> {
 }
 
 fn until(feed: &mut Feed, now: Duration, good: fn(&State) -> bool) {
-    let _watchdog = Watchdog::of_a_test();
+    let _watchdog = Watchdog::for_test();
     while !good(feed.state()) {
         assert_eq!(feed.step(now), None);
         thread::yield_now();
@@ -99,14 +99,17 @@ fn is_lost(state: &State) -> bool {
 
 fn lost(feed: &Feed) -> (&str, Duration) {
     match feed.state() {
-        State::Lost { reason, again } => (reason, *again),
+        State::Lost {
+            reason,
+            retry_at: again,
+        } => (reason, *again),
         State::Idle | State::Opening(_) | State::Open { .. } => panic!("it is not lost"),
     }
 }
 
-fn grey(left: u8, right: u8) -> Option<News> {
+fn grey(left: u8, right: u8) -> Option<FeedEvent> {
     let rgb = [[left; 3], [right; 3]].concat();
-    Some(News::Picture(Picture {
+    Some(FeedEvent::Picture(Picture {
         width: 2,
         height: 1,
         rgb,
@@ -194,7 +197,7 @@ fn pictures_that_cannot_be_read_are_left_out_and_told_once() {
         frames.send(Ok(bytes)).expect("it is open");
         feed.step(Duration::ZERO)
     };
-    let warning = Some(News::Warn(
+    let warning = Some(FeedEvent::Warn(
         "a picture is left out: only 1 bytes of a picture came".to_owned(),
     ));
     assert_eq!(send(vec![1]), warning);

@@ -7,7 +7,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use super::{Picture, PictureError, fits};
+use super::{Picture, PictureError, check_size};
 
 const TABLES: u8 = 0xc4;
 const SCAN: u8 = 0xda;
@@ -24,7 +24,7 @@ pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let Some(info) = decoder.info() else {
         return Err(PictureError::Broken("it does not tell its size".to_owned()));
     };
-    fits(info.width.into(), info.height.into())?;
+    check_size(info.width.into(), info.height.into())?;
     let rgb = decoder.decode().map_err(broken)?;
     if rgb.len() != usize::from(info.width) * usize::from(info.height) * 3 {
         return Err(PictureError::Broken(

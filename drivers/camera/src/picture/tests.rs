@@ -96,7 +96,7 @@ fn a_picture_that_does_not_fit_is_refused_with_the_numbers() {
         Picture::read(&png_of(480, 640, ColorType::Grayscale, &[0])).is_ok(),
         "another shape of as many"
     );
-    assert!(fits(u64::MAX, 2).is_err() && fits(0, 5).is_err());
+    assert!(check_size(u64::MAX, 2).is_err() && check_size(0, 5).is_err());
 }
 
 #[test]

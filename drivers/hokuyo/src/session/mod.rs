@@ -5,11 +5,11 @@ mod step;
 
 use core::time::Duration;
 
-use jde_device::Conversation;
+use jde_device::Protocol;
 
 use crate::message::{Message, Receiver};
 use crate::scan::{Beams, Letters, Parameters, Scan};
-use step::{Answer, Step};
+use step::{Step, StepResult};
 
 /// Time limit of an answer; the slowest waits for the motor to reach its speed.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -23,7 +23,7 @@ const SPEEDS: [u32; 7] = [19_200, 115_200, 57_600, 38_400, 750_000, 500_000, 250
 
 /// The requested mode of operation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct ScannerConfig {
     /// Angle to cover, centred ahead, rad.
     pub(crate) view: f64,
     /// Turns skipped between two scans.
@@ -35,18 +35,18 @@ pub(crate) struct Wanted {
 
 /// News for the driver.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum News {
+pub(crate) enum ScannerData {
     /// Scans of these beams follow.
     Beams(Beams),
     Scan(Scan),
 }
 
-type Event = jde_device::Event<News>;
+type Event = jde_device::Event<ScannerData>;
 
 /// The conversation.
 #[derive(Debug)]
 pub(crate) struct Session {
-    wanted: Wanted,
+    config: ScannerConfig,
     receiver: Receiver,
     step: Step,
     tries: u32,
@@ -58,23 +58,23 @@ pub(crate) struct Session {
     warned: bool,
 }
 
-impl Conversation for Session {
+impl Protocol for Session {
     const DEVICE: &'static str = "scanner";
-    type Wanted = Wanted;
-    type News = News;
+    type Config = ScannerConfig;
+    type Data = ScannerData;
 
-    fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
+    fn start(wanted: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
-            wanted,
+            config: wanted,
             receiver: Receiver::default(),
-            step: Step::Meet { speed: 0 },
+            step: Step::Connect { speed: 0 },
             tries: 0,
             deadline: now,
             baud: wanted.baud,
             name: Vec::new(),
             warned: false,
         };
-        session.say(now, events);
+        session.send_request(now, events);
         session
     }
 
@@ -82,25 +82,28 @@ impl Conversation for Session {
         matches!(self.step, Step::Scan { .. })
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
-        self.receiver.hear(bytes);
+    fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
+        self.receiver.receive(bytes);
         while let Some(message) = self.receiver.next() {
             self.message(&message, now, events);
-            if matches!(events.last(), Some(Event::Lose(_))) {
+            if matches!(events.last(), Some(Event::Disconnect(_))) {
                 return;
             }
         }
         if now >= self.deadline {
             if self.is_ready() {
-                events.push(Event::Lose(format!("no scan came for {} s", SILENCE.as_secs())));
+                events.push(Event::Disconnect(format!(
+                    "no scan came for {} s",
+                    SILENCE.as_secs()
+                )));
             } else {
-                self.again("no answer", now, events);
+                self.retry("no answer", now, events);
             }
         }
     }
 
     /// Switches the laser off.
-    fn farewell() -> Vec<u8> {
+    fn closing_bytes() -> Vec<u8> {
         b"QT\n".to_vec()
     }
 }
@@ -108,15 +111,15 @@ impl Conversation for Session {
 impl Session {
     fn message(&mut self, message: &Message, now: Duration, events: &mut Vec<Event>) {
         if let Step::Scan { beams } = self.step {
-            if message.echo.starts_with(&beams.question()) {
+            if message.echo.starts_with(&beams.request()) {
                 self.scan(beams, message, now, events);
             }
             return;
         }
-        match self.step.answer(message, &self.wanted) {
-            Answer::Good(next) => self.go(next, message, now, events),
-            Answer::Refused(reason) => self.again(&reason, now, events),
-            Answer::Other => {}
+        match self.step.handle_reply(message, &self.config) {
+            StepResult::Good(next) => self.advance(next, message, now, events),
+            StepResult::Refused(reason) => self.retry(&reason, now, events),
+            StepResult::Other => {}
         }
     }
 
@@ -126,7 +129,7 @@ impl Session {
                 Ok(scan) => {
                     self.deadline = now + SILENCE;
                     self.warned = false;
-                    events.push(Event::News(News::Scan(scan)));
+                    events.push(Event::Data(ScannerData::Scan(scan)));
                 }
                 Err(unusable) if !self.warned => {
                     self.warned = true;
@@ -138,7 +141,7 @@ impl Session {
             b"00" | b"98" => {}
             status => {
                 let status = String::from_utf8_lossy(status).into_owned();
-                events.push(Event::Lose(format!(
+                events.push(Event::Disconnect(format!(
                     "it stopped with status {}: let it turn freely, then switch it off and on",
                     status.escape_default()
                 )));
@@ -147,29 +150,29 @@ impl Session {
     }
 
     /// Stores the data of this answer, and enters the next step.
-    fn go(&mut self, next: Step, message: &Message, now: Duration, events: &mut Vec<Event>) {
+    fn advance(&mut self, next: Step, message: &Message, now: Duration, events: &mut Vec<Event>) {
         match &self.step {
-            Step::Speed => self.set_baud(self.wanted.baud, events),
-            Step::Version => self.learn(message, &["FIRM", "SERI"]),
-            Step::Parameters => self.learn(message, &["MODL"]),
-            Step::State { .. } => self.learn(message, &["STAT"]),
-            Step::Meet { .. } | Step::Laser { .. } | Step::Start { .. } | Step::Scan { .. } => {}
+            Step::Speed => self.set_baud(self.config.baud, events),
+            Step::Version => self.record_name(message, &["FIRM", "SERI"]),
+            Step::Parameters => self.record_name(message, &["MODL"]),
+            Step::State { .. } => self.record_name(message, &["STAT"]),
+            Step::Connect { .. } | Step::Laser { .. } | Step::Start { .. } | Step::Scan { .. } => {}
         }
         self.step = match next {
-            Step::Speed if self.baud == self.wanted.baud => Step::Version,
+            Step::Speed if self.baud == self.config.baud => Step::Version,
             next => next,
         };
         self.tries = 0;
         if let Step::Scan { beams } = self.step {
             self.deadline = now + SILENCE;
-            events.push(Event::News(News::Beams(beams)));
+            events.push(Event::Data(ScannerData::Beams(beams)));
             events.push(Event::Ready(self.name.join(", ")));
         } else {
-            self.say(now, events);
+            self.send_request(now, events);
         }
     }
 
-    fn learn(&mut self, message: &Message, keys: &[&str]) {
+    fn record_name(&mut self, message: &Message, keys: &[&str]) {
         for key in keys {
             if let Some(value) = message
                 .value(key)
@@ -185,36 +188,36 @@ impl Session {
     }
 
     /// Sends the question of the present step.
-    fn say(&mut self, now: Duration, events: &mut Vec<Event>) {
+    fn send_request(&mut self, now: Duration, events: &mut Vec<Event>) {
         self.tries += 1;
         self.deadline = now + PATIENCE;
         events.push(Event::Send(
-            format!("{}\n", self.step.question(&self.wanted)).into_bytes(),
+            format!("{}\n", self.step.request(&self.config)).into_bytes(),
         ));
     }
 
     /// Sends the question again, at the next speed while the speed is unknown, or gives up.
-    fn again(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
-        if let (Step::Meet { speed }, Some(first)) = (&mut self.step, self.wanted.baud) {
+    fn retry(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
+        if let (Step::Connect { speed }, Some(first)) = (&mut self.step, self.config.baud) {
             // The address's own speed is tried twice, because plugging in causes noise on the line; all
             // others once.
             let others = SPEEDS.into_iter().filter(|baud| *baud != first);
             *speed += 1;
             let Some(baud) = [first, first].into_iter().chain(others).nth(*speed) else {
-                events.push(Event::Lose(
+                events.push(Event::Disconnect(
                     "no scanner that speaks SCIP 2 answers at any speed: is it switched on, and are its data lines crossed?"
                         .to_owned(),
                 ));
                 return;
             };
             self.set_baud(Some(baud), events);
-            return self.say(now, events);
+            return self.send_request(now, events);
         }
         if self.tries < TRIES {
-            return self.say(now, events);
+            return self.send_request(now, events);
         }
-        let step = self.step.what();
-        events.push(Event::Lose(format!("it would not {step}: {why}")));
+        let step = self.step.describe();
+        events.push(Event::Disconnect(format!("it would not {step}: {why}")));
     }
 
     fn set_baud(&mut self, baud: Option<u32>, events: &mut Vec<Event>) {
@@ -229,7 +232,7 @@ impl Session {
 }
 
 /// Returns the beams to request, from the scanner's parameters.
-fn beams(message: &Message, wanted: &Wanted) -> Result<Beams, String> {
+fn beams(message: &Message, wanted: &ScannerConfig) -> Result<Beams, String> {
     let parameters = Parameters::read(message)?;
     Ok(Beams::new(parameters, wanted.view, wanted.skip, wanted.letters))
 }

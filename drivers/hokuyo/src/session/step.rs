@@ -1,6 +1,6 @@
 //! The steps of a conversation: the question of each, and the meaning of its answer.
 
-use super::{Wanted, beams};
+use super::{ScannerConfig, beams};
 use crate::message::Message;
 use crate::scan::Beams;
 
@@ -8,7 +8,7 @@ use crate::scan::Beams;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// Finds the speed at which the scanner answers, by commands to use SCIP 2 and to stop scanning.
-    Meet {
+    Connect {
         /// Number of speeds tried before.
         speed: usize,
     },
@@ -30,7 +30,7 @@ pub(super) enum Step {
 
 /// The meaning of a message in a step.
 #[derive(Debug)]
-pub(super) enum Answer {
+pub(super) enum StepResult {
     Good(Step),
     Refused(String),
     /// The message answers another question.
@@ -38,23 +38,23 @@ pub(super) enum Answer {
 }
 
 impl Step {
-    pub(super) fn question(&self, wanted: &Wanted) -> String {
+    pub(super) fn request(&self, wanted: &ScannerConfig) -> String {
         match self {
             // Old scanners use SCIP 1 until this command; the others reject it as unknown.
-            Self::Meet { .. } => "SCIP2.0\nQT".to_owned(),
+            Self::Connect { .. } => "SCIP2.0\nQT".to_owned(),
             Self::Speed => format!("SS{:06}", wanted.baud.unwrap_or_default()),
             Self::Version => "VV".to_owned(),
             Self::Parameters => "PP".to_owned(),
             Self::State { .. } => "II".to_owned(),
             Self::Laser { .. } => "BM".to_owned(),
-            Self::Start { beams } | Self::Scan { beams } => beams.question() + "00",
+            Self::Start { beams } | Self::Scan { beams } => beams.request() + "00",
         }
     }
 
     /// The refused action, for an error message.
-    pub(super) fn what(&self) -> &'static str {
+    pub(super) fn describe(&self) -> &'static str {
         match self {
-            Self::Meet { .. } => "answer as a scanner that speaks SCIP 2",
+            Self::Connect { .. } => "answer as a scanner that speaks SCIP 2",
             Self::Speed => "go at the speed of its address, which not every model can",
             Self::Version => "say what it is",
             Self::Parameters => "say what it measures",
@@ -64,14 +64,14 @@ impl Step {
         }
     }
 
-    pub(super) fn answer(&self, message: &Message, wanted: &Wanted) -> Answer {
-        let question = self.question(wanted);
+    pub(super) fn handle_reply(&self, message: &Message, wanted: &ScannerConfig) -> StepResult {
+        let question = self.request(wanted);
         let last = question.rsplit('\n').next().unwrap_or_default();
         if message.echo != last {
-            return Answer::Other;
+            return StepResult::Other;
         }
         let next = match (self, &message.status) {
-            (Self::Meet { .. }, _) => Ok(Self::Speed),
+            (Self::Connect { .. }, _) => Ok(Self::Speed),
             // Status 02: the scanner already has that speed, or the laser is already on.
             (Self::Speed, b"00" | b"02") => Ok(Self::Version),
             (Self::Version, b"00") => Ok(Self::Parameters),
@@ -85,6 +85,6 @@ impl Step {
                 String::from_utf8_lossy(status).escape_default()
             )),
         };
-        next.map_or_else(Answer::Refused, Answer::Good)
+        next.map_or_else(StepResult::Refused, StepResult::Good)
     }
 }

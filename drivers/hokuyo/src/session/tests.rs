@@ -5,27 +5,27 @@ use core::f64::consts::TAU;
 use jde_device::emulate::Emulator;
 
 use super::*;
-use crate::emulator::Scanner;
+use crate::emulator::EmulatedScanner;
 
 /// A session and a scanner, connected by a wire.
 struct Wire {
     session: Session,
-    scanner: Scanner,
+    scanner: EmulatedScanner,
     now: Duration,
     baud: Option<u32>,
     events: Vec<Event>,
 }
 
 impl Wire {
-    fn new(scanner: Scanner, baud: Option<u32>, letters: Letters) -> Self {
-        let wanted = Wanted {
+    fn new(scanner: EmulatedScanner, baud: Option<u32>, letters: Letters) -> Self {
+        let wanted = ScannerConfig {
             view: TAU,
             skip: 0,
             letters,
             baud,
         };
         let mut events = Vec::new();
-        let session = Session::begin(wanted, Duration::ZERO, &mut events);
+        let session = Session::start(wanted, Duration::ZERO, &mut events);
         let mut wire = Self {
             session,
             scanner,
@@ -45,10 +45,12 @@ impl Wire {
             match &event {
                 Event::Baud(baud) => self.baud = Some(*baud),
                 Event::Send(bytes) => {
-                    let answer = self.scanner.hear(bytes, self.baud.unwrap_or(self.scanner.baud));
-                    self.session.hear(&answer, self.now, &mut events);
+                    let answer = self
+                        .scanner
+                        .receive(bytes, self.baud.unwrap_or(self.scanner.baud));
+                    self.session.receive(&answer, self.now, &mut events);
                 }
-                Event::Ready(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => {}
+                Event::Ready(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => {}
             }
         }
         self.events.extend(events);
@@ -56,7 +58,7 @@ impl Wire {
 
     fn hear(&mut self, bytes: &[u8]) {
         let mut events = Vec::new();
-        self.session.hear(bytes, self.now, &mut events);
+        self.session.receive(bytes, self.now, &mut events);
         self.carry(events);
     }
 
@@ -64,7 +66,7 @@ impl Wire {
     fn settle(mut self) -> Self {
         while !self.session.is_ready() && self.lost().is_none() {
             self.now += Duration::from_millis(100);
-            let turn = self.scanner.turn();
+            let turn = self.scanner.poll_output();
             let heard = self.baud.is_none_or(|baud| baud == self.scanner.baud);
             let garbled = if heard {
                 turn
@@ -77,14 +79,14 @@ impl Wire {
     }
 
     fn turn(&mut self) {
-        let turn = self.scanner.turn();
+        let turn = self.scanner.poll_output();
         self.hear(&turn);
     }
 
     fn lost(&self) -> Option<&str> {
         self.events.iter().find_map(|event| match event {
-            Event::Lose(reason) => Some(&**reason),
-            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::News(_) | Event::Warn(_) => None,
+            Event::Disconnect(reason) => Some(&**reason),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Data(_) | Event::Warn(_) => None,
         })
     }
 
@@ -93,37 +95,37 @@ impl Wire {
     }
 
     fn scans(&self) -> usize {
-        self.count(|event| matches!(event, Event::News(News::Scan(_))))
+        self.count(|event| matches!(event, Event::Data(ScannerData::Scan(_))))
     }
 }
 
-fn ready(scanner: Scanner, baud: Option<u32>, letters: Letters) -> Wire {
+fn ready(scanner: EmulatedScanner, baud: Option<u32>, letters: Letters) -> Wire {
     let wire = Wire::new(scanner, baud, letters).settle();
     assert_eq!(wire.lost(), None);
     wire
 }
 
-fn refused(scanner: Scanner, baud: Option<u32>) -> String {
+fn refused(scanner: EmulatedScanner, baud: Option<u32>) -> String {
     let wire = Wire::new(scanner, baud, Letters::Three).settle();
     wire.lost().expect("it is given up").to_owned()
 }
 
 #[test]
 fn a_scanner_is_asked_what_it_is_and_sends_scans() {
-    let mut wire = ready(Scanner::urg(), Some(19_200), Letters::Three);
+    let mut wire = ready(EmulatedScanner::urg(), Some(19_200), Letters::Three);
     let name = wire.events.iter().find_map(|event| match event {
         Event::Ready(name) => Some(name.clone()),
-        Event::Send(_) | Event::Baud(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => None,
+        Event::Send(_) | Event::Baud(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => None,
     });
     let words = "URG-04LX(Hokuyo Automatic Co., Ltd.), 3.4.03, H0906091, Sensor works well.";
     assert_eq!(name.as_deref(), Some(words));
     let beams = wire.events.iter().find_map(|event| match event {
-        Event::News(News::Beams(beams)) => Some(beams.count()),
+        Event::Data(ScannerData::Beams(beams)) => Some(beams.count()),
         _ => None,
     });
     assert_eq!(beams, Some(682));
     wire.turn();
-    let Some(Event::News(News::Scan(scan))) = wire.events.last() else {
+    let Some(Event::Data(ScannerData::Scan(scan))) = wire.events.last() else {
         panic!("a scan comes")
     };
     assert_eq!(scan.ranges, [1.5; 682]);
@@ -137,11 +139,11 @@ fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
             (false, None),
             (false, Some("MD0044072501000".to_owned())),
         ] {
-            let scanner = Scanner {
+            let scanner = EmulatedScanner {
                 baud: at,
                 scip1,
                 streaming,
-                ..Scanner::urg()
+                ..EmulatedScanner::urg()
             };
             let wire = ready(scanner, Some(115_200), Letters::Three);
             assert_eq!((wire.scanner.baud, wire.baud), (115_200, Some(115_200)));
@@ -151,10 +153,10 @@ fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
 
 #[test]
 fn a_laser_that_is_on_already_is_no_trouble() {
-    let scanner = Scanner {
+    let scanner = EmulatedScanner {
         refuses: Some(("QT", "00")),
         laser: true,
-        ..Scanner::utm()
+        ..EmulatedScanner::utm()
     };
     assert!(ready(scanner, None, Letters::Three).scanner.streaming.is_some());
 }
@@ -162,15 +164,15 @@ fn a_laser_that_is_on_already_is_no_trouble() {
 #[test]
 fn scans_in_two_letters_are_read_too() {
     let mut wire = ready(
-        Scanner {
+        EmulatedScanner {
             distance: 4000,
-            ..Scanner::urg()
+            ..EmulatedScanner::urg()
         },
         Some(19_200),
         Letters::Two,
     );
     wire.turn();
-    let Some(Event::News(News::Scan(scan))) = wire.events.last() else {
+    let Some(Event::Data(ScannerData::Scan(scan))) = wire.events.last() else {
         panic!("a scan comes")
     };
     assert_eq!(scan.ranges, [4.0; 682]);
@@ -179,15 +181,15 @@ fn scans_in_two_letters_are_read_too() {
 #[test]
 fn scans_are_found_between_noise_however_they_are_cut() {
     let mut wire = ready(
-        Scanner {
+        EmulatedScanner {
             noisy: true,
-            ..Scanner::utm()
+            ..EmulatedScanner::utm()
         },
         None,
         Letters::Three,
     );
     for size in 1..20 {
-        let turn = wire.scanner.turn();
+        let turn = wire.scanner.poll_output();
         turn.chunks(size).for_each(|piece| wire.hear(piece));
     }
     assert_eq!((wire.scans(), wire.lost()), (19, None));
@@ -195,9 +197,9 @@ fn scans_are_found_between_noise_however_they_are_cut() {
 
 #[test]
 fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
-    let mut wire = ready(Scanner::utm(), None, Letters::Three);
+    let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     for _ in 0..3 {
-        let mut turn = wire.scanner.turn();
+        let mut turn = wire.scanner.poll_output();
         turn[200] ^= 1;
         wire.hear(&turn);
     }
@@ -208,19 +210,19 @@ fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
 
 #[test]
 fn what_it_will_not_do_is_named() {
-    let silent = Scanner {
+    let silent = EmulatedScanner {
         silent: true,
-        ..Scanner::utm()
+        ..EmulatedScanner::utm()
     };
     assert_eq!(
         refused(silent.clone(), None),
         "it would not answer as a scanner that speaks SCIP 2: no answer"
     );
     assert!(refused(silent, Some(19_200)).contains("at any speed"));
-    let refuses = |question, status| Scanner {
+    let refuses = |question, status| EmulatedScanner {
         refuses: Some((question, status)),
         scip1: false,
-        ..Scanner::urg()
+        ..EmulatedScanner::urg()
     };
     assert_eq!(
         refused(refuses("BM", "01"), Some(19_200)),
@@ -238,7 +240,7 @@ fn what_it_will_not_do_is_named() {
 
 #[test]
 fn silence_and_a_fault_of_its_own_are_losses() {
-    let mut wire = ready(Scanner::utm(), None, Letters::Three);
+    let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     wire.now += SILENCE - Duration::from_nanos(1);
     wire.hear(&[]);
     assert_eq!(wire.lost(), None);
@@ -246,7 +248,7 @@ fn silence_and_a_fault_of_its_own_are_losses() {
     wire.hear(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
-    let mut wire = ready(Scanner::utm(), None, Letters::Three);
+    let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     wire.scanner.status = "98";
     wire.turn();
     assert_eq!(wire.lost(), None, "it goes on after a pause");

@@ -146,8 +146,8 @@ fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Scri
         let mut answers = Vec::new();
         for packet in packets {
             let command = Command::from_packet(&packet);
-            match (&command, Sync::from_packet(&packet)) {
-                (_, Some(Sync::Two)) => answers.push(script.names.to_packet().unwrap()),
+            match (&command, SyncStep::from_packet(&packet)) {
+                (_, Some(SyncStep::Two)) => answers.push(script.names.to_packet().unwrap()),
                 (_, Some(sync)) => answers.push(sync.to_packet()),
                 (Command::Open(_), _) => open = true,
                 (Command::Close(_), _) => open = false,

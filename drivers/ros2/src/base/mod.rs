@@ -1,18 +1,18 @@
 //! A ROS 2 robot as a base, behind the same ports as the simulated and the real Pioneer, so that an
 //! application changes only the driver's lines. The conversion of messages is in `up`.
 
-mod up;
+mod active;
 
 use jde_schema::prelude::*;
 
+use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
 use crate::keys::{Quality, Topic};
 use crate::messages::Codec;
-use crate::node::Plan;
+use crate::node::NodeConfig;
 use crate::scan::Sweep;
 use crate::settings::{Modulations, Settings};
-use crate::wire::{Inlet, Wire};
-use up::Up;
+use active::ActiveBase;
 
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
 const BATTERY: u32 = 10;
@@ -83,7 +83,7 @@ pub struct Base {
     /// Whether messages of the robot arrive.
     #[export]
     connection: Export<Connection>,
-    up: Option<Up>,
+    up: Option<ActiveBase>,
 }
 
 impl Schema for Base {
@@ -103,7 +103,7 @@ impl Schema for Base {
         up.scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
         up.locate(cx, &mut self.odometry);
         up.picture(cx, &mut self.image);
-        up.charge(cx, &mut self.battery);
+        up.publish_battery(cx, &mut self.battery);
         let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
         silent(&mut up.laser, now, stale, || self.laser.retract(cx));
         silent(&mut up.odometry, now, stale, || self.odometry.retract(cx));
@@ -111,19 +111,19 @@ impl Schema for Base {
         silent(&mut up.battery, now, stale * BATTERY, || self.battery.retract(cx));
         let command = self.velocity.get(cx);
         if let Some(twist) = up.drive.step(now, command.in_force().then_some(*command)) {
-            up.say(&twist);
+            up.publish_velocity(&twist);
         }
-        let looking = (!up.is_heard()).then_some("robot");
-        up.wire.tell(cx, &mut self.connection, looking);
+        let looking = (!up.has_received()).then_some("robot");
+        up.wire.export_connection(cx, &mut self.connection, looking);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(mut up) = self.up.take() {
             if let Some(stop) = up.drive.end() {
-                up.say(&stop);
+                up.publish_velocity(&stop);
             }
-            up.wire.rest(cx, &mut self.connection);
+            up.wire.close(cx, &mut self.connection);
             self.laser.retract(cx);
             self.odometry.retract(cx);
             self.image.retract(cx);
@@ -161,7 +161,7 @@ impl Base {
             config: config.as_str(),
             connect: connect.as_str(),
             listen: listen.as_str(),
-            has_way: !connect.is_default() || !listen.is_default(),
+            has_endpoint: !connect.is_default() || !listen.is_default(),
             domain: self.domain.get(cx),
             namespace: namespace.as_str(),
             node: node.as_str(),
@@ -169,13 +169,13 @@ impl Base {
         })
     }
 
-    fn start(&self, cx: &Context) -> Result<Up> {
+    fn start(&self, cx: &Context) -> Result<ActiveBase> {
         self.with_settings(cx, |settings| self.start_with(cx, &settings))
     }
 
-    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<Up> {
+    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveBase> {
         let name = settings.name()?;
-        let (config, place) = settings.way()?;
+        let (config, place) = settings.connection_config()?;
         let mut topics = Vec::new();
         let space = name.namespace.as_str();
         let laser = inlet(&mut topics, space, &self.laser_topic.get(cx))?;
@@ -186,14 +186,14 @@ impl Base {
         let velocity = crate::names::topic(space, self.velocity_topic.get(cx).as_str())?
             .map(|topic| codec.topic(topic, Quality::Reliable));
         let has_velocity = velocity.is_some();
-        let wire = Wire::start(Plan {
+        let wire = RosConnection::start(NodeConfig {
             config,
-            place,
+            endpoint: place,
             publications: velocity.into_iter().collect(),
             subscriptions: topics,
             name,
         })?;
-        Ok(Up {
+        Ok(ActiveBase {
             wire,
             laser,
             odometry,
@@ -207,7 +207,11 @@ impl Base {
 }
 
 /// Adds a subscription to that topic, unless its name is empty.
-fn inlet<T: Value>(topics: &mut Vec<Topic>, namespace: &str, name: &Text<128>) -> Result<Option<Inlet<T>>> {
+fn inlet<T: Value>(
+    topics: &mut Vec<Topic>,
+    namespace: &str,
+    name: &Text<128>,
+) -> Result<Option<TopicSubscription<T>>> {
     let Some(topic) = crate::names::topic(namespace, name.as_str())? else {
         return Ok(None);
     };
@@ -216,12 +220,12 @@ fn inlet<T: Value>(topics: &mut Vec<Topic>, namespace: &str, name: &Text<128>) -
     }
     let codec = Codec::new();
     topics.push(codec.topic(topic.clone(), Quality::Sensor));
-    Ok(Some(Inlet::new(topics.len() - 1, topic, codec)))
+    Ok(Some(TopicSubscription::new(topics.len() - 1, topic, codec)))
 }
 
 /// Retracts an export if its topic has just fallen silent.
 fn silent<T: Value>(
-    inlet: &mut Option<Inlet<T>>,
+    inlet: &mut Option<TopicSubscription<T>>,
     now: Duration,
     patience: Duration,
     take_back: impl FnOnce(),

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::messages::Codec;
 
-fn name() -> Name {
-    Name {
+fn name() -> NodeName {
+    NodeName {
         domain: 2,
         namespace: "/fleet".to_owned(),
         node: "pioneer".to_owned(),
@@ -27,12 +27,12 @@ fn keys_are_laid_out_as_rmw_zenoh_does() {
     );
     assert_eq!(name().token("ab12"), "@ros2_lv/2/ab12/0/0/NN/%/%fleet/pioneer");
     assert_eq!(
-        scan().token(&name(), "ab12", Way::Out, 3),
+        scan().token(&name(), "ab12", Direction::Publish, 3),
         format!(
             "@ros2_lv/2/ab12/0/3/MP/%/%fleet/pioneer/%fleet%scan/sensor_msgs::msg::dds_::LaserScan_/{hash}/2::,5:,:,:,,"
         )
     );
-    let alone = Name {
+    let alone = NodeName {
         namespace: String::new(),
         ..name()
     };
@@ -46,7 +46,7 @@ fn keys_are_keys_of_zenoh() {
         scan().key(&name()),
         name().token("ab12"),
         name().everyone(),
-        scan().token(&name(), "ab12", Way::In, 1),
+        scan().token(&name(), "ab12", Direction::Subscribe, 1),
     ] {
         assert!(zenoh::key_expr::KeyExpr::new(key.clone()).is_ok(), "{key}");
     }
@@ -54,22 +54,22 @@ fn keys_are_keys_of_zenoh() {
 
 #[test]
 fn who_means_the_same_by_a_topic_is_not_spoken_of() {
-    let theirs = scan().token(&name(), "cd34", Way::Out, 1);
-    assert_eq!(scan().mismatch(Way::In, &theirs), None);
+    let theirs = scan().token(&name(), "cd34", Direction::Publish, 1);
+    assert_eq!(scan().mismatch(Direction::Subscribe, &theirs), None);
     // Two publications of the same topic never exchange messages.
     let other = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
-    assert_eq!(other.mismatch(Way::Out, &theirs), None);
+    assert_eq!(other.mismatch(Direction::Publish, &theirs), None);
     let elsewhere = Codec::<Odometry>::new().topic("/scan".to_owned(), Quality::Sensor);
-    assert_eq!(elsewhere.mismatch(Way::In, &theirs), None);
-    assert_eq!(scan().mismatch(Way::In, &name().token("cd34")), None);
+    assert_eq!(elsewhere.mismatch(Direction::Subscribe, &theirs), None);
+    assert_eq!(scan().mismatch(Direction::Subscribe, &name().token("cd34")), None);
 }
 
 #[test]
 fn another_type_and_another_version_are_named() {
     let theirs = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
-    let token = theirs.token(&name(), "cd34", Way::Out, 1);
+    let token = theirs.token(&name(), "cd34", Direction::Publish, 1);
     assert_eq!(
-        scan().mismatch(Way::In, &token).unwrap(),
+        scan().mismatch(Direction::Subscribe, &token).unwrap(),
         "/fleet/scan of node /fleet/pioneer is a nav_msgs/msg/Odometry, and a sensor_msgs/msg/LaserScan here: nothing passes \
          between them"
     );
@@ -78,7 +78,10 @@ fn another_type_and_another_version_are_named() {
         ..scan()
     };
     let words = scan()
-        .mismatch(Way::Out, &old.token(&name(), "cd34", Way::In, 1))
+        .mismatch(
+            Direction::Publish,
+            &old.token(&name(), "cd34", Direction::Subscribe, 1),
+        )
         .unwrap();
     assert!(
         words.contains("another version of sensor_msgs/msg/LaserScan, TypeHashNotSupported, and RIHS01_64c191398013a here"),
@@ -89,10 +92,10 @@ fn another_type_and_another_version_are_named() {
 proptest! {
     #[test]
     fn tokens_nobody_meant_do_no_harm(token in ".{0,80}", parts in prop::collection::vec("[A-Z%@a-z_:,0-9é]{0,12}", 0..16)) {
-        let _ = scan().mismatch(Way::In, &token);
-        let _ = scan().mismatch(Way::Out, &format!("@ros2_lv/{}", parts.join("/")));
+        let _ = scan().mismatch(Direction::Subscribe, &token);
+        let _ = scan().mismatch(Direction::Publish, &format!("@ros2_lv/{}", parts.join("/")));
         let hash = parts.concat();
         let theirs = Topic { hash: hash.replace('/', ""), ..scan() };
-        let _ = scan().mismatch(Way::In, &theirs.token(&name(), "cd34", Way::Out, 1));
+        let _ = scan().mismatch(Direction::Subscribe, &theirs.token(&name(), "cd34", Direction::Publish, 1));
     }
 }

@@ -16,7 +16,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample as Heard;
 use zenoh::{Session, Wait};
 
-use crate::keys::{Name, Quality, Topic};
+use crate::keys::{NodeName, Quality, Topic};
 use crate::messages::Codec;
 use crate::scan::Sweep;
 
@@ -36,7 +36,7 @@ impl<S: Schema> Trial<S> {
         Self {
             bench,
             start: Instant::now(),
-            _watchdog: Watchdog::of_a_test(),
+            _watchdog: Watchdog::for_test(),
         }
     }
 
@@ -103,8 +103,8 @@ fn other(place: &str) -> Session {
     zenoh::open(config).wait().unwrap()
 }
 
-fn name() -> Name {
-    Name {
+fn name() -> NodeName {
+    NodeName {
         domain: 3,
         namespace: String::new(),
         node: "other".to_owned(),

@@ -3,7 +3,7 @@
 use zenoh::liveliness::LivelinessToken;
 
 use super::*;
-use crate::keys::Way;
+use crate::keys::Direction;
 use crate::settings::Settings;
 use crate::{Base, Topics};
 
@@ -45,14 +45,14 @@ fn topics_of_others_that_never_meet_ours_are_named() {
         let token = topic.token(&name(), &session.zid().to_string(), way, number);
         session.liveliness().declare_token(token).wait().unwrap()
     };
-    let clouds = announce(&topic::<Range>("/scan"), Way::Out, 1);
+    let clouds = announce(&topic::<Range>("/scan"), Direction::Publish, 1);
     let mut trial = Trial::<Base>::at(&place).awake();
     trial.until_said("/scan of node /other is a sensor_msgs/msg/Range, and a sensor_msgs/msg/LaserScan here");
     let old = Topic {
         hash: "RIHS01_0123456789abcdef".to_owned(),
         ..topic::<Twist>("/cmd_vel")
     };
-    let other = announce(&old, Way::In, 2);
+    let other = announce(&old, Direction::Subscribe, 2);
     trial.until_said(
         "/cmd_vel of node /other is another version of geometry_msgs/msg/Twist, RIHS01_0123456789abc",
     );
@@ -169,7 +169,7 @@ fn a_configuration_of_zenoh_says_where_to_go() {
     bench.set("config", Text::<1024>::new(file.to_str().unwrap()));
     bench.set("domain", 3_i32);
     let mut trial = Trial {
-        _watchdog: Watchdog::of_a_test(),
+        _watchdog: Watchdog::for_test(),
         bench,
         start: Instant::now(),
     }
@@ -180,11 +180,14 @@ fn a_configuration_of_zenoh_says_where_to_go() {
         config: folder.path().to_str().unwrap(),
         connect: "",
         listen: "",
-        has_way: false,
+        has_endpoint: false,
         domain: 0,
         namespace: "",
         node: "",
         schema: "x",
     };
-    assert!(settings.way().is_err(), "a folder is no configuration");
+    assert!(
+        settings.connection_config().is_err(),
+        "a folder is no configuration"
+    );
 }

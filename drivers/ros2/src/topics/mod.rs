@@ -1,17 +1,17 @@
 //! The topics of a jde robot: its sensors are published, and velocities from ROS 2 are exported for a motor
 //! schema.
 
-mod outlet;
+mod publisher;
 
 use jde_schema::prelude::*;
 
+use crate::connection::{RosConnection, TopicSubscription};
 use crate::keys::Quality;
 use crate::messages::Codec;
-use crate::node::Plan;
+use crate::node::NodeConfig;
 use crate::settings::{Modulations, Settings};
 use crate::tf::{Transforms, echoes};
-use crate::wire::{Inlet, Wire};
-use outlet::{Outlet, due, offer, outlet};
+use publisher::{TopicPublisher, due, offer, topic_publisher};
 
 /// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
 /// subscribers. Velocities from ROS 2 are exported for `ros2/follow`.
@@ -88,19 +88,19 @@ pub struct Topics {
     /// Whether the router or other nodes are connected.
     #[export]
     connection: Export<Connection>,
-    up: Option<Up>,
+    up: Option<ActiveTopics>,
 }
 
 /// The node with its topics.
-struct Up {
-    wire: Wire,
-    laser: Option<Outlet<LaserScan>>,
-    odometry: Option<Outlet<Odometry>>,
-    image: Option<Outlet<Image>>,
-    sonars: Option<Outlet<Range>>,
-    battery: Option<Outlet<BatteryState>>,
-    tf: Option<Outlet<Transforms>>,
-    cmd_vel: Option<Inlet<Twist>>,
+struct ActiveTopics {
+    wire: RosConnection,
+    laser: Option<TopicPublisher<LaserScan>>,
+    odometry: Option<TopicPublisher<Odometry>>,
+    image: Option<TopicPublisher<Image>>,
+    sonars: Option<TopicPublisher<Range>>,
+    battery: Option<TopicPublisher<BatteryState>>,
+    tf: Option<TopicPublisher<Transforms>>,
+    cmd_vel: Option<TopicSubscription<Twist>>,
 }
 
 impl Schema for Topics {
@@ -141,24 +141,24 @@ impl Schema for Topics {
             let mut twist = Twist::ZERO;
             if let Some(arrived) = up.wire.receive(cx, inlet, &mut twist) {
                 if is_finite(&twist) {
-                    inlet.hear(arrived);
+                    inlet.mark_received(arrived);
                     self.cmd_vel.write_at(cx, twist, arrived);
                 } else {
                     let words = format!("{}: a velocity that is no number is not obeyed", inlet.topic());
-                    up.wire.complain(cx, words);
+                    up.wire.warn_once(cx, words);
                 }
             }
             if inlet.falls_silent(cx.now(), Duration::from_secs_f64(self.stale.get(cx))) {
                 self.cmd_vel.retract(cx);
             }
         }
-        up.wire.tell(cx, &mut self.connection, None);
+        up.wire.export_connection(cx, &mut self.connection, None);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(up) = self.up.take() {
-            up.wire.rest(cx, &mut self.connection);
+            up.wire.close(cx, &mut self.connection);
             self.cmd_vel.retract(cx);
         }
     }
@@ -195,7 +195,7 @@ impl Topics {
             config: config.as_str(),
             connect: connect.as_str(),
             listen: listen.as_str(),
-            has_way: !connect.is_default() || !listen.is_default(),
+            has_endpoint: !connect.is_default() || !listen.is_default(),
             domain: self.domain.get(cx),
             namespace: namespace.as_str(),
             node: node.as_str(),
@@ -204,18 +204,18 @@ impl Topics {
     }
 
     /// Starts a node with a topic for each import that is bound.
-    fn start(&self, cx: &Context) -> Result<Up> {
+    fn start(&self, cx: &Context) -> Result<ActiveTopics> {
         self.with_settings(cx, |settings| self.start_with(cx, &settings))
     }
 
-    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<Up> {
+    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTopics> {
         let name = settings.name()?;
-        let (config, place) = settings.way()?;
+        let (config, place) = settings.connection_config()?;
         let mut topics = Vec::new();
         let space = name.namespace.as_str();
         let odometry = self.odometry.is_bound(cx);
         let sensor = Quality::Sensor;
-        let laser = outlet(
+        let laser = topic_publisher(
             &mut topics,
             space,
             self.laser.is_bound(cx),
@@ -224,29 +224,29 @@ impl Topics {
         )?;
         let up = (
             laser,
-            outlet(&mut topics, space, odometry, &self.odometry_topic.get(cx), sensor)?,
-            outlet(
+            topic_publisher(&mut topics, space, odometry, &self.odometry_topic.get(cx), sensor)?,
+            topic_publisher(
                 &mut topics,
                 space,
                 self.image.is_bound(cx),
                 &self.image_topic.get(cx),
                 sensor,
             )?,
-            outlet(
+            topic_publisher(
                 &mut topics,
                 space,
                 self.sonars.is_bound(cx),
                 &self.sonars_topic.get(cx),
                 sensor,
             )?,
-            outlet(
+            topic_publisher(
                 &mut topics,
                 space,
                 self.battery.is_bound(cx),
                 &self.battery_topic.get(cx),
                 sensor,
             )?,
-            outlet(
+            topic_publisher(
                 &mut topics,
                 space,
                 odometry,
@@ -258,14 +258,14 @@ impl Topics {
         let codec = Codec::new();
         let cmd_vel = crate::names::topic(space, self.cmd_vel_topic.get(cx).as_str())?
             .map(|topic| codec.topic(topic, Quality::Reliable));
-        let wire = Wire::start(Plan {
+        let wire = RosConnection::start(NodeConfig {
             config,
-            place,
+            endpoint: place,
             publications: topics,
             subscriptions: cmd_vel.clone().into_iter().collect(),
             name,
         })?;
-        Ok(Up {
+        Ok(ActiveTopics {
             wire,
             laser,
             odometry,
@@ -273,7 +273,7 @@ impl Topics {
             sonars,
             battery,
             tf,
-            cmd_vel: cmd_vel.map(|topic| Inlet::new(0, topic.name, codec)),
+            cmd_vel: cmd_vel.map(|topic| TopicSubscription::new(0, topic.name, codec)),
         })
     }
 }

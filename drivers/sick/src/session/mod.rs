@@ -5,11 +5,11 @@ mod step;
 
 use core::time::Duration;
 
-use jde_device::Conversation;
+use jde_device::Protocol;
 
 use crate::scan::{Beams, Reach};
-use crate::telegram::{Heard, Receiver, Telegram, question};
-use step::{Answer, Step};
+use crate::telegram::{Received, Receiver, Telegram, request};
+use step::{Step, StepResult};
 
 /// Time without a scan after which a streaming scanner counts as lost. The slowest scans, 401 beams at 9600
 /// baud, arrive once per second.
@@ -24,15 +24,15 @@ const POWER_ON: u8 = 0x90;
 
 /// The requested mode of operation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct ScannerConfig {
     pub(crate) beams: Beams,
     pub(crate) reach: Reach,
-    pub(crate) line: Line,
+    pub(crate) speed: SerialSpeed,
 }
 
 /// Control of the line's speed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Line {
+pub(crate) enum SerialSpeed {
     /// The driver sets it: `first` when the conversation begins, and `working` while scans arrive.
     Serial { first: u32, working: u32 },
     /// A serial server sets it; the driver cannot change it.
@@ -52,7 +52,7 @@ pub(crate) struct Scan {
 /// The conversation.
 #[derive(Debug)]
 pub(crate) struct Session {
-    wanted: Wanted,
+    config: ScannerConfig,
     receiver: Receiver,
     step: Step,
     tries: u32,
@@ -63,26 +63,26 @@ pub(crate) struct Session {
     polluted: bool,
 }
 
-impl Conversation for Session {
+impl Protocol for Session {
     const DEVICE: &'static str = "scanner";
-    type Wanted = Wanted;
-    type News = Scan;
+    type Config = ScannerConfig;
+    type Data = Scan;
 
-    fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
+    fn start(wanted: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
-            wanted,
+            config: wanted,
             receiver: Receiver::default(),
-            step: Step::Meet { speed: 0 },
+            step: Step::Connect { speed: 0 },
             tries: 0,
             deadline: now,
-            baud: match wanted.line {
-                Line::Serial { first, .. } => Some(first),
-                Line::Fixed => None,
+            baud: match wanted.speed {
+                SerialSpeed::Serial { first, .. } => Some(first),
+                SerialSpeed::Fixed => None,
             },
             name: String::new(),
             polluted: false,
         };
-        session.say(now, events);
+        session.send_request(now, events);
         session
     }
 
@@ -90,51 +90,51 @@ impl Conversation for Session {
         matches!(self.step, Step::Scan)
     }
 
-    fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
-        self.receiver.hear(bytes);
+    fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
+        self.receiver.receive(bytes);
         while let Some(heard) = self.receiver.next() {
             match heard {
                 // Scans received at a wrong speed contain many bytes that look like a NACK. At the right
                 // speed, one can occur between scans.
-                Heard::Nack if matches!(self.step, Step::Meet { .. } | Step::Scan) => {}
-                Heard::Nack => self.again("it refuses the telegram", now, events),
-                Heard::Telegram(telegram) => self.telegram(&telegram, now, events),
+                Received::Nack if matches!(self.step, Step::Connect { .. } | Step::Scan) => {}
+                Received::Nack => self.retry("it refuses the telegram", now, events),
+                Received::Telegram(telegram) => self.telegram(&telegram, now, events),
             }
-            if matches!(events.last(), Some(Event::Lose(_))) {
+            if matches!(events.last(), Some(Event::Disconnect(_))) {
                 return;
             }
         }
         if now >= self.deadline {
             if self.is_ready() {
                 let silence = SILENCE.as_secs();
-                events.push(Event::Lose(format!("no scan came for {silence} s")));
+                events.push(Event::Disconnect(format!("no scan came for {silence} s")));
             } else {
-                self.again("no answer", now, events);
+                self.retry("no answer", now, events);
             }
         }
     }
 
     /// Stops the scans.
-    fn farewell() -> Vec<u8> {
-        question(&step::ON_REQUEST)
+    fn closing_bytes() -> Vec<u8> {
+        request(&step::ON_REQUEST)
     }
 }
 
 impl Session {
     fn telegram(&mut self, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         match telegram.command {
-            POWER_ON if !matches!(self.step, Step::Meet { .. }) => {
-                events.push(Event::Lose(
+            POWER_ON if !matches!(self.step, Step::Connect { .. }) => {
+                events.push(Event::Disconnect(
                     "it was switched off and on, or restarted by itself".to_owned(),
                 ));
             }
             MEASUREMENT if self.is_ready() => self.measurement(telegram, now, events),
             // Scans of an earlier conversation, sent before the scanner stops, answer no question.
             MEASUREMENT | POWER_ON => {}
-            _ => match self.step.answer(telegram, &self.wanted) {
-                Answer::Good(next) => self.go(next, telegram, now, events),
-                Answer::Refused(reason) => self.again(&reason, now, events),
-                Answer::Other => {}
+            _ => match self.step.handle_reply(telegram, &self.config) {
+                StepResult::Good(next) => self.advance(next, telegram, now, events),
+                StepResult::Refused(reason) => self.retry(&reason, now, events),
+                StepResult::Other => {}
             },
         }
     }
@@ -144,7 +144,7 @@ impl Session {
         // Bits 0 to 2: a value from 3 on is an error, and the measurement is unreliable.
         if telegram.status & 0x07 >= 3 {
             let status = telegram.status;
-            events.push(Event::Lose(format!(
+            events.push(Event::Disconnect(format!(
                 "it reports a fault of its own (status 0x{status:02x}): clean its window, then switch it off and on"
             )));
             return;
@@ -154,34 +154,34 @@ impl Session {
             events.push(Event::Warn("its window is dirty: clean it".to_owned()));
         }
         self.polluted = polluted;
-        match self.wanted.reach.decode(self.wanted.beams, &telegram.data) {
+        match self.config.reach.decode(self.config.beams, &telegram.data) {
             Ok(ranges) => {
                 // Ten bits per byte: one start bit, eight data bits, one stop bit.
                 let seconds = self
                     .baud
                     .map_or(0.0, |baud| telegram.size as f64 * 10.0 / f64::from(baud));
-                events.push(Event::News(Scan {
+                events.push(Event::Data(Scan {
                     ranges,
                     transfer: Duration::from_secs_f64(seconds),
                 }));
             }
-            Err(unusable) => events.push(Event::Lose(unusable.to_string())),
+            Err(unusable) => events.push(Event::Disconnect(unusable.to_string())),
         }
     }
 
     /// Stores the data of this answer, and enters the next step.
-    fn go(&mut self, next: Step, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
+    fn advance(&mut self, next: Step, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         if matches!(self.step, Step::Name) {
             self.name = step::name(&telegram.data);
         }
         if matches!(self.step, Step::Speed)
-            && let Line::Serial { working, .. } = self.wanted.line
+            && let SerialSpeed::Serial { working, .. } = self.config.speed
         {
             self.set_baud(working, events);
         }
-        self.step = match (next, self.baud, self.wanted.line) {
+        self.step = match (next, self.baud, self.config.speed) {
             // The speed needs no change if it is right already, or if the driver does not control it.
-            (Step::Speed, Some(baud), Line::Serial { working, .. }) if baud != working => Step::Speed,
+            (Step::Speed, Some(baud), SerialSpeed::Serial { working, .. }) if baud != working => Step::Speed,
             (Step::Speed, _, _) => Step::Install,
             (next, _, _) => next,
         };
@@ -191,25 +191,25 @@ impl Session {
             let speed = self.baud.map(|baud| format!(", {baud} baud")).unwrap_or_default();
             events.push(Event::Ready(format!("{}{speed}", self.name)));
         } else {
-            self.say(now, events);
+            self.send_request(now, events);
         }
     }
 
     /// Sends the telegram of the present step.
-    fn say(&mut self, now: Duration, events: &mut Vec<Event>) {
+    fn send_request(&mut self, now: Duration, events: &mut Vec<Event>) {
         self.tries += 1;
         self.deadline = now + self.step.patience();
-        events.push(Event::Send(question(&self.step.payload(&self.wanted))));
+        events.push(Event::Send(request(&self.step.payload(&self.config))));
     }
 
     /// Sends the telegram again, at the next speed while the speed is unknown, or gives up.
-    fn again(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
-        if let Step::Meet { speed } = &mut self.step {
-            let Line::Serial { first, .. } = self.wanted.line else {
+    fn retry(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
+        if let Step::Connect { speed } = &mut self.step {
+            let SerialSpeed::Serial { first, .. } = self.config.speed else {
                 if self.tries < TRIES {
-                    return self.say(now, events);
+                    return self.send_request(now, events);
                 }
-                events.push(Event::Lose(
+                events.push(Event::Disconnect(
                     "no scanner answers: is it switched on, and does the serial server go at its speed?"
                         .to_owned(),
                 ));
@@ -223,7 +223,7 @@ impl Session {
                 .chain(SPEEDS.into_iter().filter(|baud| *baud != first));
             *speed += 1;
             let Some(baud) = candidates.into_iter().nth(*speed) else {
-                events.push(Event::Lose(
+                events.push(Event::Disconnect(
                     "no scanner answers at any speed: is it switched on, are its two data lines crossed, and is it \
                      RS-232 or RS-422 at both ends?"
                         .to_owned(),
@@ -231,13 +231,13 @@ impl Session {
                 return;
             };
             self.set_baud(baud, events);
-            return self.say(now, events);
+            return self.send_request(now, events);
         }
         if self.tries < TRIES {
-            return self.say(now, events);
+            return self.send_request(now, events);
         }
-        let step = self.step.what();
-        events.push(Event::Lose(format!("it would not {step}: {why}")));
+        let step = self.step.describe();
+        events.push(Event::Disconnect(format!("it would not {step}: {why}")));
     }
 
     fn set_baud(&mut self, baud: u32, events: &mut Vec<Event>) {

@@ -3,7 +3,7 @@
 
 use core::time::Duration;
 
-use super::{Line, Wanted};
+use super::{ScannerConfig, SerialSpeed};
 use crate::telegram::Telegram;
 
 /// Selects the operating mode with measurements on request only, so that the scanner sends nothing unasked.
@@ -24,7 +24,7 @@ const UNIT: usize = 6;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// Finds the speed at which the scanner answers, by a command to stop sending.
-    Meet {
+    Connect {
         /// Number of speeds tried before.
         speed: usize,
     },
@@ -48,7 +48,7 @@ pub(super) enum Step {
 
 /// The meaning of a telegram in a step.
 #[derive(Debug)]
-pub(super) enum Answer {
+pub(super) enum StepResult {
     Good(Step),
     Refused(String),
     /// The telegram answers something else.
@@ -57,11 +57,11 @@ pub(super) enum Answer {
 
 impl Step {
     /// The command and its data.
-    pub(super) fn payload(&self, wanted: &Wanted) -> Vec<u8> {
+    pub(super) fn payload(&self, wanted: &ScannerConfig) -> Vec<u8> {
         match self {
-            Self::Meet { .. } | Self::Scan => ON_REQUEST.to_vec(),
+            Self::Connect { .. } | Self::Scan => ON_REQUEST.to_vec(),
             Self::Name => vec![TYPE],
-            Self::Speed => vec![MODE, speed(wanted.line)],
+            Self::Speed => vec![MODE, speed(wanted.speed)],
             Self::Install => INSTALLATION.to_vec(),
             Self::Variant => {
                 let ([view, _], [step, _]) =
@@ -78,7 +78,7 @@ impl Step {
     pub(super) fn patience(&self) -> Duration {
         Duration::from_secs(match self {
             // Two telegrams of scans at 9600 baud may still be in transit.
-            Self::Meet { .. } => 2,
+            Self::Connect { .. } => 2,
             Self::Name | Self::Read | Self::Scan => 1,
             Self::Speed | Self::Install | Self::Variant | Self::Start => 3,
             // The scanner writes to its memory, which takes 7 s by the manual.
@@ -87,9 +87,9 @@ impl Step {
     }
 
     /// The refused action, for an error message.
-    pub(super) fn what(&self) -> &'static str {
+    pub(super) fn describe(&self) -> &'static str {
         match self {
-            Self::Meet { .. } => "answer",
+            Self::Connect { .. } => "answer",
             Self::Name => "say what it is",
             Self::Speed => "go at the speed `baud`, which not every model can",
             Self::Install => "let itself be configured, which a changed password prevents",
@@ -100,56 +100,56 @@ impl Step {
         }
     }
 
-    pub(super) fn answer(&self, telegram: &Telegram, wanted: &Wanted) -> Answer {
+    pub(super) fn handle_reply(&self, telegram: &Telegram, wanted: &ScannerConfig) -> StepResult {
         let data = &*telegram.data;
         match (self, telegram.command & 0x7f) {
-            (Self::Meet { .. }, MODE) => Answer::Good(Self::Name),
-            (Self::Name, TYPE) => Answer::Good(Self::Speed),
+            (Self::Connect { .. }, MODE) => StepResult::Good(Self::Name),
+            (Self::Name, TYPE) => StepResult::Good(Self::Speed),
             (Self::Speed, MODE) => switched(data, Self::Install),
             (Self::Install, MODE) => switched(data, Self::Variant),
             (Self::Variant, VARIANT) => match data {
-                [1, ..] => Answer::Good(Self::Read),
-                _ => Answer::Refused("it says that this failed".to_owned()),
+                [1, ..] => StepResult::Good(Self::Read),
+                _ => StepResult::Refused("it says that this failed".to_owned()),
             },
             (Self::Read, READ) => match (data.get(MEASURING_MODE), data.get(UNIT)) {
                 (Some(mode), Some(unit)) if (*mode, *unit) == (wanted.reach.mode, wanted.reach.unit) => {
                     // No write without need: the memory endures a limited number of writes.
-                    Answer::Good(Self::Start)
+                    StepResult::Good(Self::Start)
                 }
                 (Some(_), Some(_)) => {
                     let mut block = data.to_vec();
                     block[MEASURING_MODE] = wanted.reach.mode;
                     block[UNIT] = wanted.reach.unit;
-                    Answer::Good(Self::Write { block })
+                    StepResult::Good(Self::Write { block })
                 }
-                _ => Answer::Refused("its configuration is too short".to_owned()),
+                _ => StepResult::Refused("its configuration is too short".to_owned()),
             },
             (Self::Write { .. }, WRITE) => match data {
-                [1, ..] => Answer::Good(Self::Start),
-                _ => Answer::Refused("it did not accept it".to_owned()),
+                [1, ..] => StepResult::Good(Self::Start),
+                _ => StepResult::Refused("it did not accept it".to_owned()),
             },
             (Self::Start, MODE) => switched(data, Self::Scan),
-            _ => Answer::Other,
+            _ => StepResult::Other,
         }
     }
 }
 
 /// Interprets the answer to a change of mode.
-fn switched(data: &[u8], next: Step) -> Answer {
+fn switched(data: &[u8], next: Step) -> StepResult {
     match data {
-        [0, ..] => Answer::Good(next),
-        [1, ..] => Answer::Refused("wrong password".to_owned()),
-        [2, ..] => Answer::Refused("it has a fault".to_owned()),
-        _ => Answer::Refused("not possible".to_owned()),
+        [0, ..] => StepResult::Good(next),
+        [1, ..] => StepResult::Refused("wrong password".to_owned()),
+        [2, ..] => StepResult::Refused("it has a fault".to_owned()),
+        _ => StepResult::Refused("not possible".to_owned()),
     }
 }
 
-fn speed(line: Line) -> u8 {
+fn speed(line: SerialSpeed) -> u8 {
     match line {
-        Line::Serial { working: 19_200, .. } => 0x41,
-        Line::Serial { working: 38_400, .. } => 0x40,
-        Line::Serial { working: 500_000, .. } => 0x48,
-        Line::Serial { .. } | Line::Fixed => 0x42,
+        SerialSpeed::Serial { working: 19_200, .. } => 0x41,
+        SerialSpeed::Serial { working: 38_400, .. } => 0x40,
+        SerialSpeed::Serial { working: 500_000, .. } => 0x48,
+        SerialSpeed::Serial { .. } | SerialSpeed::Fixed => 0x42,
     }
 }
 

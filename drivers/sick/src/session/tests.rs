@@ -3,26 +3,26 @@
 use jde_device::emulate::Emulator;
 
 use super::*;
-use crate::emulator::Scanner;
+use crate::emulator::EmulatedScanner;
 
 /// A session and a scanner, connected by a wire.
 struct Wire {
     session: Session,
-    scanner: Scanner,
+    scanner: EmulatedScanner,
     now: Duration,
     baud: u32,
     events: Vec<Event>,
 }
 
 impl Wire {
-    fn new(scanner: Scanner, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
-        let wanted = Wanted {
-            beams: Beams::so_many(beams).expect("it can"),
+    fn new(scanner: EmulatedScanner, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
+        let wanted = ScannerConfig {
+            beams: Beams::with_count(beams).expect("it can"),
             reach: Reach::metres(reach).expect("it can"),
-            line: Line::Serial { first, working },
+            speed: SerialSpeed::Serial { first, working },
         };
         let mut events = Vec::new();
-        let session = Session::begin(wanted, Duration::ZERO, &mut events);
+        let session = Session::start(wanted, Duration::ZERO, &mut events);
         let mut wire = Self {
             session,
             scanner,
@@ -42,10 +42,10 @@ impl Wire {
             match &event {
                 Event::Baud(baud) => self.baud = *baud,
                 Event::Send(bytes) => {
-                    let answer = self.scanner.hear(bytes, self.baud);
-                    self.session.hear(&answer, self.now, &mut events);
+                    let answer = self.scanner.receive(bytes, self.baud);
+                    self.session.receive(&answer, self.now, &mut events);
                 }
-                Event::Ready(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => {}
+                Event::Ready(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => {}
             }
         }
         self.events.extend(events);
@@ -53,7 +53,7 @@ impl Wire {
 
     fn hear(&mut self, bytes: &[u8]) {
         let mut events = Vec::new();
-        self.session.hear(bytes, self.now, &mut events);
+        self.session.receive(bytes, self.now, &mut events);
         self.carry(events);
     }
 
@@ -61,7 +61,7 @@ impl Wire {
     fn settle(&mut self) {
         while !self.session.is_ready() && self.lost().is_none() {
             self.now += Duration::from_millis(100);
-            let turn = self.scanner.turn();
+            let turn = self.scanner.poll_output();
             let garbled = if self.baud == self.scanner.baud {
                 turn
             } else {
@@ -73,29 +73,29 @@ impl Wire {
 
     fn lost(&self) -> Option<&str> {
         self.events.iter().find_map(|event| match event {
-            Event::Lose(reason) => Some(&**reason),
-            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::News(_) | Event::Warn(_) => None,
+            Event::Disconnect(reason) => Some(&**reason),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Data(_) | Event::Warn(_) => None,
         })
     }
 
     fn scans(&mut self) -> Vec<Scan> {
         let events = std::mem::take(&mut self.events);
         let scan = |event| match event {
-            Event::News(scan) => Some(scan),
-            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Warn(_) | Event::Lose(_) => None,
+            Event::Data(scan) => Some(scan),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Warn(_) | Event::Disconnect(_) => None,
         };
         events.into_iter().filter_map(scan).collect()
     }
 }
 
-fn ready(scanner: Scanner, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
+fn ready(scanner: EmulatedScanner, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
     let mut wire = Wire::new(scanner, first, working, wanted);
     wire.settle();
     assert_eq!(wire.lost(), None);
     wire
 }
 
-fn refused(scanner: Scanner) -> String {
+fn refused(scanner: EmulatedScanner) -> String {
     let mut wire = Wire::new(scanner, 9600, 38_400, (181, 8));
     wire.settle();
     wire.lost().expect("it is given up").to_owned()
@@ -103,7 +103,7 @@ fn refused(scanner: Scanner) -> String {
 
 #[test]
 fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
-    let mut wire = ready(Scanner::new(), 9600, 38_400, (361, 8));
+    let mut wire = ready(EmulatedScanner::new(), 9600, 38_400, (361, 8));
     assert_eq!((wire.baud, wire.scanner.baud), (38_400, 38_400));
     assert_eq!(
         (wire.scanner.view, wire.scanner.step, wire.scanner.block[6]),
@@ -117,7 +117,7 @@ fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
         wire.events
             .contains(&Event::Ready("LMS200;30106;V02.10, 38400 baud".to_owned()))
     );
-    let turn = wire.scanner.turn();
+    let turn = wire.scanner.poll_output();
     wire.hear(&turn);
     let scans = wire.scans();
     assert_eq!(scans.len(), 1);
@@ -131,10 +131,10 @@ fn it_is_found_at_any_speed_even_while_it_sends_scans() {
     for first in SPEEDS {
         for at in SPEEDS {
             for streaming in [false, true] {
-                let scanner = Scanner {
+                let scanner = EmulatedScanner {
                     baud: at,
                     streaming,
-                    ..Scanner::new()
+                    ..EmulatedScanner::new()
                 };
                 let wire = ready(scanner, first, 19_200, (181, 8));
                 assert_eq!(wire.scanner.baud, 19_200);
@@ -145,7 +145,7 @@ fn it_is_found_at_any_speed_even_while_it_sends_scans() {
 
 #[test]
 fn its_memory_is_written_only_for_a_change() {
-    let wire = ready(Scanner::new(), 9600, 9600, (181, 16));
+    let wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 16));
     assert_eq!(
         (wire.scanner.writes, wire.scanner.block[5], wire.scanner.block[6]),
         (1, 4, 1)
@@ -162,10 +162,10 @@ fn its_memory_is_written_only_for_a_change() {
 #[test]
 fn a_telegram_that_noise_took_is_said_again() {
     let wire = ready(
-        Scanner {
+        EmulatedScanner {
             nacks: 2,
             baud: 9600,
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         },
         9600,
         9600,
@@ -177,16 +177,16 @@ fn a_telegram_that_noise_took_is_said_again() {
 #[test]
 fn scans_are_found_between_noise() {
     let mut wire = ready(
-        Scanner {
+        EmulatedScanner {
             noisy: true,
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         },
         9600,
         9600,
         (401, 8),
     );
     for _ in 0..20 {
-        let turn = wire.scanner.turn();
+        let turn = wire.scanner.poll_output();
         for piece in turn.chunks(13) {
             wire.hear(piece);
         }
@@ -197,29 +197,29 @@ fn scans_are_found_between_noise() {
 #[test]
 fn what_it_will_not_do_is_named() {
     assert!(
-        refused(Scanner {
+        refused(EmulatedScanner {
             silent: true,
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         })
         .contains("no scanner answers at any speed")
     );
     assert!(
-        refused(Scanner {
+        refused(EmulatedScanner {
             refuses: Some(0x3b),
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         })
         .starts_with("it would not measure as many")
     );
     assert!(
-        refused(Scanner {
+        refused(EmulatedScanner {
             refuses: Some(0x77),
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         })
         .starts_with("it would not take another")
     );
-    let speed = refused(Scanner {
+    let speed = refused(EmulatedScanner {
         refuses: Some(0x20),
-        ..Scanner::new()
+        ..EmulatedScanner::new()
     });
     assert!(
         speed.starts_with("it would not go at the speed `baud`") && speed.ends_with("it has a fault"),
@@ -229,7 +229,7 @@ fn what_it_will_not_do_is_named() {
 
 #[test]
 fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
-    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
     wire.now += SILENCE - Duration::from_nanos(1);
     wire.hear(&[]);
     assert_eq!(wire.lost(), None);
@@ -237,7 +237,7 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
     wire.hear(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
-    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
     let words = wire.scanner.restart();
     wire.hear(&words);
     assert!(
@@ -245,9 +245,9 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
             .is_some_and(|reason| reason.contains("switched off and on"))
     );
 
-    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
     wire.scanner.status = 0x13;
-    let turn = wire.scanner.turn();
+    let turn = wire.scanner.poll_output();
     wire.hear(&turn);
     assert!(wire.lost().is_some_and(|reason| reason.contains("status 0x13")));
     assert_eq!(wire.scans(), [], "what it measures with a fault is not used");
@@ -256,16 +256,16 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
 #[test]
 fn a_dirty_window_is_said_once_and_scans_go_on() {
     let mut wire = ready(
-        Scanner {
+        EmulatedScanner {
             status: 0x90,
-            ..Scanner::new()
+            ..EmulatedScanner::new()
         },
         9600,
         9600,
         (181, 8),
     );
     for _ in 0..3 {
-        let turn = wire.scanner.turn();
+        let turn = wire.scanner.poll_output();
         wire.hear(&turn);
     }
     let warnings = wire

@@ -3,8 +3,8 @@
 use core::f32::consts::TAU;
 
 use crate::blob::Blobs;
+use crate::camera_model::Observation;
 use crate::color::Limits;
-use crate::lens::Sight;
 use crate::tests::near;
 
 fn limits(from_deg: f32, to_deg: f32) -> Limits {
@@ -176,8 +176,8 @@ fn what_is_long_or_hollow_is_not_round() {
 #[test]
 fn left_and_up_are_positive_and_the_head_adds_its_own() {
     let angles = |toward: [f64; 3], pan: f64, tilt: f64| {
-        let sight = Sight {
-            toward,
+        let sight = Observation {
+            direction: toward,
             solid_angle: 1.0,
         };
         sight.angles(pan, tilt)

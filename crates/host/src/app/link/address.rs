@@ -13,18 +13,18 @@ const UNIX: &str = "unixsock-stream";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Address<'a> {
     pub(super) protocol: &'a str,
-    place: Place<'a>,
+    endpoint: Endpoint<'a>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place<'a> {
+enum Endpoint<'a> {
     File(&'a str),
     Host { host: &'a str, port: u16 },
 }
 
 /// Why a text is no address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NoAddress<'a> {
+pub(super) enum AddressError<'a> {
     /// It does not have the form of one.
     Shape,
     /// There is no such protocol.
@@ -34,42 +34,48 @@ pub(super) enum NoAddress<'a> {
 }
 
 impl<'a> Address<'a> {
-    pub(super) fn read(text: &'a str) -> Result<Self, NoAddress<'a>> {
-        let (protocol, place) = text.split_once('/').ok_or(NoAddress::Shape)?;
+    pub(super) fn parse(text: &'a str) -> Result<Self, AddressError<'a>> {
+        let (protocol, place) = text.split_once('/').ok_or(AddressError::Shape)?;
         if !PROTOCOLS.contains(&protocol) {
-            return Err(NoAddress::Protocol(protocol));
+            return Err(AddressError::Protocol(protocol));
         }
         // The library would parse metadata and options after these characters.
         if place.is_empty() || place.contains(['?', '#', ';']) || place.contains(char::is_whitespace) {
-            return Err(NoAddress::Shape);
+            return Err(AddressError::Shape);
         }
         if protocol == UNIX {
-            let place = Place::File(place);
-            return Ok(Self { protocol, place });
+            let place = Endpoint::File(place);
+            return Ok(Self {
+                protocol,
+                endpoint: place,
+            });
         }
-        let (host, port) = place.rsplit_once(':').ok_or(NoAddress::Shape)?;
+        let (host, port) = place.rsplit_once(':').ok_or(AddressError::Shape)?;
         let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
         // An IPv6 address without brackets would be split at the wrong colon.
         if host.is_empty() || bare.unwrap_or(host).is_empty() || (bare.is_none() && host.contains(':')) {
-            return Err(NoAddress::Shape);
+            return Err(AddressError::Shape);
         }
-        let port = port.parse().map_err(|_| NoAddress::Port)?;
+        let port = port.parse().map_err(|_| AddressError::Port)?;
         let host = bare.unwrap_or(host);
-        let place = Place::Host { host, port };
-        Ok(Self { protocol, place })
+        let place = Endpoint::Host { host, port };
+        Ok(Self {
+            protocol,
+            endpoint: place,
+        })
     }
 
     /// Returns the port of a TCP or TLS address; `None` for a socket file.
     pub(super) fn port(&self) -> Option<u16> {
-        match self.place {
-            Place::File(_) => None,
-            Place::Host { port, .. } => Some(port),
+        match self.endpoint {
+            Endpoint::File(_) => None,
+            Endpoint::Host { port, .. } => Some(port),
         }
     }
 
     /// Whether the address is on the network, beyond this machine.
     pub(super) fn is_network(&self) -> bool {
-        let Place::Host { host, .. } = self.place else {
+        let Endpoint::Host { host, .. } = self.endpoint else {
             return false;
         };
         match host.parse::<IpAddr>() {
@@ -80,21 +86,21 @@ impl<'a> Address<'a> {
 
     /// Returns the address, with a socket's path made absolute.
     pub(super) fn absolute(&self, text: &str, folder: &Path) -> String {
-        match self.place {
-            Place::File(path) => format!("{UNIX}/{}", folder.join(path).display()),
-            Place::Host { .. } => text.to_owned(),
+        match self.endpoint {
+            Endpoint::File(path) => format!("{UNIX}/{}", folder.join(path).display()),
+            Endpoint::Host { .. } => text.to_owned(),
         }
     }
 }
 
 /// Whether a text is an address on the network; true for an invalid one.
 pub(super) fn is_network(text: &str) -> bool {
-    Address::read(text).map_or(true, |address| address.is_network())
+    Address::parse(text).map_or(true, |address| address.is_network())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Address, NoAddress, is_network};
+    use super::{Address, AddressError, is_network};
 
     #[test]
     fn this_machine_is_not_the_network() {
@@ -130,18 +136,18 @@ mod tests {
     #[test]
     fn what_is_no_address_says_why() {
         for (text, why) in [
-            ("0.0.0.0:7447", NoAddress::Shape),
-            ("tcp/", NoAddress::Shape),
-            ("tcp/:7447", NoAddress::Shape),
-            ("tcp/::1:7447", NoAddress::Shape),
-            ("tcp/[]:7447", NoAddress::Shape),
-            ("tcp/robot", NoAddress::Shape),
-            ("tcp/robot:7447#iface=eth0", NoAddress::Shape),
-            ("tcp/robot:70000", NoAddress::Port),
-            ("tcp/robot:", NoAddress::Port),
-            ("udp/robot:7447", NoAddress::Protocol("udp")),
+            ("0.0.0.0:7447", AddressError::Shape),
+            ("tcp/", AddressError::Shape),
+            ("tcp/:7447", AddressError::Shape),
+            ("tcp/::1:7447", AddressError::Shape),
+            ("tcp/[]:7447", AddressError::Shape),
+            ("tcp/robot", AddressError::Shape),
+            ("tcp/robot:7447#iface=eth0", AddressError::Shape),
+            ("tcp/robot:70000", AddressError::Port),
+            ("tcp/robot:", AddressError::Port),
+            ("udp/robot:7447", AddressError::Protocol("udp")),
         ] {
-            assert_eq!(Address::read(text), Err(why), "{text}");
+            assert_eq!(Address::parse(text), Err(why), "{text}");
         }
     }
 }

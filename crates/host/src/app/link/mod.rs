@@ -19,7 +19,7 @@
 //! ```
 
 mod address;
-mod guard;
+mod authentication;
 mod read;
 
 use std::os::unix::fs::PermissionsExt as _;
@@ -30,7 +30,7 @@ use jde_core::Nanos;
 pub(super) use read::read;
 
 /// The longest name, as for every other name in an application.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 /// The default age at which an imported value expires, ns.
 const STALE: Nanos = 1_000_000_000;
 
@@ -106,7 +106,7 @@ impl Link {
     #[must_use]
     pub fn local(application: &str) -> Self {
         let legal = |c: char| if is_legal(c) { c } else { '-' };
-        let name: String = application.chars().take(LONGEST_NAME).map(legal).collect();
+        let name: String = application.chars().take(MAX_NAME_LENGTH).map(legal).collect();
         Self {
             name: if name.is_empty() {
                 "application".to_owned()
@@ -128,7 +128,7 @@ impl Link {
     /// Whether the text can be the name of a link: 1 to 64 letters, digits, `-` and `_`.
     #[must_use]
     pub fn is_name(name: &str) -> bool {
-        (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(is_legal)
+        (1..=MAX_NAME_LENGTH).contains(&name.len()) && name.chars().all(is_legal)
     }
 
     /// Returns a warning for each secret file that users other than its owner can read.

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::address::{Address, NoAddress, PROTOCOLS};
-use super::guard;
+use super::address::{Address, AddressError, PROTOCOLS};
+use super::authentication;
 use super::{Access, Link};
-use crate::app::document::{Section, Text, wrong};
-use crate::app::report::{Report, quote};
+use crate::app::document::{Section, Text, report_wrong_shape};
+use crate::app::report::{FaultReport, quote};
 use crate::app::time;
 
 const KEYS: &[&str] = &[
@@ -24,13 +24,18 @@ const KEYS: &[&str] = &[
 ];
 
 /// An address with its text in the file.
-pub(super) struct Written<'a> {
+pub(super) struct WrittenAddress<'a> {
     pub(super) text: Text<'a>,
     pub(super) address: Address<'a>,
 }
 
 /// Reads the section of the application `application`; `folder` is the folder of its file.
-pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str, folder: &Path) -> Link {
+pub(in crate::app) fn read(
+    report: &mut FaultReport,
+    top: &Section,
+    application: &str,
+    folder: &Path,
+) -> Link {
     let mut link = Link::local(application);
     let Some(section) = top.section(report, "link", "`link`") else {
         return link;
@@ -49,16 +54,16 @@ pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str
     }
     link.discover = flag(report, &section, "discover");
     link.access = access(report, &section);
-    link.login = guard::login(report, &section, folder);
-    link.tls = guard::tls(report, &section, folder);
+    link.login = authentication::login(report, &section, folder);
+    link.tls = authentication::tls(report, &section, folder);
     if let Some(node) = section.get("stale") {
         let stale = time::time(report, &section.key("stale"), node);
         link.stale_ns = stale.unwrap_or(link.stale_ns);
     }
     link.insecure = flag(report, &section, "insecure");
     link.off = flag(report, &section, "off");
-    guard::refuse_without_certificate(report, &link, &section, &listen);
-    guard::refuse_unproven(report, &link, &section, &listen, &connect);
+    authentication::refuse_without_certificate(report, &link, &section, &listen);
+    authentication::refuse_unauthenticated(report, &link, &section, &listen, &connect);
     if link.discover && !listen.iter().any(|written| written.address.is_network()) {
         let what = section.key("discover");
         report
@@ -68,13 +73,13 @@ pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str
             )
             .advise("add listen = [\"tls/0.0.0.0:7447\"], or name the others in `connect`");
     }
-    let absolute = |written: &Written| written.address.absolute(written.text.text, folder);
+    let absolute = |written: &WrittenAddress| written.address.absolute(written.text.text, folder);
     link.listen = listen.iter().map(absolute).collect();
     link.connect = connect.iter().map(absolute).collect();
     link
 }
 
-fn name(report: &mut Report, section: &Section) -> Option<String> {
+fn name(report: &mut FaultReport, section: &Section) -> Option<String> {
     let name = section.text(report, "name")?;
     if !Link::is_name(name.text) {
         report
@@ -88,22 +93,22 @@ fn name(report: &mut Report, section: &Section) -> Option<String> {
     Some(name.text.to_owned())
 }
 
-fn addresses<'a>(report: &mut Report, section: &Section<'a>, key: &str) -> Vec<Written<'a>> {
+fn addresses<'a>(report: &mut FaultReport, section: &Section<'a>, key: &str) -> Vec<WrittenAddress<'a>> {
     const SUCH: &str = "write an address such as \"tls/0.0.0.0:7447\" or \"tcp/robot.local:7447\"";
     let what = section.key(key);
     let mut read = Vec::new();
     for text in section.texts(report, key).unwrap_or_default() {
-        match Address::read(text.text) {
-            Ok(address) => read.push(Written { text, address }),
-            Err(NoAddress::Shape) => {
+        match Address::parse(text.text) {
+            Ok(address) => read.push(WrittenAddress { text, address }),
+            Err(AddressError::Shape) => {
                 let message = format!("{what} has {}, which is no address", quote(text.text));
                 report.fault(&text.span, message).advise(SUCH);
             }
-            Err(NoAddress::Port) => {
+            Err(AddressError::Port) => {
                 let message = format!("{what} has {}, which has no port up to 65535", quote(text.text));
                 report.fault(&text.span, message).advise(SUCH);
             }
-            Err(NoAddress::Protocol(protocol)) => report
+            Err(AddressError::Protocol(protocol)) => report
                 .fault(
                     &text.span,
                     format!(
@@ -118,7 +123,7 @@ fn addresses<'a>(report: &mut Report, section: &Section<'a>, key: &str) -> Vec<W
     read
 }
 
-fn access(report: &mut Report, section: &Section) -> Access {
+fn access(report: &mut FaultReport, section: &Section) -> Access {
     match section.text(report, "access") {
         None => Access::default(),
         Some(text) => match text.text {
@@ -141,13 +146,13 @@ fn access(report: &mut Report, section: &Section) -> Access {
     }
 }
 
-pub(super) fn flag(report: &mut Report, section: &Section, key: &str) -> bool {
+pub(super) fn flag(report: &mut FaultReport, section: &Section, key: &str) -> bool {
     let Some(node) = section.get(key) else {
         return false;
     };
     let flag = node.get_ref().as_bool();
     if flag.is_none() {
-        wrong(report, &section.key(key), "true or false", node);
+        report_wrong_shape(report, &section.key(key), "true or false", node);
     }
     flag.unwrap_or_default()
 }

@@ -33,23 +33,23 @@ use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
 use super::LoadError;
-use super::load::held;
-use crate::apart::{Frame, Kind, Program, Wire, as_bytes, end_in_words};
+use super::load::table_symbol_size;
 use crate::app::Inspection;
+use crate::isolated::{Frame, FrameKind, Program, Wire, as_bytes, describe_exit_status};
 pub use serve::serve;
 
 /// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that
 /// has not returned by then hangs.
-const PATIENCE: Duration = Duration::from_secs(20);
+const DESCRIBE_TIMEOUT: Duration = Duration::from_secs(20);
 /// The time limit for one inspection, including the values that it reads. Files are read in milliseconds, a
 /// recording of gigabytes without an index in seconds.
-const INSPECTION: Duration = Duration::from_secs(5);
+const INSPECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// The most bytes of a dying process's last message that are repeated.
-const MOST_SAID: usize = 300;
+const MAX_STDERR_CHARS: usize = 300;
 
 /// A request to the child.
 #[derive(Serialize, Deserialize)]
-enum Question {
+enum InspectorRequest {
     /// Describe a plugin.
     Look {
         /// The file to map.
@@ -73,7 +73,7 @@ enum Question {
 
 /// The child's answer.
 #[derive(Serialize, Deserialize)]
-enum Answer {
+enum InspectorResponse {
     Plugin(#[serde(with = "description::Plugin")] describe::Plugin),
     Inspected {
         /// A status code of the ABI.
@@ -85,9 +85,9 @@ enum Answer {
 }
 
 /// Why there is no answer.
-enum Silent {
+enum RequestError {
     /// No process could be started.
-    Absent(io::Error),
+    NotStarted(io::Error),
     /// The process died, or did not finish in time.
     Died(String),
 }
@@ -96,18 +96,18 @@ enum Silent {
 #[derive(Debug)]
 pub(super) struct Inspector {
     program: Program,
-    child: Mutex<Option<Child>>,
+    process: Mutex<Option<InspectorProcess>>,
 }
 
 /// The inspecting process.
 #[derive(Debug)]
-struct Child {
+struct InspectorProcess {
     process: std::process::Child,
     wire: Wire,
     /// Its standard error, which contains the loader's last message.
-    said: File,
+    stderr: File,
     /// It has inspected something before, which may have damaged it.
-    used: bool,
+    has_inspected: bool,
 }
 
 impl Inspector {
@@ -115,7 +115,7 @@ impl Inspector {
     pub(super) fn new(program: Program) -> Self {
         Self {
             program,
-            child: Mutex::default(),
+            process: Mutex::default(),
         }
     }
 
@@ -123,21 +123,21 @@ impl Inspector {
     ///
     /// # Errors
     /// Why it cannot be loaded, for example [`LoadError::Deadly`].
-    pub(super) fn look(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
+    pub(super) fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
         // The checks of the file alone need no process.
-        held(copy)?;
-        let question = Question::Look {
+        table_symbol_size(copy)?;
+        let question = InspectorRequest::Look {
             copy: copy.to_owned(),
             path: path.to_owned(),
         };
-        match self.ask(PATIENCE, |child| child.ask(&question)) {
-            Ok(Answer::Plugin(plugin)) => Ok(plugin),
-            Ok(Answer::Refused(reason)) => Err(LoadError::Foreign(reason)),
-            Ok(Answer::Inspected { .. }) => {
-                Err(LoadError::Deadly(String::from("its process answers nonsense")))
-            }
-            Err(Silent::Absent(error)) => Err(LoadError::NoInspection(error)),
-            Err(Silent::Died(words)) => Err(LoadError::Deadly(words)),
+        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&question)) {
+            Ok(InspectorResponse::Plugin(plugin)) => Ok(plugin),
+            Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
+            Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
+                "its process answers nonsense",
+            ))),
+            Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
+            Err(RequestError::Died(words)) => Err(LoadError::InspectionFailed(words)),
         }
     }
 
@@ -146,14 +146,14 @@ impl Inspector {
     /// # Errors
     /// Why there is no answer, or no valid one, in words.
     pub(super) fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
-        let question = Question::Inspect {
+        let question = InspectorRequest::Inspect {
             path: path.to_owned(),
             number: asked.number,
             name: asked.name.to_owned(),
         };
-        match self.ask(INSPECTION, |child| child.converse(&question, asked)) {
+        match self.request(INSPECT_TIMEOUT, |child| child.run_inspection(&question, asked)) {
             Ok((
-                Answer::Inspected {
+                InspectorResponse::Inspected {
                     status: raw::OK,
                     found,
                 },
@@ -166,53 +166,53 @@ impl Inspector {
                 };
                 found.map(|found| found.into_iter().map(problem).collect())
             }
-            Ok((Answer::Inspected { status, .. }, failure)) => {
+            Ok((InspectorResponse::Inspected { status, .. }, failure)) => {
                 Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
             }
-            Ok((Answer::Refused(reason), _)) => Err(reason),
-            Ok((Answer::Plugin(_), _)) => Err(String::from("its process answers nonsense")),
-            Err(Silent::Absent(error)) => Err(format!("no process can be started for it: {error}")),
-            Err(Silent::Died(words)) => Err(words),
+            Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
+            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process answers nonsense")),
+            Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
+            Err(RequestError::Died(words)) => Err(words),
         }
     }
 
     /// Sends a request to a process. If a process dies that has inspected something before, a new one gets
     /// the request.
-    fn ask<R>(
+    fn request<R>(
         &self,
         patience: Duration,
-        mut ask: impl FnMut(&mut Child) -> io::Result<R>,
-    ) -> Result<R, Silent> {
-        let mut present = self.child.lock().unwrap_or_else(PoisonError::into_inner);
+        mut ask: impl FnMut(&mut InspectorProcess) -> io::Result<R>,
+    ) -> Result<R, RequestError> {
+        let mut present = self.process.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
             let mut child = match present.take() {
                 Some(child) => child,
-                None => Child::start(&self.program).map_err(Silent::Absent)?,
+                None => InspectorProcess::start(&self.program).map_err(RequestError::NotStarted)?,
             };
             let asked = child
                 .wire
-                .set_patience(Some(patience))
+                .set_timeout(Some(patience))
                 .and_then(|()| ask(&mut child));
             match asked {
                 Ok(answer) => {
-                    child.used = true;
+                    child.has_inspected = true;
                     *present = Some(child);
                     return Ok(answer);
                 }
                 // An earlier inspection may have caused this, but hardly a time-out.
-                Err(error) if child.used && !is_late(&error) => {}
-                Err(error) => return Err(Silent::Died(child.last_words(&error, patience))),
+                Err(error) if child.has_inspected && !is_timeout(&error) => {}
+                Err(error) => return Err(RequestError::Died(child.describe_failure(&error, patience))),
             }
         }
     }
 
     /// Ends the inspecting process, if there is one; the next request starts another.
-    pub(super) fn dismiss(&self) {
-        self.child.lock().unwrap_or_else(PoisonError::into_inner).take();
+    pub(super) fn stop(&self) {
+        self.process.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
 }
 
-impl Child {
+impl InspectorProcess {
     fn start(program: &Program) -> io::Result<Self> {
         let (ours, theirs) = UnixStream::pair()?;
         let said = tempfile::tempfile()?;
@@ -227,111 +227,111 @@ impl Child {
         Ok(Self {
             process,
             wire: Wire::new(ours),
-            said,
-            used: false,
+            stderr: said,
+            has_inspected: false,
         })
     }
 
-    fn ask(&mut self, question: &Question) -> io::Result<Answer> {
-        self.say(question)?;
+    fn request(&mut self, question: &InspectorRequest) -> io::Result<InspectorResponse> {
+        self.send(question)?;
         Ok(serde_json::from_slice(&self.wire.receive()?.bytes)?)
     }
 
-    fn say(&mut self, question: &Question) -> io::Result<()> {
+    fn send(&mut self, question: &InspectorRequest) -> io::Result<()> {
         self.wire.send(&Frame {
             bytes: serde_json::to_vec(question)?,
-            ..Frame::new(Kind::Start)
+            ..Frame::new(FrameKind::Start)
         })
     }
 
     /// Sends a request, and serves the reads of the schema meanwhile. Also returns the reason for a failure
     /// that the schema gave.
-    fn converse(
+    fn run_inspection(
         &mut self,
-        question: &Question,
+        question: &InspectorRequest,
         asked: &Inspection<'_>,
-    ) -> io::Result<(Answer, Option<String>)> {
-        let end = Instant::now() + INSPECTION;
+    ) -> io::Result<(InspectorResponse, Option<String>)> {
+        let end = Instant::now() + INSPECT_TIMEOUT;
         let mut failure = None;
-        self.say(question)?;
+        self.send(question)?;
         loop {
             let frame = self.wire.receive()?;
             match frame.kind {
-                Kind::Done => return Ok((serde_json::from_slice(&frame.bytes)?, failure)),
-                Kind::Fail => failure = Some(String::from_utf8_lossy(&frame.bytes).into_owned()),
+                FrameKind::Done => return Ok((serde_json::from_slice(&frame.bytes)?, failure)),
+                FrameKind::Fail => failure = Some(String::from_utf8_lossy(&frame.bytes).into_owned()),
                 // Log messages of an inspection are not shown.
-                Kind::Log => {}
+                FrameKind::Log => {}
                 kind => self.wire.send(&match kind {
-                    Kind::Read => value_of(asked, frame.number),
-                    _ => answer(raw::REFUSED),
+                    FrameKind::Read => modulation_reply(asked, frame.number),
+                    _ => reply(raw::REFUSED),
                 })?,
             }
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Err(io::ErrorKind::TimedOut.into());
             }
-            self.wire.set_patience(Some(left))?;
+            self.wire.set_timeout(Some(left))?;
         }
     }
 
     /// Describes why the process failed.
-    fn last_words(mut self, error: &io::Error, patience: Duration) -> String {
-        if is_late(error) {
+    fn describe_failure(mut self, error: &io::Error, patience: Duration) -> String {
+        if is_timeout(error) {
             return format!("a look at it has not ended in {} s", patience.as_secs());
         }
         // A process that is already dying keeps its own cause of death.
         let _ = self.process.kill();
         let words = match self.process.wait() {
-            Ok(end) => end_in_words(end),
+            Ok(end) => describe_exit_status(end),
             Err(error) => error.to_string(),
         };
-        match self.said() {
+        match self.last_stderr_line() {
             Some(said) => format!("{words}, and said: {said}"),
             None => words,
         }
     }
 
     /// Returns the last line that it wrote to standard error.
-    fn said(&mut self) -> Option<String> {
-        self.said.rewind().ok()?;
+    fn last_stderr_line(&mut self) -> Option<String> {
+        self.stderr.rewind().ok()?;
         let mut bytes = Vec::new();
         // A library can write without end.
-        Read::by_ref(&mut self.said)
+        Read::by_ref(&mut self.stderr)
             .take(1 << 16)
             .read_to_end(&mut bytes)
             .ok()?;
         let text = String::from_utf8_lossy(&bytes);
         let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty())?;
         let shown = line.chars().filter(|character| !character.is_control());
-        Some(shown.take(MOST_SAID).collect())
+        Some(shown.take(MAX_STDERR_CHARS).collect())
     }
 }
 
-fn is_late(error: &io::Error) -> bool {
+fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
 /// Returns the value of a modulation, in answer to [`Kind::Read`]; no other port has a value here.
-fn value_of(asked: &Inspection<'_>, port: u32) -> Frame {
+fn modulation_reply(asked: &Inspection<'_>, port: u32) -> Frame {
     let Some((value, set)) = asked.value(port) else {
-        return answer(raw::NO_VALUE);
+        return reply(raw::NO_VALUE);
     };
     Frame {
         flags: if set { 0 } else { raw::SAMPLE_DEFAULT },
         words: [0, u64::from(set), 0, value.len() as u64],
         bytes: value.to_vec(),
-        ..answer(raw::OK)
+        ..reply(raw::OK)
     }
 }
 
-fn answer(status: i32) -> Frame {
+fn reply(status: i32) -> Frame {
     Frame {
         status,
-        ..Frame::new(Kind::Answer)
+        ..Frame::new(FrameKind::Reply)
     }
 }
 
-impl Drop for Child {
+impl Drop for InspectorProcess {
     fn drop(&mut self) {
         // Fails only if the process has already ended.
         let _ = self.process.kill();

@@ -10,9 +10,9 @@ use jde_abi::inspect::Problem;
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
-use super::{Answer, Question};
-use crate::apart::{Frame, Kind, ServeError, Wire, inspected, only_look};
-use crate::plugin::{LoadError, Loaded};
+use super::{InspectorRequest, InspectorResponse};
+use crate::isolated::{Frame, FrameKind, ServeError, Wire, restrict_to_reading, run_inspection};
+use crate::plugin::{LoadError, LoadedPlugin};
 
 /// Inspects plugins in this process for the host at standard input; returns when the host sends no more
 /// requests. Call it first in a program of its own that does nothing else.
@@ -20,21 +20,21 @@ use crate::plugin::{LoadError, Loaded};
 /// # Errors
 /// [`ServeError::NoHost`].
 pub fn serve() -> Result<(), ServeError> {
-    let mut wire = Wire::new(meet().map_err(ServeError::NoHost)?);
+    let mut wire = Wire::new(connect_to_host().map_err(ServeError::NoHost)?);
     let mut mapped = Vec::new();
     let mut limited = false;
     while let Ok(frame) = wire.receive() {
-        let Ok(question) = serde_json::from_slice::<Question>(&frame.bytes) else {
+        let Ok(question) = serde_json::from_slice::<InspectorRequest>(&frame.bytes) else {
             return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
         };
         let answer = match question {
-            Question::Look { copy, path } => match map(&mut mapped, &copy, path) {
-                Ok(loaded) => Answer::Plugin((*loaded.description).clone()),
-                Err(error) => Answer::Refused(error.to_string()),
+            InspectorRequest::Look { copy, path } => match map(&mut mapped, &copy, path) {
+                Ok(loaded) => InspectorResponse::Plugin((*loaded.description).clone()),
+                Err(error) => InspectorResponse::Refused(error.to_string()),
             },
-            Question::Inspect { path, number, name } => {
+            InspectorRequest::Inspect { path, number, name } => {
                 if !std::mem::replace(&mut limited, true) {
-                    only_look();
+                    restrict_to_reading();
                 }
                 // A process that replaced a dead one has mapped nothing yet.
                 let known = mapped.iter().find(|(known, _)| *known == path);
@@ -48,24 +48,24 @@ pub fn serve() -> Result<(), ServeError> {
                 {
                     Ok((loaded, Some(about))) => {
                         let (back, (status, found)) =
-                            inspected(wire, loaded.schema(number), about.ports.len(), &name);
+                            run_inspection(wire, loaded.schema(number), about.ports.len(), &name);
                         wire = back;
                         let parts = |one: Problem| (one.unavailable, one.port, one.words);
-                        Answer::Inspected {
+                        InspectorResponse::Inspected {
                             status,
                             found: found.map(|found| found.into_iter().map(parts).collect()),
                         }
                     }
                     Ok((_, None)) => {
-                        Answer::Refused(format!("its file has no type number {number} any more"))
+                        InspectorResponse::Refused(format!("its file has no type number {number} any more"))
                     }
-                    Err(error) => Answer::Refused(error.to_string()),
+                    Err(error) => InspectorResponse::Refused(error.to_string()),
                 }
             }
         };
         let done = Frame {
             bytes: serde_json::to_vec(&answer).map_err(|error| ServeError::NoHost(error.into()))?,
-            ..Frame::new(Kind::Done)
+            ..Frame::new(FrameKind::Done)
         };
         wire.send(&done).map_err(ServeError::NoHost)?;
     }
@@ -73,15 +73,19 @@ pub fn serve() -> Result<(), ServeError> {
 }
 
 /// Maps `file`, which the user knows as `path`, and keeps it.
-fn map(mapped: &mut Vec<(PathBuf, Loaded)>, file: &Path, path: PathBuf) -> Result<Loaded, LoadError> {
-    let loaded = Loaded::map(file, &path)?;
+fn map(
+    mapped: &mut Vec<(PathBuf, LoadedPlugin)>,
+    file: &Path,
+    path: PathBuf,
+) -> Result<LoadedPlugin, LoadError> {
+    let loaded = LoadedPlugin::map(file, &path)?;
     mapped.push((path, loaded.clone()));
     Ok(loaded)
 }
 
 /// Returns the stream to the host. From here on this process ends with the host, and leaves no core dump when
 /// it crashes.
-fn meet() -> io::Result<UnixStream> {
+fn connect_to_host() -> io::Result<UnixStream> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);

@@ -13,7 +13,7 @@ use jde_core::{Health, State};
 use jde_host::Options;
 use jde_host::app::parse;
 use jde_host::event::{Event, OperatorAction};
-use jde_host::reload::{Carried, How, Reload, Takeover};
+use jde_host::reload::{CarriedMemory, PendingReload, ReloadOptions, Replacement};
 
 use crate::common::{Call, Executor, Rig, Stage, on_every_executor, plugins};
 use walker::{CANNOT_SAVE, ORIGINAL, build};
@@ -82,7 +82,7 @@ fn start(executor: Executor) -> Rig {
 }
 
 /// Orders a build, and runs until the result is known.
-fn reload(rig: &mut Rig, number: u32, how: How) -> Result<Takeover, String> {
+fn reload(rig: &mut Rig, number: u32, how: ReloadOptions) -> Result<Replacement, String> {
     let walker = rig.place("walker");
     let order = rig
         .operator()
@@ -91,7 +91,7 @@ fn reload(rig: &mut Rig, number: u32, how: How) -> Result<Takeover, String> {
     outcome(rig, &order)
 }
 
-fn outcome(rig: &mut Rig, order: &Reload) -> Result<Takeover, String> {
+fn outcome(rig: &mut Rig, order: &PendingReload) -> Result<Replacement, String> {
     rig.until(|_| order.outcome().is_some());
     order.outcome().expect("it was there")
 }
@@ -117,8 +117,10 @@ fn level_heard(rig: &Rig, since: usize) -> Vec<Event> {
     let mut events = rig.stage.events().split_off(since);
     events.retain(|event| match event {
         // On a loaded machine it may be late.
-        Event::Health { schema, health, .. } => *schema == walker && matches!(health, Health::Faulted(_)),
-        Event::Changed { schema, .. } => *schema == walker,
+        Event::HealthChanged { schema, health, .. } => {
+            *schema == walker && matches!(health, Health::Faulted(_))
+        }
+        Event::StateChanged { schema, .. } => *schema == walker,
         Event::Decided(record) => record.changed,
         _ => false,
     });
@@ -128,7 +130,7 @@ fn level_heard(rig: &Rig, since: usize) -> Vec<Event> {
 fn undone(rig: &Rig) -> Vec<String> {
     let events = rig.stage.events().into_iter();
     let reasons = events.filter_map(|event| match event {
-        Event::ReloadUndone { reason, .. } => Some(reason),
+        Event::ReloadRolledBack { reason, .. } => Some(reason),
         _ => None,
     });
     reasons.collect()
@@ -137,7 +139,7 @@ fn undone(rig: &Rig) -> Vec<String> {
 fn r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it(executor: Executor) {
     let mut rig = start(executor);
     let before = rig.stage.events().len();
-    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.carried.map(|carried| carried.version), Some(1));
     assert!(takeover.gap.is_some(), "{takeover:?}");
     assert_eq!(takeover.notes, [""; 0]);
@@ -177,7 +179,7 @@ fn r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it(executor: Executor)
     let mut rig = start(executor);
     let walker = rig.place("walker");
     assert_eq!(rig.see("walker").reload, None);
-    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     let told = |event: &Event| {
         matches!(event, Event::Operator { by, action: OperatorAction::Reload { schema, .. }, .. }
             if by == "ana@laptop" && *schema == walker)
@@ -196,7 +198,7 @@ fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(execut
     let walker = rig.place("walker");
     let before = rig.stage.events().len();
     let operator = rig.operator();
-    let reasons = |number| match operator.replace(walker, &build(number), How::default()) {
+    let reasons = |number| match operator.replace(walker, &build(number), ReloadOptions::default()) {
         Ok(_) => panic!("it does not fit"),
         Err(reasons) => reasons,
     };
@@ -233,7 +235,9 @@ fn a_modulation_that_the_file_sets_is_needed_be_it_at_its_default(executor: Exec
         let mut rig = start_with(executor, ORIGINAL, app);
         rig.until_did("walker 1 step 1");
         let walker = rig.place("walker");
-        let reasons = rig.operator().replace(walker, &build(14), How::default());
+        let reasons = rig
+            .operator()
+            .replace(walker, &build(14), ReloadOptions::default());
         rig.stop();
         reasons.err().unwrap_or_default().join("; ")
     };
@@ -248,15 +252,15 @@ fn a_modulation_that_the_file_sets_is_needed_be_it_at_its_default(executor: Exec
 
 fn a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to(executor: Executor) {
     let mut rig = start(executor);
-    let takeover = reload(&mut rig, 11, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 11, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.carried, None);
     rig.until_did("walker 11 step 1");
-    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.carried, None, "the one before hands nothing on");
     rig.until_did("walker 2 step 1");
-    let fresh = How {
+    let fresh = ReloadOptions {
         fresh: true,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     let takeover = reload(&mut rig, 1, fresh).expect("it fits");
     assert_eq!(takeover.carried, None);
@@ -266,7 +270,7 @@ fn a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to(executo
 
 fn the_numbers_of_a_build_are_its_own(executor: Executor) {
     let mut rig = start(executor);
-    let takeover = reload(&mut rig, 13, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 13, ReloadOptions::default()).expect("it fits");
     assert_eq!(
         takeover.notes,
         [
@@ -295,7 +299,7 @@ fn a_schema_that_sleeps_is_reloaded_asleep(executor: Executor) {
     let operator = rig.operator();
     operator.hold_asleep(walker).expect("it can be stopped");
     rig.until_did("walker 1 sleep");
-    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.gap, None);
     assert!(takeover.carried.is_some());
     assert!(!rig.stage.did("walker 2 awake"));
@@ -314,16 +318,16 @@ fn a_schema_that_sleeps_is_reloaded_asleep(executor: Executor) {
 
 fn a_schema_that_had_faulted_comes_back_with_a_new_build(executor: Executor) {
     let mut rig = start(executor);
-    let how = How {
+    let how = ReloadOptions {
         probation: 0,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     reload(&mut rig, 3, how).expect("it fits");
     // It may be restarted once, and fails again.
     rig.until(|rig| rig.see("walker").faults == 2);
     rig.until(|rig| rig.stage.count("walker 3 drop") == 2);
     assert_eq!(rig.see("walker").state, State::Slept);
-    reload(&mut rig, 2, How::default()).expect("it fits");
+    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     rig.until_did("walker 2 step 1");
     assert!(!matches!(rig.see("walker").health, Health::Faulted(_)));
     rig.stop();
@@ -335,7 +339,7 @@ fn a_schema_that_is_unloaded_is_loaded_with_the_new_build(executor: Executor) {
     let operator = rig.operator();
     operator.unload(walker).expect("a motor schema");
     rig.until_did("walker 1 drop");
-    reload(&mut rig, 2, How::default()).expect("it fits");
+    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     assert!(rig.stage.lines().iter().all(|line| !line.starts_with("walker 2")));
     operator.load(walker).expect("it is at rest");
     rig.until_did("walker 2 step 1");
@@ -381,15 +385,14 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
     let again = plugin.load("test", &[]).expect("it is linked in");
     let order = rig
         .operator()
-        .replace(father, &again, How::default())
+        .replace(father, &again, ReloadOptions::default())
         .expect("it is the same");
     outcome(&mut rig, &order).expect("it takes over");
     let iterated = rig.stage.count("child iterate");
     rig.until(|rig| rig.stage.count("child iterate") > iterated + 5);
     assert_eq!(rig.stage.count("father awake"), 2);
     assert_eq!(rig.stage.count("child awake"), 1);
-    let changed =
-        |event: &Event| matches!(event, Event::Changed { schema, to: State::Slept, .. } if *schema == child);
+    let changed = |event: &Event| matches!(event, Event::StateChanged { schema, to: State::Slept, .. } if *schema == child);
     assert!(!rig.stage.told(changed));
     assert!(!rig.stage.did("robot velocity 0"));
     rig.stop();
@@ -406,7 +409,7 @@ fn a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_st
     let again = plugins().load("test", &[]).expect("it is linked in");
     let order = rig
         .operator()
-        .replace(robot, &again, How::default())
+        .replace(robot, &again, ReloadOptions::default())
         .expect("it is the same");
     outcome(&mut rig, &order).expect("it takes over");
     // The new instance does not know the earlier commands, so it records what it finds in force.
@@ -428,15 +431,15 @@ fn a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_st
 fn what_cannot_be_saved_stays_where_it_is(executor: Executor) {
     let mut rig = start_with(executor, CANNOT_SAVE, APP);
     rig.until_did("walker 9 step 5");
-    let refused = reload(&mut rig, 2, How::default()).expect_err("it cannot be saved");
+    let refused = reload(&mut rig, 2, ReloadOptions::default()).expect_err("it cannot be saved");
     assert!(
         refused.starts_with("the present build cannot save what it remembers: panicked"),
         "{refused}"
     );
     assert_eq!(rig.see("walker").faults, 0);
-    let fresh = How {
+    let fresh = ReloadOptions {
         fresh: true,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     reload(&mut rig, 2, fresh).expect("it begins anew");
     rig.until_did("walker 2 step 1");
@@ -448,9 +451,9 @@ fn fifty_builds_take_over_from_each_other_without_a_stop(executor: Executor) {
     let before = rig.stage.events().len();
     for round in 0..50 {
         let number = 2 - round % 2;
-        let takeover = reload(&mut rig, number, How::default()).expect("it fits");
+        let takeover = reload(&mut rig, number, ReloadOptions::default()).expect("it fits");
         assert_eq!(
-            takeover.carried.map(|Carried { version, .. }| version),
+            takeover.carried.map(|CarriedMemory { version, .. }| version),
             Some(3 - number)
         );
         let lines = rig.stage.lines().len();

@@ -3,7 +3,7 @@
 
 use jde_core::Health;
 use jde_host::event::Event;
-use jde_host::reload::How;
+use jde_host::reload::ReloadOptions;
 
 use super::walker::build;
 use super::{level_heard, outcome, reload, start, undone};
@@ -34,7 +34,7 @@ fn a_build_that_cannot_take_over_leaves_the_one_before_as_it_was(executor: Execu
         (5, "it cannot be made: panicked"),
         (7, "it does not get up"),
     ] {
-        let refused = reload(&mut rig, number, How::default()).expect_err("it cannot");
+        let refused = reload(&mut rig, number, ReloadOptions::default()).expect_err("it cannot");
         assert!(refused.starts_with(reason), "{refused}");
         let lines = rig.stage.lines().len();
         rig.until(|rig| {
@@ -72,7 +72,7 @@ fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(execu
         let mut rig = start(executor);
         let before = rig.stage.events().len();
         // A failure in the build's first turn is reported as the result of the reload.
-        let outcome = reload(&mut rig, number, How::default());
+        let outcome = reload(&mut rig, number, ReloadOptions::default());
         assert_eq!(outcome.is_ok(), number == 3, "{outcome:?}");
         rig.until(|rig| !undone(rig).is_empty());
         let lines = rig.stage.lines().len();
@@ -99,9 +99,9 @@ fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(execu
 
 fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
     let mut rig = start(executor);
-    let how = How {
+    let how = ReloadOptions {
         probation: 0,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     let takeover = reload(&mut rig, 3, how).expect("it fits");
     assert_eq!(takeover.probation, 0);
@@ -109,7 +109,7 @@ fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
     let walker = rig.place("walker");
     rig.until(|rig| {
         rig.stage.told(|event| {
-            matches!(event, Event::Health { schema, health: Health::Faulted(reason), .. }
+            matches!(event, Event::HealthChanged { schema, health: Health::Faulted(reason), .. }
                 if *schema == walker && reason == "its third step is wrong")
         })
     });
@@ -144,14 +144,14 @@ fn let_go(rig: &mut Rig, build: u32) {
 
 fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor) {
     let mut rig = start(executor);
-    reload(&mut rig, 8, How::default()).expect("it fits");
+    reload(&mut rig, 8, ReloadOptions::default()).expect("it fits");
     rig.until_did("walker 8 hangs");
     let walker = rig.place("walker");
     let since = rig.stage.lines().len();
     until_walks(&mut rig, 1, since);
     // Its level selected again, as after any fault.
     assert!(rig.stage.told(|event| {
-        matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
+        matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == walker)
     }));
     let reason = undone(&rig).pop().expect("it was undone");
     assert!(
@@ -167,7 +167,7 @@ fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor
     let_go(&mut rig, 8);
     rig.until_did("walker 1 drop");
     // Another build may take over now.
-    reload(&mut rig, 2, How::default()).expect("it fits");
+    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
     rig.until_did("walker 2 awake");
     rig.stop();
 }
@@ -176,7 +176,7 @@ fn a_build_that_hangs_while_it_takes_over_is_given_up_too(executor: Executor) {
     for number in [15, 16] {
         let mut rig = start(executor);
         let since = rig.stage.lines().len();
-        let refused = reload(&mut rig, number, How::default()).expect_err("it never has a turn");
+        let refused = reload(&mut rig, number, ReloadOptions::default()).expect_err("it never has a turn");
         assert!(
             refused.starts_with("has not returned from a call for "),
             "{refused}"
@@ -186,7 +186,7 @@ fn a_build_that_hangs_while_it_takes_over_is_given_up_too(executor: Executor) {
         assert_eq!(undone(&rig), [refused]);
         assert_eq!(rig.see("walker").faults, 1);
         let_go(&mut rig, number);
-        reload(&mut rig, 2, How::default()).expect("it fits");
+        reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
         rig.until_did("walker 2 awake");
         rig.stop();
     }
@@ -194,9 +194,9 @@ fn a_build_that_hangs_while_it_takes_over_is_given_up_too(executor: Executor) {
 
 fn a_hang_after_the_trial_is_followed_by_the_build_that_runs(executor: Executor) {
     let mut rig = start(executor);
-    let how = How {
+    let how = ReloadOptions {
         probation: 0,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     reload(&mut rig, 8, how).expect("it fits");
     rig.until_did("walker 8 hangs");
@@ -209,9 +209,9 @@ fn a_hang_after_the_trial_is_followed_by_the_build_that_runs(executor: Executor)
 
 fn a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it(executor: Executor) {
     let mut rig = start(executor);
-    let how = How {
+    let how = ReloadOptions {
         probation: 0,
-        ..How::default()
+        ..ReloadOptions::default()
     };
     reload(&mut rig, 17, how).expect("it fits");
     rig.until_did("walker 17 waits");

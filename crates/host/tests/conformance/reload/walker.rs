@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_host::plugin::Loaded;
+use jde_host::plugin::LoadedPlugin;
 use jde_schema::prelude::*;
 
 use crate::common::Stage;
@@ -275,7 +275,7 @@ impl Schema for Reordered {
 static REORDERED: raw::Plugin = jde_schema::plugin!("walk", "Walks.", [Reordered]);
 
 /// The build of that number.
-pub(super) fn build(number: u32) -> Loaded {
+pub(super) fn build(number: u32) -> LoadedPlugin {
     let table = match number {
         1 => &FIRST,
         2 => &SECOND,
@@ -296,7 +296,7 @@ pub(super) fn build(number: u32) -> Loaded {
         17 => &HANGS_LAST,
         other => panic!("there is no build {other}"),
     };
-    Loaded::linked_in(table).expect("its tables are right")
+    LoadedPlugin::linked_in(table).expect("its tables are right")
 }
 
 /// The first build, to link in.

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::terminal;
 
 /// The environment variable through which a shell requests completions.
-const ASKED_BY: &str = "COMPLETE";
+const COMPLETE_VARIABLE: &str = "COMPLETE";
 
 /// Print the shell script that completes verbs, options, files, and the names in running applications.
 #[derive(Args)]
@@ -36,7 +36,7 @@ impl Completions {
         })?;
         // Build the whole script before writing it: standard output may be a closed pipe.
         let mut script = Vec::new();
-        shell.write_registration(ASKED_BY, "jde", "jde", "jde", &mut script)?;
+        shell.write_registration(COMPLETE_VARIABLE, "jde", "jde", "jde", &mut script)?;
         terminal::raw_out().write_all(&script)?;
         Ok(())
     }

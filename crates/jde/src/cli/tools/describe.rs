@@ -39,7 +39,7 @@ impl Describe {
             plugins.describe(self.plugin.split('/').next().unwrap_or_default(), &[])?
         };
         if self.json {
-            return print_json(&inspect::PluginData::of(
+            return print_json(&inspect::PluginData::new(
                 &plugin.description,
                 plugin.path.as_deref(),
             ));

@@ -5,21 +5,21 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
 use clap::{Args, ValueHint};
-use jde_log::{Recording, Survey, TopicSurvey, Troubled};
+use jde_log::{Recording, SchemaProblems, Survey, TopicSurvey};
 use serde::Serialize;
 
-use crate::attached::table::{Cell, Side, Table};
 use crate::cli::print_json;
-use crate::failure::{Failure, shown};
-use crate::summary::counted;
+use crate::failure::{Failure, display_path};
+use crate::remote::table::{Alignment, Cell, Table};
+use crate::summary::pluralize;
 use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
 
 /// The longest time, in ns, between the application's start and the first message of a recording that counts
 /// as complete from the start.
-const LATE: u64 = 100_000_000;
+const LATE_START_NS: u64 = 100_000_000;
 
 /// The most files of a recording that are listed by name.
-const MOST_LISTED: usize = 6;
+const MAX_LISTED: usize = 6;
 
 /// Print an overview of a recording: application, time, topics, decisions of each group, and faults.
 ///
@@ -41,7 +41,7 @@ pub(crate) struct Info {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Told<'a> {
+struct RecordingInfo<'a> {
     file: String,
     seconds: f64,
     #[serde(flatten)]
@@ -52,31 +52,31 @@ impl Info {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
         let survey = Survey::of(&recording)?;
-        let file = shown(&self.file);
+        let file = display_path(&self.file);
         if self.json {
-            return print_json(&Told {
+            return print_json(&RecordingInfo {
                 file,
                 seconds: survey.seconds(),
                 survey: &survey,
             });
         }
         let mut out = terminal::out();
-        tell(&file, &survey, &mut out)?;
+        write(&file, &survey, &mut out)?;
         out.flush()?;
         Ok(())
     }
 }
 
-fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
-    headline(file, survey, out)?;
+fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
+    write_headline(file, survey, out)?;
     if let Some(parts) = &survey.parts {
         writeln!(
             out,
             "in {}: {}",
-            counted(parts.files.len() as u64, "file"),
-            listed(&parts.files)
+            pluralize(parts.files.len() as u64, "file"),
+            format_files(&parts.files)
         )?;
-        if let Some(lacks) = parts.lacks() {
+        if let Some(lacks) = parts.describe_missing() {
             writeln!(out, "{WARN}{lacks}{WARN:#}")?;
         }
     }
@@ -84,7 +84,7 @@ fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{} at {:.3} s", cause.reason, cause.time_s)?;
     }
     if let Some(damage) = &survey.damage {
-        let until = match since(survey, survey.last_ns) {
+        let until = match seconds_since_start(survey, survey.last_ns) {
             Some(seconds) => format!("up to {seconds:.3} s"),
             None => "up to there, which is nothing".to_owned(),
         };
@@ -96,10 +96,10 @@ fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     }
     if !survey.topics.is_empty() {
         writeln!(out)?;
-        topics(survey).tell(out)?;
+        topic_table(survey).write(out)?;
     }
     if survey.decisions > 0 {
-        writeln!(out, "\n{}", counted(survey.decisions, "decision"))?;
+        writeln!(out, "\n{}", pluralize(survey.decisions, "decision"))?;
         for group in &survey.groups {
             let switches = match group.switches {
                 1 => "1 switch".to_owned(),
@@ -116,7 +116,7 @@ fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out)?;
     }
     for schema in &survey.troubled {
-        trouble(schema, out)?;
+        write_trouble(schema, out)?;
     }
     for (topic, lost) in &survey.lost {
         writeln!(out, "{WARN}{lost} lost{WARN:#} of {topic}")?;
@@ -124,7 +124,7 @@ fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
+fn write_headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     write!(out, "{TITLE}{file}{TITLE:#}: ")?;
     if let Some(application) = &survey.application {
         write!(out, "{application}, ")?;
@@ -137,7 +137,7 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
     // A recording that starts with the application needs no note.
     if let Some(start) = survey.application_start_ns
         && let Some(late) = survey.first_ns.map(|first| first.saturating_sub(start))
-        && late >= LATE
+        && late >= LATE_START_NS
     {
         write!(out, ", {:.1} s after its start", late as f64 / 1e9)?;
     }
@@ -145,8 +145,8 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
     write!(
         out,
         "{}, {}",
-        counted(survey.messages, "message"),
-        size(survey.bytes)
+        pluralize(survey.messages, "message"),
+        format_size(survey.bytes)
     )?;
     if let Some(seed) = survey.seed {
         write!(out, ", seed {seed}")?;
@@ -161,21 +161,21 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
 }
 
 /// The names of the files, or the first and the last if there are more than [`MOST_LISTED`].
-fn listed(files: &[String]) -> String {
-    let files: Vec<_> = files.iter().map(|file| shown(Path::new(file))).collect();
+fn format_files(files: &[String]) -> String {
+    let files: Vec<_> = files.iter().map(|file| display_path(Path::new(file))).collect();
     match files.as_slice() {
-        [first, .., last] if files.len() > MOST_LISTED => format!("{first} to {last}"),
+        [first, .., last] if files.len() > MAX_LISTED => format!("{first} to {last}"),
         files => files.join(", "),
     }
 }
 
-fn topics(survey: &Survey) -> Table {
+fn topic_table(survey: &Survey) -> Table {
     let mut table = Table::new([
-        ("topic", Side::Left),
-        ("type", Side::Left),
-        ("messages", Side::Right),
-        ("rate", Side::Right),
-        ("size", Side::Right),
+        ("topic", Alignment::Left),
+        ("type", Alignment::Left),
+        ("messages", Alignment::Right),
+        ("rate", Alignment::Right),
+        ("size", Alignment::Right),
     ]);
     for TopicSurvey {
         topic,
@@ -186,19 +186,19 @@ fn topics(survey: &Survey) -> Table {
         ..
     } in &survey.topics
     {
-        table.row([
+        table.add_row([
             Cell::from(topic).styled(TITLE),
             Cell::from(type_name).styled(FAINT),
             messages.into(),
             rate_hz.map_or(String::new(), |hz| format!("{hz:.1} Hz")).into(),
-            size(*bytes).into(),
+            format_size(*bytes).into(),
         ]);
     }
     table
 }
 
-fn trouble(schema: &Troubled, out: &mut dyn Write) -> io::Result<()> {
-    let Troubled {
+fn write_trouble(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()> {
+    let SchemaProblems {
         schema,
         faults,
         overruns,
@@ -206,7 +206,7 @@ fn trouble(schema: &Troubled, out: &mut dyn Write) -> io::Result<()> {
         last_fault,
     } = schema;
     let style = if *faults > 0 { BAD } else { WARN };
-    let (faults, overruns) = (counted(*faults, "fault"), counted(*overruns, "overrun"));
+    let (faults, overruns) = (pluralize(*faults, "fault"), pluralize(*overruns, "overrun"));
     write!(
         out,
         "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused"
@@ -219,12 +219,12 @@ fn trouble(schema: &Troubled, out: &mut dyn Write) -> io::Result<()> {
 
 /// Returns a log time in seconds since the application's start, or since the first message if the start is
 /// unknown.
-fn since(survey: &Survey, log_time: Option<u64>) -> Option<f64> {
+fn seconds_since_start(survey: &Survey, log_time: Option<u64>) -> Option<f64> {
     let start = survey.application_start_ns.or(survey.first_ns)?;
     Some(log_time?.saturating_sub(start) as f64 / 1e9)
 }
 
-fn size(bytes: u64) -> String {
+fn format_size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
         1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
@@ -235,11 +235,11 @@ fn size(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::size;
+    use super::format_size;
 
     #[test]
     fn sizes_have_the_unit_that_suits_them() {
-        let sizes = [999, 1_000, 4_310_000, 12_000_000_000].map(size);
+        let sizes = [999, 1_000, 4_310_000, 12_000_000_000].map(format_size);
         assert_eq!(sizes, ["999 B", "1.0 kB", "4.3 MB", "12.0 GB"]);
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::session::LinkWanted;
+use crate::session::LinkOptions;
 
 /// How tools connect.
 #[derive(Args)]
@@ -34,12 +34,12 @@ impl Link {
     }
 }
 
-impl From<Link> for LinkWanted {
+impl From<Link> for LinkOptions {
     fn from(link: Link) -> Self {
         let view = link.view();
         Self {
             view,
-            on: match (link.no_link, link.link || view || link.name.is_some()) {
+            enabled: match (link.no_link, link.link || view || link.name.is_some()) {
                 (true, _) => Some(false),
                 (false, true) => Some(true),
                 (false, false) => None,

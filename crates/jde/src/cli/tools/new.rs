@@ -15,7 +15,7 @@ use crate::new::{self, Kind};
   jde new app patrol")]
 pub(crate) struct New {
     /// What to write.
-    kind: What,
+    kind: KindArg,
     /// Its name, such as follow-wall. The folder has the same name.
     name: String,
     /// The folder in which to make its folder.
@@ -24,7 +24,7 @@ pub(crate) struct New {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum What {
+enum KindArg {
     /// A motor schema, with an application in which it drives a simulated robot.
     Schema,
     /// A driver, with an application that reads it.
@@ -37,9 +37,9 @@ impl New {
     /// Writes the files.
     pub(super) fn run(self) -> Result<(), Failure> {
         let kind = match self.kind {
-            What::Schema => Kind::Schema,
-            What::Driver => Kind::Driver,
-            What::App => Kind::Application,
+            KindArg::Schema => Kind::Schema,
+            KindArg::Driver => Kind::Driver,
+            KindArg::App => Kind::Application,
         };
         new::write(kind, &self.name, &self.path)
     }

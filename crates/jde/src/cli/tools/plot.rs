@@ -9,9 +9,9 @@ use jde_log::Recording;
 use jde_report::{Picture, PictureError, Size, Wanted};
 
 use super::quantity;
+use crate::analysis::{self, Output, TimeRange};
 use crate::complete;
-use crate::failure::{Failure, shown};
-use crate::recorded::{self, Output, Stretch};
+use crate::failure::{Failure, display_path};
 
 /// Draw a recording as a picture: the robot's path, or numbers over time, and the states of the schemas.
 ///
@@ -29,16 +29,16 @@ pub(crate) struct Plot {
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
     /// Numbers to draw: SCHEMA.VARIABLE, followed by .FIELD if needed.
-    #[arg(value_name = "VARIABLE.FIELD", add = ArgValueCompleter::new(complete::recorded))]
+    #[arg(value_name = "VARIABLE.FIELD", add = ArgValueCompleter::new(complete::recorded_fields))]
     variables: Vec<String>,
     /// The PNG file, or - for standard output. By default it is named after the recording.
     #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     /// Start at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
     to: Option<Nanos>,
     /// Size of the picture in pixels. A larger picture shows the same with more detail.
     #[arg(long, value_name = "SIZE", value_parser = quantity::pixels, default_value = "1200x800")]
@@ -48,22 +48,22 @@ pub(crate) struct Plot {
 impl Plot {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
-        let output = Output::of(self.output, &recording, "png", "picture")?;
+        let output = Output::resolve(self.output, &recording, "png", "picture")?;
         let wanted = Wanted {
             columns: self.size.columns(),
-            series: recorded::series(&recording, &self.variables)?,
+            series: analysis::series(&recording, &self.variables)?,
             ..Wanted::default()
         };
-        let stretch = Stretch {
+        let stretch = TimeRange {
             from: self.from,
             to: self.to,
         };
-        let analysis = recorded::read(&recording, stretch, wanted)?;
+        let analysis = analysis::read(&recording, stretch, wanted)?;
         if analysis.is_empty() {
             return Err(Failure::usage(
                 format!(
                     "{} holds nothing that can be drawn: no path, no states, no such values",
-                    shown(&self.file)
+                    display_path(&self.file)
                 ),
                 "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
             ));

@@ -26,12 +26,12 @@ pub(crate) struct Plugins {
 impl Plugins {
     /// Prints the list.
     pub(super) fn run(self) -> Result<(), Failure> {
-        let listing = inspect::Listing::make(self.application.as_deref())?;
+        let listing = inspect::PluginListing::scan(self.application.as_deref())?;
         if self.json {
             return print_json(&listing);
         }
         let mut out = terminal::out();
-        listing.tell(&mut out)?;
+        listing.write(&mut out)?;
         out.flush()?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Parses times, speeds and sizes of a command line.
 
 use jde_core::Nanos;
-use jde_log::Every;
+use jde_log::PartSize;
 use jde_report::{SIDES, Size};
 
 /// Units of time with their nanoseconds.
@@ -9,25 +9,25 @@ const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 6
 /// Units of size with their bytes.
 const SIZES: [(&str, f64); 3] = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9)];
 /// The least and most memory of a size, in bytes.
-const LEAST_SIZE: f64 = 100e3;
-const MOST_SIZE: f64 = 1e12;
+const MIN_SIZE: f64 = 100e3;
+const MAX_SIZE: f64 = 1e12;
 /// The least size of one file of a recording in parts, in bytes and in ns: a few chunks, or the data of two
 /// flushes.
-const LEAST_PART: u64 = 1_000_000;
-const SHORTEST_PART: Nanos = 1_000_000_000;
+const MIN_PART_BYTES: u64 = 1_000_000;
+const MIN_PART_TIME: Nanos = 1_000_000_000;
 /// The longest time in s: a year.
-const LONGEST_S: f64 = 366.0 * 86_400.0;
+const MAX_TIME_S: f64 = 366.0 * 86_400.0;
 
 /// Parses a duration in ns, greater than 0: "60s", "2min", "500ms", or a number of seconds.
 pub(super) fn time(text: &str) -> Result<Nanos, String> {
-    match place(text)? {
+    match time_offset(text)? {
         0 => Err(format!("`{text}` must be more than 0 and at most a year")),
         time => Ok(time),
     }
 }
 
 /// Parses a time in ns since the application's start, in the same form. "0s" is valid.
-pub(super) fn place(text: &str) -> Result<Nanos, String> {
+pub(super) fn time_offset(text: &str) -> Result<Nanos, String> {
     let wrong = || format!("`{text}` is no time; write a number with ms, s, min or h, such as 60s");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
@@ -37,7 +37,7 @@ pub(super) fn place(text: &str) -> Result<Nanos, String> {
         unit => UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1,
     };
     let time = number * nanos;
-    if (0.0..=LONGEST_S * 1e9).contains(&time) {
+    if (0.0..=MAX_TIME_S * 1e9).contains(&time) {
         Ok(time.round() as Nanos)
     } else {
         Err(format!("`{text}` must be 0 or more and at most a year"))
@@ -45,7 +45,7 @@ pub(super) fn place(text: &str) -> Result<Nanos, String> {
 }
 
 /// Parses a duration in ns in the same form. "0s" is valid.
-pub(super) fn time_or_none(text: &str) -> Result<Nanos, String> {
+pub(super) fn time_or_zero(text: &str) -> Result<Nanos, String> {
     match text {
         "0" | "0s" | "0ms" => Ok(0),
         text => time(text),
@@ -71,7 +71,7 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
     let number: f64 = number.trim().parse().map_err(|_| wrong())?;
     let unit = SIZES.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1;
     let size = number * unit;
-    if (LEAST_SIZE..=MOST_SIZE).contains(&size) {
+    if (MIN_SIZE..=MAX_SIZE).contains(&size) {
         Ok(size as usize)
     } else {
         Err(format!("`{text}` must be from 100 kB to 1000 GB"))
@@ -79,20 +79,20 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
 }
 
 /// Parses the size or duration of one file of a recording in parts: "1GB" or "10min".
-pub(super) fn every(text: &str) -> Result<Every, String> {
+pub(super) fn part_limit(text: &str) -> Result<PartSize, String> {
     if text.ends_with('B') {
         let bytes = size(text)? as u64;
         return match bytes {
-            LEAST_PART.. => Ok(Every::Bytes(bytes)),
+            MIN_PART_BYTES.. => Ok(PartSize::Bytes(bytes)),
             _ => Err(format!("`{text}` is too small for a file; give 1 MB or more")),
         };
     }
     let time = time(text)
         .map_err(|_| format!("`{text}` is neither a size nor a time; write one such as 1GB or 10min"))?;
-    if time < SHORTEST_PART {
+    if time < MIN_PART_TIME {
         return Err(format!("`{text}` is too short for a file; give 1 s or more"));
     }
-    Ok(Every::Time(time))
+    Ok(PartSize::Time(time))
 }
 
 /// Parses the size of a picture in pixels: "1200x800".
@@ -113,7 +113,7 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Every, Size, every, pixels, place, rate, size, time};
+    use super::{PartSize, Size, part_limit, pixels, rate, size, time, time_offset};
 
     #[test]
     fn pixels_are_wide_and_high() {
@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn files_are_split_by_size_or_by_time() {
-        assert_eq!(every("1GB"), Ok(Every::Bytes(1_000_000_000)));
-        assert_eq!(every("10min"), Ok(Every::Time(600_000_000_000)));
+        assert_eq!(part_limit("1GB"), Ok(PartSize::Bytes(1_000_000_000)));
+        assert_eq!(part_limit("10min"), Ok(PartSize::Time(600_000_000_000)));
         for text in [
             "",
             "GB",
@@ -161,7 +161,7 @@ mod tests {
             "nan",
             "2 files",
         ] {
-            assert!(every(text).is_err(), "{text}");
+            assert!(part_limit(text).is_err(), "{text}");
         }
     }
 
@@ -183,11 +183,11 @@ mod tests {
 
     #[test]
     fn a_place_in_time_may_be_the_start() {
-        assert_eq!(place("0"), Ok(0));
-        assert_eq!(place("0s"), Ok(0));
-        assert_eq!(place("1.5s"), time("1.5s"));
+        assert_eq!(time_offset("0"), Ok(0));
+        assert_eq!(time_offset("0s"), Ok(0));
+        assert_eq!(time_offset("1.5s"), time("1.5s"));
         for text in ["-1s", "nan", "400000h", "s"] {
-            assert!(place(text).is_err(), "{text}");
+            assert!(time_offset(text).is_err(), "{text}");
         }
     }
 

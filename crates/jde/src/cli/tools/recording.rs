@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
-use jde_log::{Every, Split};
+use jde_log::{PartSize, SplitOptions};
 
 use super::quantity;
 use crate::failure::Failure;
-use crate::session::{Around, Panels, Record};
+use crate::session::{PanelOptions, RecordOptions, TriggerWindow};
 
 /// What to record.
 #[derive(Args)]
-pub(super) struct Recording {
+pub(super) struct RecordingArgs {
     /// Record every variable, selection, change of state and fault to this MCAP file, for Foxglove, Rerun and
     /// PlotJuggler.
     #[arg(long = "record", value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -25,16 +25,16 @@ pub(super) struct Recording {
     #[arg(long, requires = "file")]
     overwrite: bool,
     #[command(flatten)]
-    panels: RecordedPanels,
+    panels: PanelArgs,
     #[command(flatten)]
-    waiting: Waiting,
+    trigger: TriggerArgs,
     #[command(flatten)]
-    splitting: Splitting,
+    splitting: SplitArgs,
 }
 
 /// Panels in a recording. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
-pub(super) struct RecordedPanels {
+pub(super) struct PanelArgs {
     /// Also record the panels of all schemas, or of the schemas that match.
     #[arg(long, value_name = "SCHEMA", num_args = 0..=1, require_equals = true, default_missing_value = "*",
           value_delimiter = ',', requires = "file")]
@@ -46,7 +46,7 @@ pub(super) struct RecordedPanels {
 
 /// Recording around chosen moments only. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
-pub(super) struct Waiting {
+pub(super) struct TriggerArgs {
     /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
     /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
     /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
@@ -66,44 +66,44 @@ pub(super) struct Waiting {
 
 /// Recording without end. The verb has an argument `file`, the recording to write.
 #[derive(Args)]
-pub(super) struct Splitting {
+pub(super) struct SplitArgs {
     /// Write consecutive files FILE-001, FILE-002 and so on, each of this size or time, such as 1GB or 10min.
     /// Each can be read alone. All verbs that read recordings read them as one.
-    #[arg(long, value_name = "SIZE|TIME", value_parser = quantity::every, requires = "file", conflicts_with = "when")]
-    split: Option<Every>,
+    #[arg(long, value_name = "SIZE|TIME", value_parser = quantity::part_limit, requires = "file", conflicts_with = "when")]
+    split: Option<PartSize>,
     /// Delete the oldest of these files when their total size is larger, including files of earlier
     /// recordings to FILE.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, requires = "split")]
     keep: Option<usize>,
 }
 
-impl Recording {
+impl RecordingArgs {
     /// Returns the recording to make, or `None` if none is requested.
     ///
     /// # Errors
     /// The options contradict each other.
-    pub(super) fn wanted(self) -> Result<Option<Record>, Failure> {
-        let (panels, around) = (self.panels.wanted(), self.waiting.wanted());
-        let (only, overwrite, split) = (self.only, self.overwrite, self.splitting.wanted()?);
-        Ok(self.file.map(|file| Record {
+    pub(super) fn into_settings(self) -> Result<Option<RecordOptions>, Failure> {
+        let (panels, around) = (self.panels.into_panels(), self.trigger.into_trigger());
+        let (only, overwrite, split) = (self.only, self.overwrite, self.splitting.into_split()?);
+        Ok(self.file.map(|file| RecordOptions {
             file,
-            only,
+            patterns: only,
             overwrite,
             panels,
-            around,
+            trigger: around,
             split,
         }))
     }
 }
 
-impl Splitting {
+impl SplitArgs {
     /// Returns how to split the recording, or `None` for one file.
     ///
     /// # Errors
     /// `--keep` is less than two files.
-    pub(super) fn wanted(self) -> Result<Option<Split>, Failure> {
+    pub(super) fn into_split(self) -> Result<Option<SplitOptions>, Failure> {
         let keep = self.keep.map(|keep| keep as u64);
-        if let (Some(Every::Bytes(each)), Some(keep)) = (self.split, keep)
+        if let (Some(PartSize::Bytes(each)), Some(keep)) = (self.split, keep)
             && keep < each.saturating_mul(2)
         {
             return Err(Failure::usage(
@@ -111,24 +111,27 @@ impl Splitting {
                 "keep more, or split into smaller files: the one that is written counts as well",
             ));
         }
-        Ok(self.split.map(|every| Split { every, keep }))
+        Ok(self.split.map(|every| SplitOptions {
+            part_size: every,
+            max_total_bytes: keep,
+        }))
     }
 }
 
-impl RecordedPanels {
+impl PanelArgs {
     /// Returns the panels to record, or `None` if none are requested.
-    pub(super) fn wanted(self) -> Option<Panels> {
-        (!self.panels.is_empty()).then_some(Panels {
-            only: self.panels,
+    pub(super) fn into_panels(self) -> Option<PanelOptions> {
+        (!self.panels.is_empty()).then_some(PanelOptions {
+            patterns: self.panels,
             rate: self.panel_rate,
         })
     }
 }
 
-impl Waiting {
+impl TriggerArgs {
     /// Returns the moments to record, or `None` if none are requested.
-    pub(super) fn wanted(self) -> Option<Around> {
-        (!self.when.is_empty()).then_some(Around {
+    pub(super) fn into_trigger(self) -> Option<TriggerWindow> {
+        (!self.when.is_empty()).then_some(TriggerWindow {
             conditions: self.when,
             before: self.before,
             after: self.after,

@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
 use jde_host::app::Override;
-use jde_log::replay::{Allowed, Span};
+use jde_log::replay::{Span, ToleranceEntry};
 
 use super::quantity;
 use crate::cli::clock::speed;
-use crate::cli::log;
+use crate::cli::start_log;
+use crate::decide::{self, DecideOptions};
 use crate::failure::Failure;
 use crate::load::Trust;
 use crate::log::Filter;
-use crate::playback;
-use crate::replay::{self, How};
+use crate::replay;
 
 /// Play a recording, or with --decide let the schemas decide again and report every difference.
 ///
@@ -62,23 +62,23 @@ pub(crate) struct Replay {
     /// Accept numbers that differ by at most this, in their own unit: in all values, or in values of one type
     /// (repeatable). By default they are compared to the bit.
     #[arg(long, value_name = "[TYPE=]NUMBER", requires = "decide")]
-    tolerance: Vec<Allowed>,
+    tolerance: Vec<ToleranceEntry>,
     /// Start at this time of the drive; with --decide, compare from there on.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     /// Stop at this time of the drive.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place, requires = "decide")]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset, requires = "decide")]
     to: Option<Nanos>,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long, requires = "decide")]
     json: bool,
     #[command(flatten)]
-    play: Play,
+    play: PlayArgs,
 }
 
 /// How to play the recording.
 #[derive(Args)]
-struct Play {
+struct PlayArgs {
     /// Play this many times as fast as real time.
     #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x", conflicts_with = "decide")]
     speed: f64,
@@ -107,7 +107,7 @@ impl Replay {
     /// Plays the recording, or decides it again.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         if !self.decide {
-            return playback::play(playback::How {
+            return replay::play(replay::PlayOptions {
                 file: self.file,
                 name: self.play.name,
                 from: self.from.unwrap_or(0),
@@ -115,7 +115,7 @@ impl Replay {
                 paused: self.play.paused,
                 looping: self.play.looping,
                 plain: self.play.plain,
-                stay: self.play.stay,
+                wait_at_end: self.play.stay,
                 until_eof: self.play.until_eof,
             });
         }
@@ -129,15 +129,19 @@ impl Replay {
                 "give --from the earlier time of the two",
             ));
         }
-        let how = How {
+        let how = DecideOptions {
             file: self.file,
             application: self.application,
-            trust: if self.trust { Trust::Given } else { Trust::Withheld },
+            trust: if self.trust {
+                Trust::Trusted
+            } else {
+                Trust::Untrusted
+            },
             sets: self.set,
             span,
             tolerance: self.tolerance,
             json: self.json,
         };
-        replay::decide(how, |loaded| log(filter, loaded))
+        decide::run(how, |loaded| start_log(filter, loaded))
     }
 }

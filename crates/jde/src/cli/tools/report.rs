@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
-use jde_log::{Cast, Recording};
+use jde_log::{RecordedHierarchy, Recording};
 use jde_report::Wanted;
 
 use super::quantity;
-use crate::failure::{Failure, shown};
-use crate::recorded::{self, Output, Stretch};
+use crate::analysis::{self, Output, TimeRange};
+use crate::failure::{Failure, display_path};
 
 /// Write a page about a recording: path, states, switches with their reasons, groups, schemas and events.
 ///
@@ -28,27 +28,27 @@ pub(crate) struct Report {
     #[arg(short, long = "output", value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     /// Start at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
     to: Option<Nanos>,
 }
 
 impl Report {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
-        let output = Output::of(self.output, &recording, "html", "page")?;
-        let schemas = Cast::of_recording(&recording).map_or(0, |cast| cast.schemas.len());
+        let output = Output::resolve(self.output, &recording, "html", "page")?;
+        let schemas = RecordedHierarchy::of_recording(&recording).map_or(0, |cast| cast.schemas.len());
         let wanted = Wanted {
             columns: jde_report::columns(schemas),
             ..Wanted::default()
         };
-        let stretch = Stretch {
+        let stretch = TimeRange {
             from: self.from,
             to: self.to,
         };
-        let analysis = recorded::read(&recording, stretch, wanted)?;
-        output.write(jde_report::page(&analysis, &shown(&self.file)).as_bytes())
+        let analysis = analysis::read(&recording, stretch, wanted)?;
+        output.write(jde_report::page(&analysis, &display_path(&self.file)).as_bytes())
     }
 }

@@ -8,14 +8,14 @@ use jde_host::app::Override;
 
 use super::link::Link;
 use super::quantity;
-use super::recording::Recording;
+use super::recording::RecordingArgs;
 use crate::cli::clock::Time;
-use crate::cli::{conclude, log};
+use crate::cli::{conclude, start_log};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
-use crate::session::{self, Extension, How, LinkWanted, Telling, View};
-use crate::summary::Summary;
+use crate::session::{self, Extension, LinkOptions, ProgressMode, RunOptions, RunView};
+use crate::summary::RunSummary;
 use crate::terminal;
 
 /// Run an application: on a terminal with the oscilloscope, in a pipe with a line for every takeover and its
@@ -63,7 +63,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     picture: Option<PathBuf>,
     #[command(flatten)]
-    record: Recording,
+    record: RecordingArgs,
     #[command(flatten)]
     link: Link,
 }
@@ -71,28 +71,28 @@ pub(crate) struct Run {
 impl Run {
     /// Runs the application.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut loaded = load::to_start(&self.application, &self.set)?;
-        let log = log(filter, &loaded)?;
+        let mut loaded = load::load_to_start(&self.application, &self.set)?;
+        let log = start_log(filter, &loaded)?;
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
         let lines = self.plain || self.json || self.time.lockstep || !terminal::is_interactive();
         // The recording comes first: it fails before the link opens.
         let mut extensions: Vec<Box<dyn Extension>> = Vec::new();
-        if let Some(record) = self.record.wanted()? {
+        if let Some(record) = self.record.into_settings()? {
             extensions.push(Box::new(record));
         }
-        extensions.push(Box::new(LinkWanted::from(self.link)));
-        let how = How {
+        extensions.push(Box::new(LinkOptions::from(self.link)));
+        let how = RunOptions {
             lockstep: self.time.lockstep,
             limit: self.limit,
             speed: self.time.speed,
             view: if lines {
-                View::Lines(Telling::Takeovers)
+                RunView::Lines(ProgressMode::Takeovers)
             } else {
-                View::Screen
+                RunView::Screen
             },
-            words: if self.json {
+            output: if self.json {
                 terminal::err()
             } else {
                 terminal::out()
@@ -103,6 +103,6 @@ impl Run {
             watch: self.watch,
         };
         let finished = session::run(loaded, how, &log)?;
-        conclude(finished, "", self.json, Summary::is_fulfilled)
+        conclude(finished, "", self.json, RunSummary::is_fulfilled)
     }
 }

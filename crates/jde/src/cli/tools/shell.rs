@@ -21,13 +21,13 @@ use super::client::{Client, Context, Target};
 use crate::cli::print_help;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::{Interrupts, end_by};
+use crate::interrupt::{SignalListener, exit_by_signal};
 use crate::terminal::{self, FAINT, TITLE};
 
 /// The most lines of history.
 const HISTORY: usize = 5000;
 /// The line that Ctrl-X runs, whatever has been typed so far.
-const STOP: &str = "stop --all";
+const STOP_LINE: &str = "stop --all";
 /// Name of the completion menu.
 const MENU: &str = "completions";
 
@@ -55,13 +55,13 @@ pub(crate) struct Shell {
     subcommand_required = true,
     help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-X stops everything, Ctrl-D leaves; `help VERB` says more.\n"
 )]
-struct Line {
+struct ShellCommand {
     #[command(subcommand)]
-    verb: Typed,
+    verb: ShellVerb,
 }
 
 #[derive(Subcommand)]
-enum Typed {
+enum ShellVerb {
     #[command(flatten)]
     Client(Box<Client>),
     /// Choose the application for the following verbs.
@@ -76,9 +76,9 @@ enum Typed {
 }
 
 /// What happens after a line.
-enum Then {
-    GoOn,
-    Leave,
+enum Flow {
+    Continue,
+    Exit,
 }
 
 impl Shell {
@@ -87,22 +87,22 @@ impl Shell {
         let context = Context::default();
         context.target.replace(self.target);
         if terminal::is_interactive() {
-            interactive(&context)
+            run_interactive(&context)
         } else {
-            piped(&context)
+            run_piped(&context)
         }
     }
 }
 
 /// Runs each line of standard input. The first that fails ends the shell.
-fn piped(context: &Context) -> Result<(), Failure> {
-    let signals = Signals::mind()?;
+fn run_piped(context: &Context) -> Result<(), Failure> {
+    let signals = ShellSignals::install()?;
     for line in std::io::stdin().lines() {
         let line = line?;
-        if let Then::Leave = signals.during(|| obey(&line, context))? {
+        if let Flow::Exit = signals.run_verb(|| execute(&line, context))? {
             break;
         }
-        if signals.heard.load(Ordering::SeqCst) == SIGINT {
+        if signals.last_signal.load(Ordering::SeqCst) == SIGINT {
             return Err(Failure::Broken(format!(
                 "interrupted at `{line}`; what follows was not done"
             )));
@@ -113,18 +113,18 @@ fn piped(context: &Context) -> Result<(), Failure> {
 
 /// Handles signals for a whole shell, and the loss of its terminal, which counts as SIGHUP. A running verb
 /// ends by itself first; then the shell ends, unless the signal was Ctrl-C.
-struct Signals {
+struct ShellSignals {
     busy: Arc<AtomicBool>,
     /// The last signal that arrived while a verb ran; 0 for none. Ctrl-C never replaces another signal.
-    heard: Arc<AtomicI32>,
-    _interrupts: Interrupts,
+    last_signal: Arc<AtomicI32>,
+    _interrupts: SignalListener,
 }
 
-impl Signals {
-    fn mind() -> Result<Self, Failure> {
+impl ShellSignals {
+    fn install() -> Result<Self, Failure> {
         let (busy, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicI32::new(0)));
         let (works, hears) = (Arc::clone(&busy), Arc::clone(&heard));
-        let interrupts = Interrupts::each(move |signal, alone| {
+        let interrupts = SignalListener::on_each(move |signal, alone| {
             if signal != SIGINT || hears.load(Ordering::SeqCst) == 0 {
                 hears.store(signal, Ordering::SeqCst);
             }
@@ -132,48 +132,48 @@ impl Signals {
             if !works.load(Ordering::SeqCst) || alone && signal != SIGINT {
                 // The line editor has the terminal in raw mode. The shell ends even if it cannot be restored.
                 let _ = disable_raw_mode();
-                end_by(signal);
+                exit_by_signal(signal);
             }
         })?;
         Ok(Self {
             busy,
-            heard,
+            last_signal: heard,
             _interrupts: interrupts,
         })
     }
 
     /// Ends the shell when its terminal closes: the line editor would wait for keys for ever. A running verb
     /// ends by itself first.
-    fn mind_terminal(&self) -> Result<(), Failure> {
-        let (busy, heard) = (Arc::clone(&self.busy), Arc::clone(&self.heard));
+    fn watch_terminal(&self) -> Result<(), Failure> {
+        let (busy, heard) = (Arc::clone(&self.busy), Arc::clone(&self.last_signal));
         terminal::on_hang_up(move || {
             heard.store(SIGHUP, Ordering::SeqCst);
-            terminal::let_go();
+            terminal::finish_soon();
             if !busy.load(Ordering::SeqCst) {
-                end_by(SIGHUP);
+                exit_by_signal(SIGHUP);
             }
         })?;
         Ok(())
     }
 
-    fn during<T>(&self, verb: impl FnOnce() -> T) -> T {
+    fn run_verb<T>(&self, verb: impl FnOnce() -> T) -> T {
         self.busy.store(true, Ordering::SeqCst);
-        terminal::wait_again();
+        terminal::resume_blocking();
         let done = verb();
         // Flush before the line editor takes the terminal again.
-        let _ = terminal::settle();
+        let _ = terminal::drain();
         self.busy.store(false, Ordering::SeqCst);
-        let heard = self.heard.load(Ordering::SeqCst);
+        let heard = self.last_signal.load(Ordering::SeqCst);
         if ![0, SIGINT].contains(&heard) {
-            end_by(heard);
+            exit_by_signal(heard);
         }
         done
     }
 }
 
-fn interactive(context: &Context) -> Result<(), Failure> {
-    let signals = Signals::mind()?;
-    signals.mind_terminal()?;
+fn run_interactive(context: &Context) -> Result<(), Failure> {
+    let signals = ShellSignals::install()?;
+    signals.watch_terminal()?;
     let mut keys = default_emacs_keybindings();
     keys.add_binding(
         KeyModifiers::NONE,
@@ -187,10 +187,10 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     keys.add_binding(
         KeyModifiers::CONTROL,
         KeyCode::Char('x'),
-        ReedlineEvent::ExecuteHostCommand(STOP.to_owned()),
+        ReedlineEvent::ExecuteHostCommand(STOP_LINE.to_owned()),
     );
     let mut editor = Reedline::create()
-        .with_completer(Box::new(Names))
+        .with_completer(Box::new(ShellCompleter))
         .with_menu(ReedlineMenu::EngineCompleter(Box::new(
             ColumnarMenu::default().with_name(MENU),
         )))
@@ -208,19 +208,19 @@ fn interactive(context: &Context) -> Result<(), Failure> {
         terminal::out(),
         "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-X stops everything, Ctrl-D leaves{FAINT:#}"
     )?;
-    terminal::settle()?;
+    terminal::drain()?;
     loop {
-        let prompt = Application(context.target.borrow().app.clone());
+        let prompt = ShellPrompt(context.target.borrow().app.clone());
         match editor.read_line(&prompt) {
             // A typed line, or the line of a key; the latter keeps the text typed so far.
             Ok(Signal::Success(line) | Signal::HostCommand(line)) => {
-                match signals.during(|| obey(&line, context)) {
-                    Ok(Then::GoOn) => {}
-                    Ok(Then::Leave) => return Ok(()),
+                match signals.run_verb(|| execute(&line, context)) {
+                    Ok(Flow::Continue) => {}
+                    Ok(Flow::Exit) => return Ok(()),
                     Err(failure) if failure.is_closed_pipe() => return Ok(()),
                     Err(failure) => {
                         failure.report();
-                        let _ = terminal::settle();
+                        let _ = terminal::drain();
                     }
                 }
             }
@@ -233,19 +233,21 @@ fn interactive(context: &Context) -> Result<(), Failure> {
 }
 
 /// Runs a line.
-fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
+fn execute(line: &str, context: &Context) -> Result<Flow, Failure> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
-        return Ok(Then::GoOn);
+        return Ok(Flow::Continue);
     }
-    let words = words(line)?;
+    let words = split_words(line)?;
     let typed = command()
         .try_get_matches_from(words)
-        .and_then(|matches| Line::from_arg_matches(&matches));
+        .and_then(|matches| ShellCommand::from_arg_matches(&matches));
     match typed {
-        Ok(Line { verb: Typed::Exit }) => Ok(Then::Leave),
-        Ok(Line {
-            verb: Typed::Use { application },
+        Ok(ShellCommand {
+            verb: ShellVerb::Exit,
+        }) => Ok(Flow::Exit),
+        Ok(ShellCommand {
+            verb: ShellVerb::Use { application },
         }) => {
             // Check the connection now, not at the next verb.
             let target = Target {
@@ -254,24 +256,24 @@ fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
             };
             context.remote(&target, None)?;
             context.target.replace(target);
-            Ok(Then::GoOn)
+            Ok(Flow::Continue)
         }
-        Ok(Line {
-            verb: Typed::Client(verb),
-        }) => verb.run(context).map(|()| Then::GoOn),
+        Ok(ShellCommand {
+            verb: ShellVerb::Client(verb),
+        }) => verb.run(context).map(|()| Flow::Continue),
         Err(error) if error.use_stderr() => Err(Failure::usage(
-            told(&error),
+            error_text(&error),
             "`help` lists what there is, `help VERB` says more",
         )),
         Err(error) => {
             print_help(&error);
-            Ok(Then::GoOn)
+            Ok(Flow::Continue)
         }
     }
 }
 
 /// Returns the message of a wrong line, without clap's usage text.
-fn told(error: &clap::Error) -> String {
+fn error_text(error: &clap::Error) -> String {
     let text = error.to_string();
     let first = text
         .trim_start_matches("error: ")
@@ -280,13 +282,13 @@ fn told(error: &clap::Error) -> String {
     first.map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
-fn words(line: &str) -> Result<Vec<String>, Failure> {
+fn split_words(line: &str) -> Result<Vec<String>, Failure> {
     shlex::split(line).ok_or_else(|| Failure::usage(format!("a quote is open in `{line}`"), "close it"))
 }
 
 fn command() -> Command {
     // The shell read the environment at its start. Ignore it here: a later `use` has precedence.
-    Line::command().mut_subcommands(|verb| verb.mut_args(|argument| argument.env(Resettable::Reset)))
+    ShellCommand::command().mut_subcommands(|verb| verb.mut_args(|argument| argument.env(Resettable::Reset)))
 }
 
 fn history_file() -> Option<PathBuf> {
@@ -296,9 +298,9 @@ fn history_file() -> Option<PathBuf> {
 }
 
 /// The prompt: shows the chosen application before the cursor.
-struct Application(Option<String>);
+struct ShellPrompt(Option<String>);
 
-impl Prompt for Application {
+impl Prompt for ShellPrompt {
     fn render_prompt_left(&self) -> Cow<'_, str> {
         match &self.0 {
             Some(name) => Cow::Owned(format!("jde {name}")),
@@ -328,9 +330,9 @@ impl Prompt for Application {
 }
 
 /// Completes verbs and options, and names of schemas and variables.
-struct Names;
+struct ShellCompleter;
 
-impl Completer for Names {
+impl Completer for ShellCompleter {
     fn complete(&mut self, line: &str, at: usize) -> CompletionResult {
         let before = &line[..at];
         let start = before.rfind(char::is_whitespace).map_or(0, |space| space + 1);
@@ -370,7 +372,7 @@ mod tests {
     #[test]
     fn verbs_and_options_are_completed_where_the_cursor_is() {
         let values = |line: &str| -> Vec<String> {
-            let result = Names.complete(line, line.len());
+            let result = ShellCompleter.complete(line, line.len());
             result
                 .suggestions()
                 .iter()
@@ -385,13 +387,13 @@ mod tests {
     #[test]
     fn a_slip_is_told_in_one_line_and_a_comment_is_none() {
         let context = Context::default();
-        assert!(matches!(obey("  # nothing", &context), Ok(Then::GoOn)));
-        assert!(matches!(obey("quit", &context), Ok(Then::Leave)));
-        let Err(Failure::Use { message, .. }) = obey("plya goon", &context) else {
+        assert!(matches!(execute("  # nothing", &context), Ok(Flow::Continue)));
+        assert!(matches!(execute("quit", &context), Ok(Flow::Exit)));
+        let Err(Failure::Usage { message, .. }) = execute("plya goon", &context) else {
             panic!("it was understood");
         };
         assert!(message.contains("unrecognized subcommand 'plya'"), "{message}");
         assert!(!message.contains('\n'));
-        assert!(obey("set 'goon.fast", &context).is_err());
+        assert!(execute("set 'goon.fast", &context).is_err());
     }
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args, ValueHint};
 use jde_core::Nanos;
 use jde_p2os::Model;
-use jde_p2os_server::{Options, Place, Server, ServerError, Tally};
+use jde_p2os_server::{EndpointAddress, Options, RobotStats, Server, ServerError};
 use jde_sim::World;
 use serde::Serialize;
 
@@ -18,10 +18,10 @@ use super::quantity;
 use crate::cli::clock::speed;
 use crate::cli::print_json;
 use crate::failure::Failure;
-use crate::interrupt::{self, Interrupts};
-use crate::places;
-use crate::summary::counted;
-use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, WARN, Words};
+use crate::interrupt::{self, SignalListener};
+use crate::paths;
+use crate::summary::pluralize;
+use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 
 /// The default TCP port of the protocol.
 const PORT: u16 = 8101;
@@ -69,15 +69,15 @@ pub(crate) struct Sim {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Summary<'a> {
+struct SimSummary<'a> {
     world: &'a str,
     seed: u64,
     sim_seconds: f64,
-    robots: Vec<Robot>,
+    robots: Vec<RobotSummary>,
 }
 
 #[derive(Serialize)]
-struct Robot {
+struct RobotSummary {
     robot: String,
     travelled_m: f64,
     collisions: u64,
@@ -88,7 +88,7 @@ struct Robot {
 impl Sim {
     /// Serves the world until a signal or the time limit.
     pub(super) fn run(self) -> Result<(), Failure> {
-        let file = places::world(&self.world)?;
+        let file = paths::find_world(&self.world)?;
         let world = World::load(file, self.seed)
             .map_err(|error| Failure::usage(error.to_string(), "mend the world's file"))?;
         let options = Options {
@@ -107,7 +107,7 @@ impl Sim {
             terminal::out()
         };
         let warnings: Vec<String> = world.warnings().iter().map(ToString::to_string).collect();
-        let mut server = Server::open(world, &options).map_err(refused)?;
+        let mut server = Server::open(world, &options).map_err(server_failure)?;
         for warning in warnings {
             writeln!(words, "{WARN}warning{WARN:#}: {warning}")?;
         }
@@ -115,14 +115,14 @@ impl Sim {
 
         let stop = Arc::new(AtomicBool::new(false));
         let called = Arc::clone(&stop);
-        let _interrupts = Interrupts::call(move || called.store(true, Ordering::Relaxed))?;
+        let _interrupts = SignalListener::on_first(move || called.store(true, Ordering::Relaxed))?;
         let limit = self.limit.map(Duration::from_nanos);
         // The world must not wait for a reader of the output.
-        let no_waiting = terminal::wait_for_nobody();
+        let no_waiting = terminal::never_block();
         let mut told = Ok(());
         server
             .run(&stop, limit, |event| {
-                let (time, robot, what) = (event.time.as_secs_f64(), &event.robot, &event.what);
+                let (time, robot, what) = (event.time.as_secs_f64(), &event.robot, &event.kind);
                 let line = writeln!(words, "{FAINT}{time:8.1} s{FAINT:#}  {robot}: {what}");
                 if let Err(error) = line.and_then(|()| words.flush()) {
                     // The output is closed: stop serving and return the error.
@@ -130,27 +130,27 @@ impl Sim {
                     stop.store(true, Ordering::Relaxed);
                 }
             })
-            .map_err(refused)?;
+            .map_err(server_failure)?;
         drop(no_waiting);
         told?;
-        let tally = server.tally();
+        let tally = server.stats();
         writeln!(words)?;
         for robot in &tally {
-            tell(robot, &mut words)?;
+            write_robot(robot, &mut words)?;
         }
         words.flush()?;
         if self.json {
-            print_json(&Summary {
+            print_json(&SimSummary {
                 world: server.world().name(),
                 seed: self.seed,
                 sim_seconds: server.world().now() as f64 / 1e9,
-                robots: tally.into_iter().map(Robot::from).collect(),
+                robots: tally.into_iter().map(RobotSummary::from).collect(),
             })?;
         }
         Ok(())
     }
 
-    fn announce(&self, server: &Server, words: &mut Words) -> Result<(), Failure> {
+    fn announce(&self, server: &Server, words: &mut TextWriter) -> Result<(), Failure> {
         let name = server.world().name();
         writeln!(
             words,
@@ -158,11 +158,11 @@ impl Sim {
             self.seed,
             interrupt::how_to_end()
         )?;
-        for (robot, place) in server.places() {
+        for (robot, place) in server.addresses() {
             writeln!(words, "  {robot:<12} {GOOD}{place}{GOOD:#}")?;
         }
-        let open = |place: &Place| matches!(place, Place::Tcp(address) if !address.ip().is_loopback());
-        if server.places().any(|(_, place)| open(&place)) {
+        let open = |place: &EndpointAddress| matches!(place, EndpointAddress::Tcp(address) if !address.ip().is_loopback());
+        if server.addresses().any(|(_, place)| open(&place)) {
             writeln!(
                 words,
                 "{WARN}note{WARN:#}: whoever reaches this machine can drive them, for the protocol knows no password"
@@ -173,8 +173,8 @@ impl Sim {
     }
 }
 
-impl From<Tally> for Robot {
-    fn from(tally: Tally) -> Self {
+impl From<RobotStats> for RobotSummary {
+    fn from(tally: RobotStats) -> Self {
         Self {
             robot: tally.robot,
             travelled_m: tally.travelled,
@@ -185,34 +185,34 @@ impl From<Tally> for Robot {
     }
 }
 
-fn tell(robot: &Tally, words: &mut Words) -> std::io::Result<()> {
+fn write_robot(robot: &RobotStats, words: &mut TextWriter) -> std::io::Result<()> {
     let style = if robot.collisions == 0 { GOOD } else { BAD };
     writeln!(
         words,
         "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{}{style:#}, never nearer than {:.2} m to anything, {}",
         robot.robot,
         robot.travelled,
-        counted(robot.collisions, "collision"),
+        pluralize(robot.collisions, "collision"),
         robot.min_clearance.max(0.0),
-        counted(robot.sessions, "session")
+        pluralize(robot.sessions, "session")
     )
 }
 
-fn refused(error: ServerError) -> Failure {
+fn server_failure(error: ServerError) -> Failure {
     let help = match &error {
-        ServerError::Line { error, .. } if error.kind() == std::io::ErrorKind::AddrInUse => {
+        ServerError::Endpoint { error, .. } if error.kind() == std::io::ErrorKind::AddrInUse => {
             "another program serves there; end it, or give another port: --p2os 8111"
         }
-        ServerError::Line { error, .. } if error.kind() == std::io::ErrorKind::PermissionDenied => {
+        ServerError::Endpoint { error, .. } if error.kind() == std::io::ErrorKind::PermissionDenied => {
             "ports below 1024 belong to the system; the protocol's own is 8101"
         }
-        ServerError::Line { .. } => "give an address of this machine, such as 127.0.0.1:8101",
+        ServerError::Endpoint { .. } => "give an address of this machine, such as 127.0.0.1:8101",
         ServerError::NoRobots(_)
         | ServerError::NoSuchRobot { .. }
         | ServerError::Names { .. }
         | ServerError::World(_)
         | ServerError::Model(_) => "mend the world's file or the options",
-        ServerError::NoLines | ServerError::NoPort(_) | ServerError::Wait(_) => "see jde sim --help",
+        ServerError::NoEndpoints | ServerError::NoPort(_) | ServerError::Wait(_) => "see jde sim --help",
     };
     match error {
         ServerError::Wait(error) => Failure::Output(error),

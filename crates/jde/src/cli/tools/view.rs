@@ -26,7 +26,7 @@ use crate::log::{Filter, Log};
 pub(crate) struct View {
     /// The name of a running application, or a recording: a file that ends in .mcap, or a path with a /.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
-    what: Option<OsString>,
+    source: Option<OsString>,
     #[command(flatten)]
     target: Target,
 }
@@ -34,7 +34,7 @@ pub(crate) struct View {
 impl View {
     pub(super) fn run(self, context: &Context, filter: Option<Filter>) -> Result<(), Failure> {
         Log::start(filter.unwrap_or_default());
-        let (recording, application) = self.wanted()?;
+        let (recording, application) = self.resolve_source()?;
         let reach = context.reach(&self.target)?;
         let program = env::current_exe()
             .map_err(|error| Failure::Broken(format!("this program does not find itself: {error}")))?;
@@ -63,8 +63,8 @@ impl View {
 
     /// Returns the recording or the application to open. Neither selects the only running application, or the
     /// start page.
-    fn wanted(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
-        let Some(what) = &self.what else {
+    fn resolve_source(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
+        let Some(what) = &self.source else {
             return Ok((None, self.target.app.clone()));
         };
         let bytes = what.as_encoded_bytes();
@@ -77,7 +77,7 @@ impl View {
                     "give one of the two",
                 ));
             }
-            if self.target.is_elsewhere() {
+            if self.target.has_typed_endpoint() {
                 return Err(Failure::usage(
                     format!("{shown} is a recording on this machine, and --at looks elsewhere"),
                     "leave --at out, or name an application that runs there",

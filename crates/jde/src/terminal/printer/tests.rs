@@ -7,13 +7,13 @@ use std::thread;
 use super::*;
 
 /// More lines than the pipe and the queue can hold.
-const MANY: u64 = 4 * MOST_PIECES as u64;
+const MANY: u64 = 4 * MAX_PIECES as u64;
 
-fn stream() -> (Arc<Stream>, &'static Policy, PipeReader) {
+fn stream() -> (Arc<Stream>, &'static BlockingPolicy, PipeReader) {
     let (reader, writer) = pipe().unwrap();
-    let policy: &'static Policy = Box::leak(Box::new(Policy::new()));
+    let policy: &'static BlockingPolicy = Box::leak(Box::new(BlockingPolicy::new()));
     let file = File::from(OwnedFd::from(writer));
-    (Stream::begin("test", file, policy, true), policy, reader)
+    (Stream::start("test", file, policy, true), policy, reader)
 }
 
 fn line(number: u64) -> String {
@@ -28,12 +28,12 @@ fn print(stream: &Arc<Stream>, lines: impl Iterator<Item = u64>) {
 #[test]
 fn r7_nobody_waits_while_a_robot_moves_and_what_is_lost_is_told_where_it_is_missing() {
     let (stream, policy, reader) = stream();
-    policy.wait_for_nobody();
+    policy.never_block();
     // It returns although the pipe is not read.
     print(&stream, 0..MANY);
     let lost = stream.lost();
     assert!(lost > 0);
-    policy.wait();
+    policy.block();
     let late = Arc::clone(&stream);
     let printing = thread::spawn(move || print(&late, MANY..=MANY));
     let (mut next, mut told, mut begun) = (0, 0, false);
@@ -67,7 +67,7 @@ fn whoever_may_wait_loses_nothing() {
         assert!(line.unwrap().starts_with(&format!("{number} ")));
     }
     printing.join().unwrap();
-    stream.settle().unwrap();
+    stream.drain().unwrap();
     assert!(stream.is_idle() && stream.lost() == 0);
 }
 
@@ -77,15 +77,15 @@ fn who_is_asked_to_end_goes_without_a_reader_that_takes_nothing() {
     let waiting = Arc::clone(&stream);
     let printing = thread::spawn(move || {
         print(&waiting, 0..MANY);
-        waiting.settle().unwrap();
+        waiting.drain().unwrap();
     });
-    policy.let_go();
+    policy.finish_soon();
     printing.join().unwrap();
     assert!(!stream.is_idle() && stream.lost() > 0);
     // While a robot moves, the request to end does not change the patience: the robot comes to rest first.
-    policy.wait_for_nobody();
-    policy.let_go();
-    assert_eq!(*policy.lock(), Patience::None);
+    policy.never_block();
+    policy.finish_soon();
+    assert_eq!(*policy.lock(), BlockingMode::Never);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn a_reader_that_went_away_is_told_to_whoever_prints() {
     drop(reader);
     let mut printer = Printer::new(Arc::clone(&stream), false);
     printer.write_all(b"a line\n").unwrap();
-    let error = printer.settle().unwrap_err();
+    let error = printer.drain().unwrap_err();
     assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
 }
 
@@ -108,5 +108,5 @@ fn colours_are_left_out_of_a_line_that_is_printed_in_parts() {
     drop(printer);
     let mut lines = BufReader::new(reader).lines();
     assert_eq!(lines.next().unwrap().unwrap(), "one and two");
-    stream.settle().unwrap();
+    stream.drain().unwrap();
 }

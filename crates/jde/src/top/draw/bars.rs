@@ -5,9 +5,9 @@ use ratatui::layout::{Alignment, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use crate::top::screen::{Mode, Screen, Status, ending};
+use crate::escape::escape;
 use crate::top::text;
-use crate::visible::visible;
+use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
 
 /// The keys and their effects; those that a new user needs first are at the left.
 const KEYS: [(&str, &str); 9] = [
@@ -23,20 +23,20 @@ const KEYS: [(&str, &str); 9] = [
 ];
 
 /// Draws the title of the application, its time and how it runs or ended.
-pub(super) fn title(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let seconds = screen.snapshot.time as f64 / 1e9;
     let state = screen
         .outcome
         .as_ref()
-        .map_or_else(|| "running".to_owned(), ending);
+        .map_or_else(|| "running".to_owned(), outcome_text);
     let clock = format!(" {state}  {seconds:.1} s ");
     let room = usize::from(area.width).saturating_sub(text::columns(&clock));
-    let bar = format!("{}{clock}", text::fit(&format!(" {}", screen.title), room));
-    frame.render_widget(Paragraph::new(Line::styled(bar, screen.paint.selected())), area);
+    let bar = format!("{}{clock}", text::pad_or_cut(&format!(" {}", screen.title), room));
+    frame.render_widget(Paragraph::new(Line::styled(bar, screen.theme.selected())), area);
 }
 
 /// Draws the pose of the robot and its target.
-pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let Some(robot) = screen.robot else { return };
     let (x, y, heading) = robot.pose;
     let mut line = format!("robot {x:.2}, {y:.2} m  {:.0}°", heading.to_degrees());
@@ -51,24 +51,24 @@ pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
 }
 
 /// Draws the input in progress, the result of the last action, or that the application has ended.
-pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let answer = match &screen.status {
-        Some(Status::Done(what)) => Span::raw(visible(what)),
-        Some(Status::Refused(why)) => Span::styled(visible(why), screen.paint.bad()),
+        Some(ActionResult::Done(what)) => Span::raw(escape(what)),
+        Some(ActionResult::Refused(why)) => Span::styled(escape(why), screen.theme.bad()),
         None => Span::raw(""),
     };
     let line = match (&screen.mode, &screen.outcome) {
         (Mode::Period { schema, typed }, _) => Line::from(vec![
             Span::styled(
                 format!("new period of {}: ", screen.name(*schema)),
-                screen.paint.strong(),
+                screen.theme.strong(),
             ),
             Span::raw(typed.clone()),
-            Span::styled(" ", screen.paint.selected()),
+            Span::styled(" ", screen.theme.selected()),
             if answer.content.is_empty() {
                 Span::styled(
                     "  75ms, 0.5s or 20Hz; Enter sets it, Esc does not",
-                    screen.paint.faint(),
+                    screen.theme.faint(),
                 )
             } else {
                 Span::styled(format!("  {}", answer.content), answer.style)
@@ -77,9 +77,9 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
         (Mode::Watch | Mode::Help, Some(outcome)) if screen.status.is_none() => Line::styled(
             format!(
                 "The application has ended: {}. Press Enter to leave.",
-                ending(outcome)
+                outcome_text(outcome)
             ),
-            screen.paint.strong(),
+            screen.theme.strong(),
         ),
         (Mode::Watch | Mode::Help, Some(_) | None) => Line::from(answer),
     };
@@ -87,15 +87,15 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
 }
 
 /// Draws as many keys as fit.
-pub(super) fn keys(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn keys(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let mut line = Line::default().alignment(Alignment::Left);
     for (key, what) in KEYS {
         let width = text::columns(key) + 1 + text::columns(what);
         if line.width() + width > usize::from(area.width) {
             break;
         }
-        line.push_span(Span::styled(key, screen.paint.strong()));
-        line.push_span(Span::styled(format!(" {what}  "), screen.paint.faint()));
+        line.push_span(Span::styled(key, screen.theme.strong()));
+        line.push_span(Span::styled(format!(" {what}  "), screen.theme.faint()));
     }
     frame.render_widget(Paragraph::new(line), area);
 }

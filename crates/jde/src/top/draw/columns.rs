@@ -6,8 +6,8 @@ use jde_core::{Health, State};
 use jde_host::snapshot::{Hold, SchemaView};
 use ratatui::style::Style;
 
-use crate::top::paint::Paint;
 use crate::top::text;
+use crate::top::theme::Theme;
 
 /// A column between the name and the strip, in the order on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -87,12 +87,12 @@ impl Column {
     }
 
     /// Whether the column contains words, which are aligned left. Numbers are aligned right.
-    pub(super) fn is_words(self) -> bool {
+    pub(super) fn is_text(self) -> bool {
         matches!(self, Self::Held | Self::State | Self::Health)
     }
 
     /// Returns the text of the column for a schema, and its style.
-    pub(super) fn cell(self, schema: &SchemaView, paint: Paint) -> (String, Style) {
+    pub(super) fn cell(self, schema: &SchemaView, paint: Theme) -> (String, Style) {
         let plain = if schema.state == State::Slept {
             paint.faint()
         } else {
@@ -106,13 +106,18 @@ impl Column {
             ),
             Self::State => (state(schema.state).to_owned(), paint.state(schema.state)),
             Self::Health => (health(&schema.health).to_owned(), paint.health(&schema.health)),
-            Self::Cycle => (text::setting(schema.period), plain),
-            Self::Measured => (schema.measured.map_or_else(|| "-".to_owned(), text::span), plain),
+            Self::Cycle => (text::format_setting(schema.period), plain),
+            Self::Measured => (
+                schema
+                    .measured
+                    .map_or_else(|| "-".to_owned(), text::format_duration),
+                plain,
+            ),
             Self::Load => (load(schema.load), plain),
             Self::Iterations => (schema.iterations.to_string(), plain),
             Self::Overruns => counted(schema.overruns),
             Self::Refused => counted(schema.refused),
-            Self::Longest => (text::span(schema.longest), plain),
+            Self::Longest => (text::format_duration(schema.longest), plain),
             Self::Faults => counted(schema.faults),
         }
     }

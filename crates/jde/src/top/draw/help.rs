@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::{Block, Clear, Paragraph};
 
-use crate::top::paint::Paint;
+use crate::top::theme::Theme;
 
 const TEXT: [&str; 22] = [
     "↑ ↓  j k     select a schema",
@@ -33,7 +33,7 @@ const TEXT: [&str; 22] = [
 ];
 
 /// Draws the help in the middle of the screen. On a small terminal its end is cut.
-pub(super) fn draw(frame: &mut Frame, paint: Paint) {
+pub(super) fn draw(frame: &mut Frame, paint: Theme) {
     let whole = frame.area();
     let longest = TEXT
         .iter()

@@ -11,20 +11,20 @@ mod table;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::screen::{Mode, Screen};
+use super::view_state::{Mode, ViewState};
 
 /// From this width on the switches and the log are side by side: each keeps a readable line of 60 columns.
 const SIDE_BY_SIDE: u16 = 120;
 
 /// Least rows of the list before anything below it gets some: a group with four members.
-const LIST: u16 = 5;
+const MIN_LIST_ROWS: u16 = 5;
 
 /// Rows below the list that are kept even when the list is longer than the terminal: two switches and a line
 /// of the log.
-const LOWER: u16 = 5;
+const MIN_LOWER_ROWS: u16 = 5;
 
 /// Draws the whole view.
-pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
+pub(super) fn draw(frame: &mut Frame, screen: &mut ViewState) {
     let mut rest = frame.area();
     let height = rest.height;
     let title = take_top(&mut rest, 1);
@@ -35,12 +35,17 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
 
     let wanted = u16::try_from(screen.rows.len()).unwrap_or(u16::MAX);
     let details = panels::details_height(screen, rest.width);
-    let details = if rest.height >= LIST + details { details } else { 0 };
-    let spare = rest.height - details;
-    let lower = match spare.saturating_sub(wanted.min(spare.saturating_sub(LOWER).max(LIST))) {
-        0..3 => 0,
-        rows => rows,
+    let details = if rest.height >= MIN_LIST_ROWS + details {
+        details
+    } else {
+        0
     };
+    let spare = rest.height - details;
+    let lower =
+        match spare.saturating_sub(wanted.min(spare.saturating_sub(MIN_LOWER_ROWS).max(MIN_LIST_ROWS))) {
+            0..3 => 0,
+            rows => rows,
+        };
     let lower = take_bottom(&mut rest, lower);
     let details = take_bottom(&mut rest, details);
 
@@ -48,15 +53,15 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
     bars::robot(frame, robot, screen);
     table::draw(frame, header, rest, screen);
     panels::details(frame, details, screen);
-    panels_below(frame, lower, screen);
+    draw_lower_panels(frame, lower, screen);
     bars::status(frame, status, screen);
     bars::keys(frame, keys, screen);
     if screen.mode == Mode::Help {
-        help::draw(frame, screen.paint);
+        help::draw(frame, screen.theme);
     }
 }
 
-fn panels_below(frame: &mut Frame, mut area: Rect, screen: &Screen) {
+fn draw_lower_panels(frame: &mut Frame, mut area: Rect, screen: &ViewState) {
     let switches = if area.width >= SIDE_BY_SIDE {
         // The lines of switches are longer than those of the log.
         let log = area.width * 2 / 5;

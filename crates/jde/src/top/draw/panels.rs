@@ -11,21 +11,21 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::columns;
-use crate::top::screen::Screen;
 use crate::top::text;
+use crate::top::view_state::ViewState;
 
 /// Most lines of details: a long reason of a fault is cut rather than the list.
 const DETAIL_LINES: usize = 3;
 
 /// Returns the rows that the details of the selected schema need, including their rule.
-pub(super) fn details_height(screen: &Screen, width: u16) -> u16 {
+pub(super) fn details_height(screen: &ViewState, width: u16) -> u16 {
     screen.selection().map_or(0, |schema| {
-        1 + flow(facts(screen, schema), usize::from(width)).len() as u16
+        1 + wrap_spans(detail_spans(screen, schema), usize::from(width)).len() as u16
     })
 }
 
 /// Draws the details of the selected schema.
-pub(super) fn details(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn details(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let Some(schema) = screen.selection() else { return };
     let kind = match schema.kind {
         Kind::Perceptive => "perceptive",
@@ -33,12 +33,12 @@ pub(super) fn details(frame: &mut Frame, area: Rect, screen: &Screen) {
         Kind::Driver => "driver",
     };
     let title = format!("{} · {}, {kind}", schema.name, schema.type_name);
-    let lines = flow(facts(screen, schema), usize::from(area.width));
+    let lines = wrap_spans(detail_spans(screen, schema), usize::from(area.width));
     panel(frame, area, screen, &title, lines);
 }
 
 /// Draws the latest changes of winner, newest first.
-pub(super) fn switches(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn switches(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let width = usize::from(area.width);
     let mut lines: Vec<Line> = screen
         .switches
@@ -46,13 +46,13 @@ pub(super) fn switches(frame: &mut Frame, area: Rect, screen: &Screen) {
         .map(|(group, switch)| switch_line(screen, *group, switch, width))
         .collect();
     if lines.is_empty() {
-        lines.push(Line::styled("none yet", screen.paint.faint()));
+        lines.push(Line::styled("none yet", screen.theme.faint()));
     }
     panel(frame, area, screen, "switches", lines);
 }
 
 /// Draws the latest lines of the log, newest last.
-pub(super) fn log(frame: &mut Frame, area: Rect, screen: &Screen) {
+pub(super) fn log(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let room = usize::from(area.height.saturating_sub(1));
     let mut lines: Vec<Line> = screen
         .log
@@ -61,30 +61,30 @@ pub(super) fn log(frame: &mut Frame, area: Rect, screen: &Screen) {
         .map(|line| Line::raw(text::cut(line, usize::from(area.width))))
         .collect();
     if lines.is_empty() {
-        lines.push(Line::styled("empty", screen.paint.faint()));
+        lines.push(Line::styled("empty", screen.theme.faint()));
     }
     panel(frame, area, screen, "log", lines);
 }
 
-fn panel(frame: &mut Frame, area: Rect, screen: &Screen, title: &str, lines: Vec<Line>) {
+fn panel(frame: &mut Frame, area: Rect, screen: &ViewState, title: &str, lines: Vec<Line>) {
     if area.height == 0 {
         return;
     }
     let width = usize::from(area.width);
     let title = text::cut(title, width.saturating_sub(4));
     let rule = "─".repeat(width.saturating_sub(4 + text::columns(&title)));
-    let faint = screen.paint.faint();
+    let faint = screen.theme.faint();
     let top = Line::from(vec![
         Span::styled("── ", faint),
-        Span::styled(title, screen.paint.strong()),
+        Span::styled(title, screen.theme.strong()),
         Span::raw(" "),
         Span::styled(rule, faint),
     ]);
     frame.render_widget(Paragraph::new([vec![top], lines].concat()), area);
 }
 
-fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
-    let paint = screen.paint;
+fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
+    let paint = screen.theme;
     let authority = match (schema.state, schema.authority) {
         (State::Winner, false) => "WINNER without authority",
         (State::Winner, true) => "WINNER with authority",
@@ -112,16 +112,16 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
     }
     let measured = schema.measured.map_or_else(
         || "not measured yet".to_owned(),
-        |span| format!("measured {}", text::span(span)),
+        |span| format!("measured {}", text::format_duration(span)),
     );
     let numbers = [
-        format!("cycle {}, {measured}", text::setting(schema.period)),
-        format!("longest iteration {}", text::span(schema.longest)),
+        format!("cycle {}, {measured}", text::format_setting(schema.period)),
+        format!("longest iteration {}", text::format_duration(schema.longest)),
         format!("load {}", columns::load(schema.load)),
-        count(schema.iterations, "iteration"),
-        count(schema.overruns, "overrun"),
+        pluralize(schema.iterations, "iteration"),
+        pluralize(schema.overruns, "overrun"),
         format!("{} refused", schema.refused),
-        count(schema.faults, "fault"),
+        pluralize(schema.faults, "fault"),
     ];
     facts.extend(numbers.map(Span::raw));
     if let Some(process) = schema.process {
@@ -132,7 +132,7 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
 
 /// Returns the line of a switch. Where there is no room for both, the latency is dropped in favour of the
 /// reason.
-fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> Line<'static> {
+fn switch_line(screen: &ViewState, group: usize, switch: &Switch, width: usize) -> Line<'static> {
     let name = |schema: Option<usize>| schema.map_or("nobody", |place| screen.name(place)).to_owned();
     let group = screen
         .snapshot
@@ -146,17 +146,17 @@ fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> 
     };
     let mut line = Line::from(vec![
         Span::styled(
-            format!("{:>9}  ", text::moment(switch.time)),
-            screen.paint.faint(),
+            format!("{:>9}  ", text::format_time(switch.time)),
+            screen.theme.faint(),
         ),
         Span::raw(format!("{group}  {} → ", name(switch.from))),
-        Span::styled(name(switch.to), screen.paint.strong()),
+        Span::styled(name(switch.to), screen.theme.strong()),
     ]);
-    let latency = switch
-        .latency
-        .map_or_else(String::new, |latency| format!("  in {}", text::span(latency)));
+    let latency = switch.latency.map_or_else(String::new, |latency| {
+        format!("  in {}", text::format_duration(latency))
+    });
     if line.width() + text::columns(&latency) + text::columns(&why) <= width {
-        line.push_span(Span::styled(latency, screen.paint.faint()));
+        line.push_span(Span::styled(latency, screen.theme.faint()));
     }
     let room = width.saturating_sub(line.width());
     line.push_span(Span::raw(text::cut(&why, room)));
@@ -164,7 +164,7 @@ fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> 
 }
 
 /// Arranges facts side by side, and continues on the next line where the width ends.
-fn flow(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
+fn wrap_spans(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
     let mut lines: Vec<Line> = Vec::new();
     for fact in facts {
         let fact = Span::styled(text::cut(&fact.content, width), fact.style);
@@ -180,6 +180,6 @@ fn flow(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-fn count(number: u64, what: &str) -> String {
+fn pluralize(number: u64, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

@@ -10,16 +10,16 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::columns::{self, Column};
-use crate::top::history::Trace;
-use crate::top::screen::Screen;
+use crate::top::history::StripState;
 use crate::top::text;
 use crate::top::tree::Row;
+use crate::top::view_state::ViewState;
 
 /// The least width of the name column, so that the list does not jump when short names appear or disappear.
-const LEAST_NAME: usize = 12;
+const MIN_NAME_WIDTH: usize = 12;
 
 /// Draws the header and the list below it, scrolled so that the selection is visible.
-pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut Screen) {
+pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut ViewState) {
     let width = usize::from(area.width);
     let longest = screen
         .rows
@@ -27,20 +27,20 @@ pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut Scr
         .map(|row| name_width(row, screen))
         .max()
         .unwrap_or(0);
-    let name = longest.min(width * 2 / 5).max(LEAST_NAME.min(width));
+    let name = longest.min(width * 2 / 5).max(MIN_NAME_WIDTH.min(width));
     let (columns, strip) = columns::plan(width, name);
     scroll(screen, usize::from(area.height));
 
-    let mut titles = text::fit("schema", name + 1);
+    let mut titles = text::pad_or_cut("schema", name + 1);
     for column in &columns {
         titles += &align(*column, column.title());
         titles.push(' ');
     }
     titles += &text::cut(
-        &format!("last {}", text::setting(screen.slice() * strip as u64)),
+        &format!("last {}", text::format_setting(screen.slice() * strip as u64)),
         strip,
     );
-    frame.render_widget(Paragraph::new(Line::styled(titles, screen.paint.faint())), header);
+    frame.render_widget(Paragraph::new(Line::styled(titles, screen.theme.faint())), header);
 
     let shown = screen
         .rows
@@ -53,13 +53,13 @@ pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut Scr
                 group_line(screen, branch, &screen.snapshot.groups[*group], name, width)
             }
             Row::Schema { branch, schema } => schema_line(screen, branch, *schema, name, &columns, strip),
-            Row::Heading(title) => Line::styled(*title, screen.paint.strong()),
+            Row::Heading(title) => Line::styled(*title, screen.theme.strong()),
         })
         .collect();
     frame.render_widget(Paragraph::new(lines), area);
 }
 
-fn name_width(row: &Row, screen: &Screen) -> usize {
+fn name_width(row: &Row, screen: &ViewState) -> usize {
     match row {
         Row::Group { branch, group } => {
             text::columns(branch) + text::columns(&screen.snapshot.groups[*group].name)
@@ -69,7 +69,7 @@ fn name_width(row: &Row, screen: &Screen) -> usize {
     }
 }
 
-fn scroll(screen: &mut Screen, height: usize) {
+fn scroll(screen: &mut ViewState, height: usize) {
     let Some(selected) = screen.selected_row() else {
         return;
     };
@@ -87,7 +87,7 @@ fn scroll(screen: &mut Screen, height: usize) {
 }
 
 fn schema_line(
-    screen: &Screen,
+    screen: &ViewState,
     branch: &str,
     schema: usize,
     name: usize,
@@ -96,18 +96,18 @@ fn schema_line(
 ) -> Line<'static> {
     let view = &screen.snapshot.schemas[schema];
     let style = if schema == screen.selected {
-        screen.paint.selected()
+        screen.theme.selected()
     } else {
         Style::new()
     };
     let room = name.saturating_sub(text::columns(branch));
     let mut line = Line::from(vec![
-        Span::styled(text::cut(branch, name), screen.paint.faint()),
-        Span::styled(text::fit(&view.name, room), style),
+        Span::styled(text::cut(branch, name), screen.theme.faint()),
+        Span::styled(text::pad_or_cut(&view.name, room), style),
         Span::raw(" "),
     ]);
     for column in columns {
-        let (cell, style) = column.cell(view, screen.paint);
+        let (cell, style) = column.cell(view, screen.theme);
         // An empty mark is a gap, and gets no style of the operator.
         let style = if cell.is_empty() { Style::new() } else { style };
         line.push_span(Span::styled(align(*column, &cell), style));
@@ -115,26 +115,39 @@ fn schema_line(
     }
     for slice in screen.history.slices(schema, screen.slice(), strip) {
         line.push_span(match slice {
-            Some(trace) => Span::styled(symbol(trace), screen.paint.trace(trace)),
+            Some(trace) => Span::styled(symbol(trace), screen.theme.strip_state(trace)),
             None => Span::raw(" "),
         });
     }
     line
 }
 
-fn group_line(screen: &Screen, branch: &str, group: &GroupView, name: usize, width: usize) -> Line<'static> {
-    let paint = screen.paint;
+fn group_line(
+    screen: &ViewState,
+    branch: &str,
+    group: &GroupView,
+    name: usize,
+    width: usize,
+) -> Line<'static> {
+    let paint = screen.theme;
     let title = format!("{branch}{}", group.name);
     let winner = match group.winner {
-        Some(winner) => Span::styled(format!("▸ {}", screen.name(winner)), paint.trace(Trace::Winner)),
+        Some(winner) => Span::styled(
+            format!("▸ {}", screen.name(winner)),
+            paint.strip_state(StripState::Winner),
+        ),
         None => Span::styled("▸ nobody", paint.bad()),
     };
     let switches = if group.switches == 1 { "switch" } else { "switches" };
     let late = group.allowed > 0 && group.worst > group.allowed;
     let worst = match (group.worst, group.allowed) {
         (0, 0) => String::new(),
-        (worst, 0) => format!("worst {}", text::span(worst)),
-        (worst, allowed) => format!("worst {} of {}", text::span(worst), text::setting(allowed)),
+        (worst, 0) => format!("worst {}", text::format_duration(worst)),
+        (worst, allowed) => format!(
+            "worst {} of {}",
+            text::format_duration(worst),
+            text::format_setting(allowed)
+        ),
     };
     let chatters = group.chatter.as_ref().map(|chatter| {
         let [one, other] = chatter
@@ -153,7 +166,7 @@ fn group_line(screen: &Screen, branch: &str, group: &GroupView, name: usize, wid
             if late { paint.bad() } else { paint.faint() },
         )),
     ];
-    let mut line = Line::from(Span::styled(text::fit(&title, name), paint.strong()));
+    let mut line = Line::from(Span::styled(text::pad_or_cut(&title, name), paint.strong()));
     for (nth, piece) in pieces.into_iter().flatten().enumerate() {
         let gap = if nth == 0 { " " } else { "  " };
         if line.width() + gap.len() + piece.width() > width {
@@ -167,19 +180,19 @@ fn group_line(screen: &Screen, branch: &str, group: &GroupView, name: usize, wid
 
 fn align(column: Column, cell: &str) -> String {
     let width = column.width();
-    if column.is_words() {
-        return text::fit(cell, width);
+    if column.is_text() {
+        return text::pad_or_cut(cell, width);
     }
     let cell = text::cut(cell, width);
     format!("{}{cell}", " ".repeat(width - text::columns(&cell)))
 }
 
-fn symbol(trace: Trace) -> &'static str {
+fn symbol(trace: StripState) -> &'static str {
     match trace {
-        Trace::Slept => "·",
-        Trace::Checking => "▁",
-        Trace::Ready => "▄",
-        Trace::Winner => "█",
-        Trace::Faulted => "×",
+        StripState::Slept => "·",
+        StripState::Checking => "▁",
+        StripState::Ready => "▄",
+        StripState::Winner => "█",
+        StripState::Faulted => "×",
     }
 }

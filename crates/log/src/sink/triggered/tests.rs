@@ -11,19 +11,19 @@ use jde_types::Value;
 
 use super::*;
 use crate::Recording;
-use crate::lane::{Holds, Lane};
-use crate::ring::About;
+use crate::pre_trigger_buffer::StateKey;
+use crate::topic::{TopicContent, TopicQueue};
 use crate::writer;
 
 const SECOND: Nanos = 1_000_000_000;
 
 /// A disk that accepts a limited number of bytes of the second file and none of the third.
-struct Small {
+struct FailingDisk {
     file: File,
     room: usize,
 }
 
-impl Write for Small {
+impl Write for FailingDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.room == 0 {
             return Err(io::Error::from_raw_os_error(28));
@@ -50,11 +50,11 @@ fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> 
         3 => 0,
         _ => usize::MAX,
     };
-    Ok((Box::new(Small { file, room }), None))
+    Ok((Box::new(FailingDisk { file, room }), None))
 }
 
 /// Returns a sink for `drive.mcap` in a folder, which creates its files by `make`.
-fn sink(folder: &Path, make: Make, on_file: OnFile) -> Triggered {
+fn sink(folder: &Path, make: CreateFile, on_file: OnFile) -> TriggeredSink {
     let shared = Arc::new(Shared::new(sync_channel(1).0, true));
     let origin = Origin {
         application: "bench".to_owned(),
@@ -62,7 +62,7 @@ fn sink(folder: &Path, make: Make, on_file: OnFile) -> Triggered {
         started: SystemTime::UNIX_EPOCH,
         folder: None,
         file: None,
-        cast: None,
+        hierarchy: None,
     };
     let plan = Plan {
         path: folder.join("drive.mcap"),
@@ -71,8 +71,8 @@ fn sink(folder: &Path, make: Make, on_file: OnFile) -> Triggered {
         after: 5 * SECOND,
         memory: 1 << 20,
     };
-    let mut sink = Triggered::new(&shared, origin, plan, on_file).unwrap();
-    sink.make = make;
+    let mut sink = TriggeredSink::new(&shared, origin, plan, on_file).unwrap();
+    sink.create_file = make;
     sink
 }
 
@@ -81,7 +81,7 @@ fn a_file_that_cannot_be_opened_is_left_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let theirs = folder.path().join("drive-001.mcap");
     std::fs::write(&theirs, "precious").unwrap();
-    let refused: Make = |path, _| {
+    let refused: CreateFile = |path, _| {
         Err(Error::Create {
             path: path.to_owned(),
             error: io::ErrorKind::PermissionDenied.into(),
@@ -95,7 +95,7 @@ fn a_file_that_cannot_be_opened_is_left_as_it_is() {
     };
     sink.fired(&firing, "operator");
     sink.finish();
-    assert!(lock(&sink.shared.files)[0].trouble.is_some());
+    assert!(lock(&sink.shared.files)[0].error.is_some());
     assert_eq!(std::fs::read_to_string(theirs).unwrap(), "precious");
 }
 
@@ -111,14 +111,14 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     let mut sink = sink(folder.path(), small, on_file);
     let shared = Arc::clone(&sink.shared);
     let value_type = Arc::new(<[u64; 16]>::describe());
-    let lane = Lane::new(
+    let lane = TopicQueue::new(
         "/bench/noise".to_owned(),
-        Holds::Values(value_type),
+        TopicContent::Values(value_type),
         BTreeMap::new(),
         None,
         true,
     );
-    sink.open(Channel::Lane(Arc::new(lane)));
+    sink.open(SinkChannel::Topic(Arc::new(lane)));
 
     // Ten values a second for 200 s, and a firing every 40 s. The values do not compress, so they fill the
     // disk.
@@ -135,7 +135,7 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
             publish: time,
             sequence: number,
         };
-        sink.message(0, times, &data, Says::State(About::Value));
+        sink.write_message(0, times, &data, Effect::State(StateKey::Value));
         if number % 400 == 200 {
             let firing = Firing {
                 time,
@@ -144,7 +144,7 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
             };
             sink.fired(&firing, "operator");
         }
-        sink.round(time);
+        sink.poll(time);
     }
     sink.finish();
 
@@ -156,15 +156,15 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     assert_eq!(
         told,
         [
-            (Happened::Began, "drive-001.mcap"),
-            (Happened::Ended, "drive-001.mcap"),
-            (Happened::Began, "drive-002.mcap"),
-            (Happened::Failed, "drive-002.mcap"),
+            (FileEvent::Started, "drive-001.mcap"),
+            (FileEvent::Ended, "drive-001.mcap"),
+            (FileEvent::Started, "drive-002.mcap"),
+            (FileEvent::Failed, "drive-002.mcap"),
             // The third file cannot even be started, which is not reported again. The fourth takes its name.
-            (Happened::Began, "drive-003.mcap"),
-            (Happened::Ended, "drive-003.mcap"),
-            (Happened::Began, "drive-004.mcap"),
-            (Happened::Ended, "drive-004.mcap"),
+            (FileEvent::Started, "drive-003.mcap"),
+            (FileEvent::Ended, "drive-003.mcap"),
+            (FileEvent::Started, "drive-004.mcap"),
+            (FileEvent::Ended, "drive-004.mcap"),
         ]
     );
     let files = lock(&shared.files).clone();
@@ -173,15 +173,15 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     for (place, file) in files.iter().enumerate() {
         // A file that was never started does not count the value in force.
         let known = whole - u64::from(place == 2);
-        assert_eq!(file.kept + file.lost, known, "{file:?}");
-        assert_eq!(file.trouble.is_some(), [1, 2].contains(&place), "{file:?}");
+        assert_eq!(file.written + file.lost, known, "{file:?}");
+        assert_eq!(file.error.is_some(), [1, 2].contains(&place), "{file:?}");
     }
-    assert_eq!((files[2].kept, files[3].kept), (0, whole));
+    assert_eq!((files[2].written, files[3].written), (0, whole));
     let lost: u64 = files.iter().map(|file| file.lost).sum();
     assert_eq!(shared.dropped.load(Ordering::Relaxed), lost);
     assert_eq!(
-        shared.kept.load(Ordering::Relaxed),
-        files.iter().map(|file| file.kept).sum::<u64>()
+        shared.written.load(Ordering::Relaxed),
+        files.iter().map(|file| file.written).sum::<u64>()
     );
     let damaged = Recording::open(&files[1].path).unwrap();
     assert!(damaged.damage().unwrap().offset <= 20_000);

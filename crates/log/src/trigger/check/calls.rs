@@ -151,13 +151,13 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
         name => Err(Reason::Unknown {
             what: "function",
             name: name.to_owned(),
-            nearest: meant(name).map(str::to_owned),
+            nearest: suggest_function(name).map(str::to_owned),
         }),
     }
 }
 
 /// Returns the function that the author probably intended.
-fn meant(name: &str) -> Option<&'static str> {
+fn suggest_function(name: &str) -> Option<&'static str> {
     let of_math = FUNCTIONS
         .into_iter()
         .find(|known| known.strip_prefix("math.") == Some(name));

@@ -3,7 +3,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::section::Line;
-use super::{MOST_BYTES, ReadError};
+use super::{MAX_BYTES, ReadError};
 
 /// The number of elements, before the field has a place.
 pub(super) enum Shape {
@@ -118,7 +118,7 @@ impl Layout {
         };
         let length = kind.bytes().checked_mul(capacity)?;
         let end = (start + head).checked_add(length)?;
-        if end > MOST_BYTES {
+        if end > MAX_BYTES {
             return None;
         }
         self.end = end.next_multiple_of(align);

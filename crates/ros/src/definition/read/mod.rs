@@ -17,13 +17,13 @@ use layout::{Layout, scalar, shape};
 use section::{Line, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.
-const MOST_TEXT: usize = 1 << 20;
+const MAX_TEXT: usize = 1 << 20;
 /// The largest value, in bytes, and the maximum nesting of structures: the limits of a plugin.
-const MOST_BYTES: usize = 256 << 20;
-const DEEPEST: usize = 16;
+const MAX_BYTES: usize = 256 << 20;
+const MAX_DEPTH: usize = 16;
 /// The maximum number of fields. Those of contained types count at each occurrence, so it bounds every walk
 /// through a type.
-const MOST_FIELDS: usize = 1 << 16;
+const MAX_FIELDS: usize = 1 << 16;
 
 /// Why a text does not define a type that can be shared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -56,21 +56,21 @@ pub enum ReadError {
     },
     /// Two definitions, or two fields of one definition, have the same name.
     #[error("line {line}: there is a `{name}` already")]
-    Twice {
+    Duplicate {
         /// The line of the second one.
         line: usize,
         /// The name.
         name: String,
     },
     /// A type contains itself, or is nested too deeply.
-    #[error("`{0}` nests deeper than {DEEPEST}, or contains itself")]
-    Deep(String),
+    #[error("`{0}` nests deeper than {MAX_DEPTH}, or contains itself")]
+    TooDeep(String),
     /// A type exceeds the limits of size or fields.
-    #[error("`{0}` is too large; at most {MOST_BYTES} bytes and {MOST_FIELDS} fields are shared")]
-    Large(String),
+    #[error("`{0}` is too large; at most {MAX_BYTES} bytes and {MAX_FIELDS} fields are shared")]
+    TooLarge(String),
     /// The text has this many bytes, which is too long.
-    #[error("the definition has {0} bytes; at most {MOST_TEXT} are read")]
-    Long(usize),
+    #[error("the definition has {0} bytes; at most {MAX_TEXT} are read")]
+    TooLong(usize),
 }
 
 /// Returns the type that a definition describes. This inverts [`definition`](super::definition()), apart from
@@ -83,14 +83,14 @@ pub enum ReadError {
 /// # Errors
 /// [`ReadError`], with the line. For any text, the time is proportional to its length.
 pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
-    if text.len() > MOST_TEXT {
-        return Err(ReadError::Long(text.len()));
+    if text.len() > MAX_TEXT {
+        return Err(ReadError::TooLong(text.len()));
     }
     let sections = sections(name, text)?;
     let root = short(name);
     let mut reader = Reader {
         sections: &sections,
-        made: BTreeMap::new(),
+        parsed: BTreeMap::new(),
     };
     let made = reader.structure(&root, 0)?;
     Ok(Type {
@@ -101,7 +101,7 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
 
 /// A finished type, its nesting depth, and the number of its fields with those of contained types.
 #[derive(Clone)]
-struct Made {
+struct ParsedType {
     value_type: Arc<Type>,
     height: usize,
     fields: usize,
@@ -109,16 +109,16 @@ struct Made {
 
 struct Reader<'a> {
     sections: &'a BTreeMap<String, Section<'a>>,
-    made: BTreeMap<String, Made>,
+    parsed: BTreeMap<String, ParsedType>,
 }
 
 impl Reader<'_> {
-    fn structure(&mut self, title: &str, depth: usize) -> Result<Made, ReadError> {
-        if let Some(made) = self.made.get(title) {
+    fn structure(&mut self, title: &str, depth: usize) -> Result<ParsedType, ReadError> {
+        if let Some(made) = self.parsed.get(title) {
             return Ok(made.clone());
         }
-        if depth > DEEPEST {
-            return Err(ReadError::Deep(title.to_owned()));
+        if depth > MAX_DEPTH {
+            return Err(ReadError::TooDeep(title.to_owned()));
         }
         let sections = self.sections;
         let section = &sections[title];
@@ -127,7 +127,7 @@ impl Reader<'_> {
         let (mut height, mut count) = (0, 0_usize);
         for line in &section.fields {
             if !names.insert(line.name) {
-                return Err(ReadError::Twice {
+                return Err(ReadError::Duplicate {
                     line: line.number,
                     name: line.name.to_owned(),
                 });
@@ -145,21 +145,21 @@ impl Reader<'_> {
             count = count.saturating_add(1);
             layout
                 .push(line, kind, shape)
-                .ok_or_else(|| ReadError::Large(title.to_owned()))?;
+                .ok_or_else(|| ReadError::TooLarge(title.to_owned()))?;
         }
-        if height > DEEPEST {
-            return Err(ReadError::Deep(title.to_owned()));
+        if height > MAX_DEPTH {
+            return Err(ReadError::TooDeep(title.to_owned()));
         }
-        if count > MOST_FIELDS {
-            return Err(ReadError::Large(title.to_owned()));
+        if count > MAX_FIELDS {
+            return Err(ReadError::TooLarge(title.to_owned()));
         }
         let (package, name) = parts(title);
-        let made = Made {
+        let made = ParsedType {
             value_type: Arc::new(layout.finish(format!("{package}/msg/{name}"), section.doc.clone())),
             height,
             fields: count,
         };
-        self.made.insert(title.to_owned(), made.clone());
+        self.parsed.insert(title.to_owned(), made.clone());
         Ok(made)
     }
 
@@ -170,7 +170,7 @@ impl Reader<'_> {
         line: &Line<'_>,
         element: &str,
         depth: usize,
-    ) -> Result<Made, ReadError> {
+    ) -> Result<ParsedType, ReadError> {
         let title = if element.contains('/') {
             short(element)
         } else {

@@ -46,7 +46,7 @@ pub(super) fn sections<'a>(name: &str, text: &'a str) -> Result<BTreeMap<String,
         title = short(next_name);
         section = Section::of(next_name);
         if sections.contains_key(&title) {
-            return Err(ReadError::Twice {
+            return Err(ReadError::Duplicate {
                 line: number + 1,
                 name: title,
             });

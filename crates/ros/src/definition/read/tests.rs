@@ -119,7 +119,7 @@ fn what_cannot_be_shared_is_refused_with_its_line() {
 fn what_would_never_end_is_refused() {
     is_refused("a/A again", "contains itself");
     is_refused("b/B b\n===\nMSG: b/B\na/A[4] a", "contains itself");
-    is_refused(&"#".repeat(MOST_TEXT + 1), "at most");
+    is_refused(&"#".repeat(MAX_TEXT + 1), "at most");
     is_refused("float64[4294967295] many", "too large");
     let chain = |links: usize, of: &str| -> String {
         let link = |n| {

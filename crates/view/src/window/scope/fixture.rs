@@ -2,8 +2,8 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
+use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
 use jde_host::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
-use jde_host::story::{Candidate, Change, Decision, Happening, Line};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
 
 use super::Scope;
@@ -70,13 +70,13 @@ impl Fixed {
 
     /// Adds a change of a schema's state.
     pub(crate) fn change(&mut self, time_s: f64, schema: &str, from: &str, to: &str) {
-        let change = Change {
+        let change = StateRecord {
             time_s,
             schema: schema.to_owned(),
             from: from.to_owned(),
             to: to.to_owned(),
         };
-        self.past.add_line(Line::Change(change), 0);
+        self.past.add_line(RunRecord::State(change), 0);
     }
 }
 
@@ -191,7 +191,7 @@ pub(crate) fn navigation() -> Fixed {
     ];
     for (number, (time_s, group, before, choice, case)) in (1..).zip(turns) {
         fixed.past.add_line(
-            Line::Decision(selection(number, time_s, group, before, choice, case)),
+            RunRecord::Decision(selection(number, time_s, group, before, choice, case)),
             0,
         );
     }
@@ -199,7 +199,7 @@ pub(crate) fn navigation() -> Fixed {
         (2.5, "overrun", "goon", "took 12.300 ms of 10.000 ms"),
         (8.0, "operator", "stop", "ana@laptop forced stop"),
     ] {
-        let happening = Happening {
+        let happening = EventRecord {
             time_s,
             kind: kind.to_owned(),
             schema: Some(schema.to_owned()),
@@ -207,7 +207,7 @@ pub(crate) fn navigation() -> Fixed {
             touched: None,
             text: text.to_owned(),
         };
-        fixed.past.add_line(Line::Happening(happening), 0);
+        fixed.past.add_line(RunRecord::Event(happening), 0);
     }
     fixed.past.add_snapshot(&fixed.snapshot.clone());
     fixed
@@ -221,13 +221,13 @@ pub(crate) fn selection(
     choice: &str,
     case: &str,
 ) -> Decision {
-    let mut candidates = vec![Candidate {
+    let mut candidates = vec![CandidateRecord {
         name: choice.to_owned(),
         state: "ready".to_owned(),
         ready: true,
         urgency: Some(0.5),
     }];
-    candidates.extend(before.map(|before| Candidate {
+    candidates.extend(before.map(|before| CandidateRecord {
         name: before.to_owned(),
         state: "winner".to_owned(),
         ready: case == "collision",

@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use jde_host::story::{Decision, Happening};
+use jde_host::records::{Decision, EventRecord};
 use jde_link::message::Schemas;
 
 use crate::session::{History, Progress};
@@ -118,7 +118,7 @@ impl Index {
         }
     }
 
-    fn happened(&mut self, happening: &Happening, past: &History) {
+    fn happened(&mut self, happening: &EventRecord, past: &History) {
         let Some(schema) = &happening.schema else { return };
         let sign = match happening.kind.as_str() {
             "ok" => Sign::Well,
@@ -165,7 +165,7 @@ pub(super) fn newest<T>(list: &VecDeque<T>, count: u64) -> impl Iterator<Item = 
 
 #[cfg(test)]
 mod tests {
-    use jde_host::story::Line;
+    use jde_host::records::RunRecord;
 
     use super::super::fixture;
     use super::*;
@@ -184,7 +184,7 @@ mod tests {
             time_s: last.time_s + 0.1,
             ..last
         };
-        fixed.past.add_line(Line::Decision(next), 0);
+        fixed.past.add_line(RunRecord::Decision(next), 0);
         index.take(&fixed.past, &fixed.schemas);
         assert_eq!(index.switches().len(), before + 1);
 

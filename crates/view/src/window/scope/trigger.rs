@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::axis::Axis;
 use super::index::newest;
 use crate::session::{History, Progress};
-use jde_host::story::Line;
+use jde_host::records::RunRecord;
 use std::sync::Arc;
 
 /// What the window does after the trigger fired.
@@ -148,16 +148,16 @@ impl Trigger {
         }
         let mut fired = Vec::new();
         for line in fresh(past, self.heard, heard) {
-            watched.line(&line, &mut fired);
+            watched.process_record(&line, &mut fired);
         }
         self.heard = heard;
         for &(time, variable, bytes) in values {
             match bytes {
-                Some(bytes) => watched.value(time, variable, bytes, &mut fired),
-                None => watched.retracted(time, variable, &mut fired),
+                Some(bytes) => watched.process_value(time, variable, bytes, &mut fired),
+                None => watched.process_retraction(time, variable, &mut fired),
             }
         }
-        watched.pass(now, &mut fired);
+        watched.advance(now, &mut fired);
         let now = now as f64 / 1e9;
         if let Phase::Fired { at } = self.phase
             && now >= at + (1.0 - self.kept.share) * axis.span()
@@ -198,17 +198,17 @@ impl Trigger {
 }
 
 /// The lines received between two counts, ordered by time.
-fn fresh(past: &History, before: Progress, now: Progress) -> Vec<Line> {
+fn fresh(past: &History, before: Progress, now: Progress) -> Vec<RunRecord> {
     let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
     let happenings = newest(
         past.happenings(),
         now.happenings.saturating_sub(before.happenings),
     );
     let mut lines: Vec<_> = decisions
-        .map(|decision| Line::Decision(decision.clone()))
-        .chain(happenings.map(|happening| Line::Happening(happening.clone())))
+        .map(|decision| RunRecord::Decision(decision.clone()))
+        .chain(happenings.map(|happening| RunRecord::Event(happening.clone())))
         .collect();
-    lines.sort_by_key(Line::time);
+    lines.sort_by_key(RunRecord::time);
     lines
 }
 
@@ -241,7 +241,7 @@ mod tests {
     fn collide(fixed: &mut Fixed, number: u64, time: f64) {
         for (number, case) in [(number, "alone"), (number + 1, "collision")] {
             let selection = fixture::selection(number, time, "example/base", Some("goon"), "vff", case);
-            fixed.past.add_line(Line::Decision(selection), 0);
+            fixed.past.add_line(RunRecord::Decision(selection), 0);
         }
     }
 

@@ -2,8 +2,8 @@
 //! words.
 
 use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
+use jde_host::records::Decision;
 use jde_host::snapshot::GroupView;
-use jde_host::story::Decision;
 use jde_panel::Ink;
 
 use super::index::{self, Index};

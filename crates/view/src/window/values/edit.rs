@@ -138,7 +138,7 @@ fn within(names: &[String], value: serde_json::Value) -> serde_json::Value {
 }
 
 fn refused(info: &VariableInfo, names: &[String], value: &serde_json::Value) -> bool {
-    names.is_empty() && value.as_f64().is_some_and(|number| !info.range.holds(number))
+    names.is_empty() && value.as_f64().is_some_and(|number| !info.range.contains(number))
 }
 
 /// The range as text, in the user's units.

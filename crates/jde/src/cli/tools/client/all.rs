@@ -6,12 +6,12 @@ use std::io::{self, Write};
 use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, display_path};
 use crate::terminal::{self, BAD, FAINT, GOOD};
 
 /// Stops everything.
 pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
-    each(
+    send_to_all(
         context,
         target,
         Action::StopAll,
@@ -22,7 +22,7 @@ pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
 
 /// Releases everything that was stopped at once.
 pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure> {
-    each(
+    send_to_all(
         context,
         target,
         Action::ReleaseAll,
@@ -33,7 +33,13 @@ pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure>
 
 /// Sends the action to all applications at the same time and prints each answer as it arrives. One that does
 /// not answer does not delay the others.
-fn each(context: &Context, target: &Target, action: Action, done: &str, then: &str) -> Result<(), Failure> {
+fn send_to_all(
+    context: &Context,
+    target: &Target,
+    action: Action,
+    done: &str,
+    then: &str,
+) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
         action,
@@ -42,16 +48,20 @@ fn each(context: &Context, target: &Target, action: Action, done: &str, then: &s
     let mut out = terminal::out();
     let mut failed = Vec::new();
     let mut told: io::Result<()> = Ok(());
-    let (reach, named) = (context.reach(target)?, context.named(target));
-    jde_link::everything(&reach, named.as_deref(), &request, &mut |heard| {
-        let who = shown(heard.who.as_ref());
+    let (reach, named) = (context.reach(target)?, context.application_name(target));
+    jde_link::broadcast(&reach, named.as_deref(), &request, &mut |heard| {
+        let who = display_path(heard.target.as_ref());
         let said = match &heard.outcome {
             Ok(roots) => {
-                let roots: Vec<_> = roots.iter().map(|root| shown(root.as_ref())).collect();
+                let roots: Vec<_> = roots.iter().map(|root| display_path(root.as_ref())).collect();
                 writeln!(out, "{who}: {GOOD}{} {done}{GOOD:#}", roots.join(", "))
             }
             Err(error) => {
-                let said = writeln!(out, "{who}: {BAD}{}{BAD:#}", shown(error.to_string().as_ref()));
+                let said = writeln!(
+                    out,
+                    "{who}: {BAD}{}{BAD:#}",
+                    display_path(error.to_string().as_ref())
+                );
                 failed.push(who);
                 said
             }

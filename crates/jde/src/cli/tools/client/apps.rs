@@ -10,9 +10,9 @@ use jde_link::message::{About, Network};
 use serde::Serialize;
 
 use super::{Context, Target};
-use crate::attached::table::{Cell, Side, Table};
 use crate::cli::print_json;
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, display_path};
+use crate::remote::table::{Alignment, Cell, Table};
 use crate::terminal::{self, FAINT, GOOD, TITLE, WARN};
 
 /// List the running applications.
@@ -29,7 +29,7 @@ pub(crate) struct Apps {
 }
 
 #[derive(Serialize)]
-struct Listed {
+struct ApplicationEntry {
     #[serde(flatten)]
     about: About,
     /// The winners, from the roots down; `None` if the application does not answer.
@@ -41,7 +41,7 @@ impl Apps {
         let client = context.client(&self.target)?;
         let abouts = client.applications()?;
         // Ask in parallel: an application that is suspended must not delay the others.
-        let listed: Vec<Listed> = thread::scope(|scope| {
+        let listed: Vec<ApplicationEntry> = thread::scope(|scope| {
             let asked: Vec<_> = abouts
                 .into_iter()
                 .map(|about| {
@@ -50,8 +50,8 @@ impl Apps {
                         let name = format!("{}@{}", about.name, about.id);
                         let remote = client.application(Some(&name)).ok();
                         let snapshot = remote.and_then(|remote| remote.hierarchy().ok());
-                        Listed {
-                            acting: snapshot.as_ref().map(acting),
+                        ApplicationEntry {
+                            acting: snapshot.as_ref().map(winners),
                             about,
                         }
                     })
@@ -72,24 +72,24 @@ impl Apps {
             writeln!(out, "no application runs; start one with `jde run` or `jde demo`")?;
             return Ok(());
         }
-        table(&listed).tell(&mut out)?;
+        table(&listed).write(&mut out)?;
         out.flush()?;
         Ok(())
     }
 }
 
-fn table(listed: &[Listed]) -> Table {
+fn table(listed: &[ApplicationEntry]) -> Table {
     let mut table = Table::new([
-        ("name", Side::Left),
-        ("up", Side::Right),
-        ("acting", Side::Left),
-        ("where", Side::Left),
-        ("pid", Side::Right),
-        ("network", Side::Left),
-        ("file", Side::Left),
+        ("name", Alignment::Left),
+        ("up", Alignment::Right),
+        ("acting", Alignment::Left),
+        ("where", Alignment::Left),
+        ("pid", Alignment::Right),
+        ("network", Alignment::Left),
+        ("file", Alignment::Left),
     ]);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    for Listed { about, acting } in listed {
+    for ApplicationEntry { about, acting } in listed {
         let twins = listed
             .iter()
             .filter(|other| other.about.name == about.name)
@@ -104,7 +104,7 @@ fn table(listed: &[Listed]) -> Table {
             Some([]) => Cell::from("nobody").styled(FAINT),
             Some(names) => Cell::from(names.join(" > ")).styled(GOOD),
         };
-        table.row([
+        table.add_row([
             Cell::from(name).styled(TITLE),
             duration(up).into(),
             acting,
@@ -116,7 +116,7 @@ fn table(listed: &[Listed]) -> Table {
                 Network::Operate => "operate",
             })
             .styled(FAINT),
-            Cell::from(shown(about.file.as_ref())).styled(FAINT),
+            Cell::from(display_path(about.file.as_ref())).styled(FAINT),
         ]);
     }
     table
@@ -124,7 +124,7 @@ fn table(listed: &[Listed]) -> Table {
 
 /// Returns the winners from the roots down. Follows the first group of each winner, as long as that group has
 /// a winner.
-fn acting(snapshot: &Snapshot) -> Vec<String> {
+fn winners(snapshot: &Snapshot) -> Vec<String> {
     let mut names = Vec::new();
     let mut father = None;
     while let Some(group) = snapshot.groups.iter().find(|group| group.father == father)
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn those_who_act_are_named_from_the_roots_down() {
-        assert_eq!(acting(&navigation()), ["example", "vff"]);
+        assert_eq!(winners(&navigation()), ["example", "vff"]);
     }
 
     #[test]

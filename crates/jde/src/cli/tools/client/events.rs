@@ -5,24 +5,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use jde_host::story::{Kind, Line};
-use jde_link::Happened;
+use jde_host::records::{RecordKind, RunRecord};
+use jde_link::ReceivedEvent;
 use serde_json::json;
 
 use super::{Context, Target};
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
-use crate::queue::{Queue, Taken};
+use crate::interrupt::SignalListener;
+use crate::queue::{Popped, Queue};
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
 use crate::why;
 
 /// Number of lines of each kind that an application keeps.
-const KEPT: usize = 1000;
+const MAX_HISTORY: usize = 1000;
 /// The most lines that may wait to be shown: all kept ones, and some that arrive meanwhile. Beyond that, the
 /// oldest are dropped, counted and reported.
-const WAITING: usize = 8192;
+const MAX_QUEUED: usize = 8192;
 
 /// Show events: takeovers with their reasons, faults, overruns and operators' actions; first the last ones,
 /// then new ones as they occur.
@@ -53,17 +53,17 @@ pub(crate) struct Events {
 
 impl Events {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let remote = context.by_name(&self.target, self.application.as_deref())?;
-        let kinds: &[Kind] = if self.all {
-            &Kind::ALL
+        let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
+        let kinds: &[RecordKind] = if self.all {
+            &RecordKind::ALL
         } else {
-            &[Kind::Decision, Kind::Happening]
+            &[RecordKind::Decision, RecordKind::Event]
         };
-        let told = Queue::new(WAITING);
+        let told = Queue::new(MAX_QUEUED);
         let interrupted = Arc::new(AtomicBool::new(false));
         let _interrupts = {
             let (told, interrupted) = (Arc::clone(&told), Arc::clone(&interrupted));
-            Interrupts::call(move || {
+            SignalListener::on_first(move || {
                 interrupted.store(true, Ordering::Relaxed);
                 told.close();
             })?
@@ -77,52 +77,53 @@ impl Events {
         let last = if self.all || self.last == 0 {
             self.last
         } else {
-            KEPT
+            MAX_HISTORY
         };
         let tell = Arc::clone(&told);
-        let _watching = remote.events(kinds, last, move |happened| tell.add(happened))?;
+        let _watching = remote.events(kinds, last, move |happened| tell.push(happened))?;
         let mut earlier = Vec::new();
-        while let Taken::Next { what, .. } = told.take_now() {
+        while let Popped::Next { item: what, .. } = told.try_pop() {
             earlier.push(what);
         }
-        self.earlier(&earlier)?;
+        self.show_earlier(&earlier)?;
         if self.once {
             return Ok(());
         }
-        let ended =
-            |happened: &Happened| matches!(&happened.line, Line::Happening(line) if line.kind == "ended");
+        let ended = |happened: &ReceivedEvent| matches!(&happened.record, RunRecord::Event(line) if line.kind == "ended");
         let mut unread = 0;
-        while let Some((happened, missed)) = told.take() {
+        while let Some((happened, missed)) = told.pop() {
             if interrupted.load(Ordering::Relaxed) {
                 return Ok(());
             }
             unread += missed;
-            if self.wants(&happened.line) {
+            if self.is_selected(&happened.record) {
                 self.show(&happened, std::mem::take(&mut unread))?;
             }
             if ended(&happened) {
                 return Ok(());
             }
         }
-        if remote.alive() {
+        if remote.is_alive() {
             return Ok(());
         }
-        Err(jde_link::Error::Gone(remote.about().name.clone()).into())
+        Err(jde_link::Error::Disconnected(remote.about().name.clone()).into())
     }
 
     /// Shows the last earlier lines of each kind.
-    fn earlier(&self, happened: &[Happened]) -> Result<(), Failure> {
+    fn show_earlier(&self, happened: &[ReceivedEvent]) -> Result<(), Failure> {
         let happened = happened.iter();
-        let wanted: Vec<_> = happened.filter(|happened| self.wants(&happened.line)).collect();
-        let mut skip = Kind::ALL.map(|kind| {
+        let wanted: Vec<_> = happened
+            .filter(|happened| self.is_selected(&happened.record))
+            .collect();
+        let mut skip = RecordKind::ALL.map(|kind| {
             let count = wanted
                 .iter()
-                .filter(|happened| happened.line.kind() == kind)
+                .filter(|happened| happened.record.kind() == kind)
                 .count();
             count.saturating_sub(self.last)
         });
         for happened in &wanted {
-            let skip = &mut skip[happened.line.kind() as usize];
+            let skip = &mut skip[happened.record.kind() as usize];
             if *skip == 0 {
                 self.show(happened, 0)?;
             } else {
@@ -132,25 +133,25 @@ impl Events {
         Ok(())
     }
 
-    fn wants(&self, line: &Line) -> bool {
+    fn is_selected(&self, line: &RunRecord) -> bool {
         match line {
-            Line::Decision(decision) => self.all || decision.changed,
-            Line::Change(_) | Line::Happening(_) => true,
+            RunRecord::Decision(decision) => self.all || decision.changed,
+            RunRecord::State(_) | RunRecord::Event(_) => true,
         }
     }
 
     /// Shows a line, and how many lines of all kinds were dropped before it.
-    fn show(&self, happened: &Happened, unread: u64) -> Result<(), Failure> {
+    fn show(&self, happened: &ReceivedEvent, unread: u64) -> Result<(), Failure> {
         if self.json {
             let (number, missed) = (happened.number, happened.missed + unread);
-            return print_json(&match &happened.line {
-                Line::Decision(decision) => {
+            return print_json(&match &happened.record {
+                RunRecord::Decision(decision) => {
                     json!({ "stream": "decisions", "number": number, "missed": missed, "line": decision })
                 }
-                Line::Change(change) => {
+                RunRecord::State(change) => {
                     json!({ "stream": "states", "number": number, "missed": missed, "line": change })
                 }
-                Line::Happening(happening) => {
+                RunRecord::Event(happening) => {
                     json!({ "stream": "events", "number": number, "missed": missed, "line": happening })
                 }
             });
@@ -165,14 +166,14 @@ impl Events {
         if happened.missed > 0 && self.all {
             writeln!(out, "{WARN}{} lines were missed{WARN:#}", happened.missed)?;
         }
-        match &happened.line {
-            Line::Decision(decision) => writeln!(out, "{}", why::line(decision))?,
-            Line::Change(change) => writeln!(
+        match &happened.record {
+            RunRecord::Decision(decision) => writeln!(out, "{}", why::format_takeover(decision))?,
+            RunRecord::State(change) => writeln!(
                 out,
                 "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {}",
                 change.time_s, change.schema, change.from, change.to
             )?,
-            Line::Happening(happening) => {
+            RunRecord::Event(happening) => {
                 let style = match happening.kind.as_str() {
                     "faulted" | "hung" | "left-behind" | "late" | "chatters" | "stalled" => BAD,
                     "ok" | "ended" => GOOD,

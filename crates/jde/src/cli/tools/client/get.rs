@@ -6,11 +6,11 @@ use jde_link::value::to_json;
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::attached::name;
-use crate::attached::part::Part;
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
+use crate::remote::field::VariableField;
+use crate::remote::name;
 use crate::terminal::{self, FAINT};
 
 /// Show the newest value of a variable, or of a field of it.
@@ -34,16 +34,17 @@ impl Get {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let mut out = terminal::out();
         for asked in &self.variables {
-            let (remote, asked) = context.of(&self.target, asked)?;
+            let (remote, asked) = context.resolve(&self.target, asked)?;
             let known = remote.variables(false)?;
-            let (variable, path) = name::variable(asked, known.iter().map(|known| known.name.as_str()))?;
+            let (variable, path) =
+                name::split_variable(asked, known.iter().map(|known| known.name.as_str()))?;
             let info = remote.variable(variable)?;
-            let part = Part::of(&info, path)?;
+            let part = VariableField::resolve(&info, path)?;
             let sample = remote.get(variable)?;
             let value = sample
                 .bytes
                 .as_deref()
-                .map(|bytes| part.value(bytes))
+                .map(|bytes| part.decode(bytes))
                 .transpose()?;
             if self.json {
                 out.flush()?;
@@ -64,7 +65,7 @@ impl Get {
                 write!(out, "{FAINT}{asked}{FAINT:#}  ")?;
             }
             match value {
-                Some(value) => writeln!(out, "{}", part.shown(value))?,
+                Some(value) => writeln!(out, "{}", part.format_value(value))?,
                 None => writeln!(out, "no value yet, or it was taken back")?,
             }
         }

@@ -12,21 +12,21 @@ use jde_link::Remote;
 use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::cli::tools::quantity;
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
+use crate::interrupt::SignalListener;
+use crate::remote::name::split_application;
 use crate::terminal::{self, FAINT, GOOD};
 use crate::{complete, top};
 
 /// How long a hold stays in force without its client.
 const LEASE: Duration = Duration::from_secs(1);
 /// The interval at which a hold is checked.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A schema, and its application.
 #[derive(Args)]
-pub(super) struct Schema {
+pub(super) struct SchemaArg {
     /// The schema, or APP:SCHEMA.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
     pub(super) schema: String,
@@ -36,7 +36,7 @@ pub(super) struct Schema {
 
 /// The duration of an action.
 #[derive(Args)]
-pub(super) struct Lasting {
+pub(super) struct DurationArg {
     /// End the action after this time, at Ctrl-C, or one second after this program ends or the network fails.
     /// Without it, the action stays until it is released.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
@@ -44,11 +44,11 @@ pub(super) struct Lasting {
 }
 
 /// The messages of an action.
-pub(super) struct Saying {
+pub(super) struct ActionMessages {
     /// Printed when the action is in force.
     pub(super) done: String,
     /// Printed when it is over.
-    pub(super) over: String,
+    pub(super) ended: String,
 }
 
 macro_rules! verbs {
@@ -57,9 +57,9 @@ macro_rules! verbs {
         $(#[$doc])*
         pub(crate) struct $name {
             #[command(flatten)]
-            schema: Schema,
+            schema: SchemaArg,
             #[command(flatten)]
-            lasting: Lasting,
+            lasting: DurationArg,
         }
 
         impl $name {
@@ -90,12 +90,12 @@ verbs! {
   jde period vff 20Hz --for 1min")]
 pub(crate) struct Period {
     #[command(flatten)]
-    schema: Schema,
+    schema: SchemaArg,
     /// The period: a time or a frequency, such as 50ms or 20Hz.
     #[arg(value_name = "TIME", value_parser = top::text::period)]
     period: Nanos,
     #[command(flatten)]
-    lasting: Lasting,
+    lasting: DurationArg,
 }
 
 /// End a schema's instance between two iterations, and keep it unloaded until it is loaded; its variables
@@ -106,7 +106,7 @@ pub(crate) struct Period {
   jde unload ball                   a plugin: all its schemas")]
 pub(crate) struct Unload {
     #[command(flatten)]
-    schema: Schema,
+    schema: SchemaArg,
 }
 
 /// Make a new instance of an unloaded schema, and return control of it to its father.
@@ -116,13 +116,13 @@ pub(crate) struct Unload {
   jde load ball")]
 pub(crate) struct Load {
     #[command(flatten)]
-    schema: Schema,
+    schema: SchemaArg,
 }
 
 impl Period {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let period_s = self.period as f64 / 1e9;
-        let done = format!("now runs every {}", top::text::setting(self.period));
+        let done = format!("now runs every {}", top::text::format_setting(self.period));
         let action = |schema| Action::Period { schema, period_s };
         self.schema.act(context, action, &self.lasting, &done)
     }
@@ -132,7 +132,7 @@ impl Unload {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let action = |schema| Action::Unload { schema };
         self.schema
-            .act(context, action, &Lasting { time: None }, "is unloaded")
+            .act(context, action, &DurationArg { time: None }, "is unloaded")
     }
 }
 
@@ -140,34 +140,34 @@ impl Load {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let action = |schema| Action::Load { schema };
         self.schema
-            .act(context, action, &Lasting { time: None }, "is loaded")
+            .act(context, action, &DurationArg { time: None }, "is loaded")
     }
 }
 
-impl Schema {
+impl SchemaArg {
     pub(super) fn act(
         &self,
         context: &Context,
         action: impl FnOnce(String) -> Action,
-        lasting: &Lasting,
+        lasting: &DurationArg,
         done: &str,
     ) -> Result<(), Failure> {
         let (named, schema) = split_application(&self.schema);
         let remote = context.remote(&self.target, named)?;
-        let saying = Saying {
+        let saying = ActionMessages {
             done: format!("{schema} {done}"),
-            over: format!("{schema} is let go of"),
+            ended: format!("{schema} is let go of"),
         };
-        carry_out(&remote, action(schema.to_owned()), lasting, &saying)
+        perform_action(&remote, action(schema.to_owned()), lasting, &saying)
     }
 }
 
 /// Performs an action. With a duration, holds it and returns at its end.
-pub(super) fn carry_out(
+pub(super) fn perform_action(
     remote: &Remote,
     action: Action,
-    lasting: &Lasting,
-    saying: &Saying,
+    lasting: &DurationArg,
+    saying: &ActionMessages,
 ) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
@@ -187,7 +187,7 @@ pub(super) fn carry_out(
         return Ok(());
     };
     let (interrupt, interrupted) = channel();
-    let _interrupts = Interrupts::call(move || {
+    let _interrupts = SignalListener::on_first(move || {
         // The receiver outlives the listener.
         let _ = interrupt.send(());
     })?;
@@ -201,7 +201,7 @@ pub(super) fn carry_out(
     out.flush()?;
     let end = Instant::now() + time;
     while let left @ 1.. = end.saturating_duration_since(Instant::now()).as_millis() {
-        let wait = LOOK.min(Duration::from_millis(u64::try_from(left).unwrap_or(u64::MAX)));
+        let wait = CHECK_INTERVAL.min(Duration::from_millis(u64::try_from(left).unwrap_or(u64::MAX)));
         match interrupted.recv_timeout(wait) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
@@ -213,6 +213,6 @@ pub(super) fn carry_out(
         }
     }
     drop(hold);
-    writeln!(out, "{}", saying.over)?;
+    writeln!(out, "{}", saying.ended)?;
     Ok(())
 }

@@ -10,15 +10,15 @@ use jde_panel::{Button, Gesture, Item, List, Touch};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::attached::name::split_application;
-use crate::attached::panel;
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
+use crate::remote::name::split_application;
+use crate::remote::panel;
 use crate::terminal::{self, FAINT, GOOD, TITLE};
 
 /// The longest time that a schema may take to draw its panel.
-const DRAWING: Duration = Duration::from_secs(5);
+const DRAW_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Show a schema's own panel as text, or touch its widgets. Without a name, list the schemas that have a
 /// panel.
@@ -59,8 +59,8 @@ impl Panel {
         };
         let (named, schema) = split_application(schema);
         let remote = context.remote(&self.target, named)?;
-        check(&remote, schema)?;
-        let sample = newest(&remote, schema)?;
+        check_has_panel(&remote, schema)?;
+        let sample = wait_for_drawing(&remote, schema)?;
         if self.json {
             return print_json(&json!({
                 "application": remote.about().name,
@@ -74,8 +74,8 @@ impl Panel {
         let nothing = |reason| Failure::Broken(format!("the panel of {schema} shows nothing: {reason}"));
         let list = sample.list.map_err(nothing)?;
         let gesture = match (&self.touch, self.click.as_slice()) {
-            (Some(touched), _) => Some(touch(&list, touched)?),
-            (None, [widget, place @ ..]) => Some(click(&list, widget, place)?),
+            (Some(touched), _) => Some(parse_touch(&list, touched)?),
+            (None, [widget, place @ ..]) => Some(parse_click(&list, widget, place)?),
             (None, []) => None,
         };
         let mut out = terminal::out();
@@ -85,7 +85,7 @@ impl Panel {
                 remote.touch(&jde_link::operator(), schema, gesture)?;
                 writeln!(out, "{GOOD}{widget} of {schema} is touched{GOOD:#}")?;
             }
-            None => panel::tell(&list, &mut out)?,
+            None => panel::write(&list, &mut out)?,
         }
         out.flush()?;
         Ok(())
@@ -113,7 +113,7 @@ impl Panel {
 }
 
 /// Checks that the schema has a panel.
-fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
+fn check_has_panel(remote: &Remote, schema: &str) -> Result<(), Failure> {
     let schemas = remote.schemas()?.schemas;
     let with = || {
         let with = schemas.iter().filter(|schema| schema.panel);
@@ -133,7 +133,7 @@ fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
 }
 
 /// Returns the newest drawing of a panel. Waits for it for at most [`DRAWING`].
-fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
+fn wait_for_drawing(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     let (tell, told) = channel();
     let gone = tell.clone();
     remote.on_gone(move || drop(gone.send(None)));
@@ -141,20 +141,20 @@ fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
         // The receiver is gone after the first drawing.
         let _ = tell.send(Some(sample));
     })?;
-    match told.recv_timeout(DRAWING) {
+    match told.recv_timeout(DRAW_TIMEOUT) {
         Ok(Some(sample)) => Ok(sample),
         Ok(None) | Err(RecvTimeoutError::Disconnected) => {
-            Err(jde_link::Error::Gone(remote.about().name.clone()).into())
+            Err(jde_link::Error::Disconnected(remote.about().name.clone()).into())
         }
         Err(RecvTimeoutError::Timeout) => Err(Failure::Broken(format!(
             "{schema} drew nothing within {} s",
-            DRAWING.as_secs()
+            DRAW_TIMEOUT.as_secs()
         ))),
     }
 }
 
 /// Returns the widget with this id.
-fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
+fn find_widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
     panel::find(list, id).ok_or_else(|| {
         let names = panel::touchable(list).filter_map(Item::id);
         Failure::unknown("widget", id, names)
@@ -162,13 +162,13 @@ fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
 }
 
 /// Returns the gesture of `WIDGET` or `WIDGET=VALUE`.
-fn touch(list: &List, text: &str) -> Result<Gesture, Failure> {
+fn parse_touch(list: &List, text: &str) -> Result<Gesture, Failure> {
     let (id, value) = match text.split_once('=') {
         Some((id, value)) => (id.trim(), Some(value.trim())),
         None => (text, None),
     };
     let wrong = |message: String, help: String| Err(Failure::usage(message, help));
-    let touch = match (widget(list, id)?, value) {
+    let touch = match (find_widget(list, id)?, value) {
         (Item::Button { enabled: false, .. }, _) => {
             return wrong(
                 format!("`{id}` cannot be pressed now"),
@@ -238,8 +238,8 @@ fn touch(list: &List, text: &str) -> Result<Gesture, Failure> {
 }
 
 /// Returns the gesture of a click at a place.
-fn click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failure> {
-    let wants = match widget(list, id)? {
+fn parse_click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failure> {
+    let wants = match find_widget(list, id)? {
         Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. } => wants,
         _ => {
             return Err(Failure::usage(
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn each_widget_is_touched_in_its_own_way() {
-        let touched = |text: &str| touch(&list(), text).map(|gesture| gesture.touch).unwrap();
+        let touched = |text: &str| parse_touch(&list(), text).map(|gesture| gesture.touch).unwrap();
         assert_eq!(touched("clear"), Touch::Pressed);
         assert_eq!(touched("hold"), Touch::Toggled(false), "to the other");
         assert_eq!(touched("hold=on"), Touch::Toggled(true));
@@ -340,7 +340,7 @@ mod tests {
         assert_eq!(touched("ahead = 2.5 m"), Touch::Moved(2.5));
         assert_eq!(touched("gait=run"), Touch::Chose(1));
         let place = ["-1.5", "2"].map(str::to_owned);
-        let clicked = click(&list(), "field", &place).unwrap();
+        let clicked = parse_click(&list(), "field", &place).unwrap();
         let at = [-1.5, 2.0, 0.0];
         let button = Button::Primary;
         assert_eq!(clicked.touch, Touch::Clicked { at, button });
@@ -348,8 +348,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_done_is_said_before_it_is_sent() {
-        let refused = |text: &str| match touch(&list(), text).unwrap_err() {
-            Failure::Use { message, help } => format!("{message}; {help}"),
+        let refused = |text: &str| match parse_touch(&list(), text).unwrap_err() {
+            Failure::Usage { message, help } => format!("{message}; {help}"),
             other => other.to_string(),
         };
         assert!(refused("claer").contains("did you mean `clear`?"));
@@ -361,7 +361,7 @@ mod tests {
         assert!(refused("gait=rum").contains("did you mean `run`?"));
         assert!(refused("field").contains("--click"));
         let places = ["x", "2"].map(str::to_owned);
-        assert!(click(&list(), "field", &places).is_err());
-        assert!(click(&list(), "clear", &places).is_err());
+        assert!(parse_click(&list(), "field", &places).is_err());
+        assert!(parse_click(&list(), "clear", &places).is_err());
     }
 }

@@ -7,7 +7,7 @@ use super::{Context, Target};
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
-use crate::{attached, terminal};
+use crate::{remote, terminal};
 
 /// Show the hierarchy: the state, the health and the timing of each schema.
 #[derive(Args)]
@@ -27,13 +27,13 @@ pub(crate) struct Ps {
 
 impl Ps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let remote = context.by_name(&self.target, self.application.as_deref())?;
+        let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let snapshot = remote.hierarchy()?;
         if self.json {
             return print_json(&snapshot);
         }
         let mut out = terminal::out();
-        attached::hierarchy::tell(&snapshot, &mut out)?;
+        remote::hierarchy::write(&snapshot, &mut out)?;
         out.flush()?;
         Ok(())
     }

@@ -10,27 +10,27 @@ use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_abi::describe::Type;
 use jde_core::Nanos;
-use jde_host::story::Kind;
+use jde_host::records::RecordKind;
 use jde_link::message::{Schemas, VariableInfo};
-use jde_link::{Rate, Remote, Watching};
+use jde_link::{Rate, Remote, Subscription};
 use jde_log::trigger::Names;
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 
-use super::pace::Pace;
+use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
 use crate::cli::tools::quantity;
-use crate::cli::tools::recording::{RecordedPanels, Splitting, Waiting};
+use crate::cli::tools::recording::{PanelArgs, SplitArgs, TriggerArgs};
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
-use crate::session::{self, Panels, Recorded};
+use crate::interrupt::SignalListener;
+use crate::session::{self, PanelOptions, RecordingSummary};
 use crate::terminal::{self, FAINT};
 use crate::{complete, summary};
 
 /// Number of earlier lines of each kind that are recorded as well. They contain the reasons for the current
 /// winners.
-const EARLIER: usize = 1000;
+const MAX_EARLIER: usize = 1000;
 /// The interval of progress messages on a terminal.
-const TELL: Duration = Duration::from_millis(500);
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Record a running application from here: variables, selections and events, like `jde run --record`.
 ///
@@ -61,50 +61,53 @@ pub(crate) struct Record {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    panels: RecordedPanels,
+    panels: PanelArgs,
     #[command(flatten)]
-    waiting: Waiting,
+    trigger: TriggerArgs,
     #[command(flatten)]
-    splitting: Splitting,
+    splitting: SplitArgs,
 }
 
 impl Record {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let split = self.splitting.wanted()?;
-        let (remote, patterns) = context.of_one(&self.target, &self.only)?;
+        let split = self.splitting.into_split()?;
+        let (remote, patterns) = context.resolve_all(&self.target, &self.only)?;
         let variables = remote.variables(false)?;
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
         // Check the panels before the file is created, because that may overwrite another one.
-        let panels = self.panels.wanted().map(|panels| chosen(&remote, panels));
+        let panels = self
+            .panels
+            .into_panels()
+            .map(|panels| resolve_panels(&remote, panels));
         let panels = panels.transpose()?;
         let options = options(&remote, self.overwrite);
-        let around = self.waiting.wanted();
+        let around = self.trigger.into_trigger();
         let waits = around.is_some();
         let recorder = match (around, split) {
-            (Some(around), _) => Recorder::wait(
+            (Some(around), _) => Recorder::create_triggered(
                 &self.file,
                 options,
-                session::when(&around, names_of(&remote, &variables)?)?,
+                session::parse_triggers(&around, condition_names(&remote, &variables)?)?,
             ),
-            (None, Some(split)) => Recorder::split(&self.file, options, split),
+            (None, Some(split)) => Recorder::create_split(&self.file, options, split),
             (None, None) => Recorder::create(&self.file, options),
         };
-        let recorder = recorder.map_err(|error| session::no_recording(error, &self.file))?;
+        let recorder = recorder.map_err(|error| session::recording_failure(error, &self.file))?;
         let recorder = Arc::new(recorder);
         let mut watching = Vec::with_capacity(variables.len() + 1);
         let mut kept = 0;
         for variable in &variables {
-            let topic = if selection.has(&variable.name) {
+            let topic = if selection.contains(&variable.name) {
                 kept += 1;
                 Some(recorder.topic(
                     &jde_log::topic_name(&variable.name),
                     value_type(variable)?,
-                    about(variable),
+                    metadata(variable),
                 ))
             } else {
-                recorder.topic_to_look_at(&variable.name, value_type(variable)?)
+                recorder.condition_topic(&variable.name, value_type(variable)?)
             };
             if let Some(topic) = topic {
                 watching.push(watch(&remote, variable, topic)?);
@@ -118,24 +121,24 @@ impl Record {
         let story = Arc::clone(&recorder);
         // The application's clock starts with the application, but the recording starts now.
         let beginning = remote.hierarchy()?.time;
-        watching.push(remote.events(&Kind::ALL, EARLIER, move |happened| {
-            if happened.line.time() < beginning {
-                story.earlier(happened.line, beginning);
+        watching.push(remote.events(&RecordKind::ALL, MAX_EARLIER, move |happened| {
+            if happened.record.time() < beginning {
+                story.push_earlier_record(happened.record, beginning);
             } else {
-                story.line(happened.line);
+                story.push_record(happened.record);
             }
         })?);
         let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
-        wait(&remote, &recorder, kept, end, waits)?;
+        wait_for_end(&remote, &recorder, kept, end, waits)?;
         drop(watching);
-        let recorded = Recorded::of(&self.file, waits, recorder.finish());
+        let recorded = RecordingSummary::of(&self.file, waits, recorder.finish());
         let mut out = terminal::out();
-        summary::tell_recording(&recorded, &mut out)?;
-        for (topic, lost) in recorder.status().lost_of {
+        summary::print_recording(&recorded, &mut out)?;
+        for (topic, lost) in recorder.status().lost_by_topic {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
         out.flush()?;
-        recorded.whole()
+        recorded.check_complete()
     }
 }
 
@@ -149,17 +152,17 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
             // The application's file may be on another machine.
             folder: None,
             file: None,
-            cast: None,
+            hierarchy: None,
         },
         application: None,
         overwrite,
         lossless: false,
-        on_trouble: Box::new(|trouble| tracing::error!("the recording ends here: {trouble}")),
+        on_error: Box::new(|trouble| tracing::error!("the recording ends here: {trouble}")),
     }
 }
 
 /// Returns the names that conditions may contain.
-fn names_of(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failure> {
+fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failure> {
     let Schemas { schemas, groups } = remote.schemas()?;
     let types = variables
         .iter()
@@ -172,7 +175,7 @@ fn names_of(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failur
 }
 
 /// Waits until the recording has to end.
-fn wait(
+fn wait_for_end(
     remote: &Remote,
     recorder: &Recorder,
     variables: usize,
@@ -182,7 +185,7 @@ fn wait(
     let (tell, told) = channel();
     let _interrupts = {
         let tell = tell.clone();
-        Interrupts::call(move || {
+        SignalListener::on_first(move || {
             let _ = tell.send(());
         })?
     };
@@ -190,7 +193,7 @@ fn wait(
         let _ = tell.send(());
     });
     // The recording must not wait for a reader of the progress messages.
-    let _no_waiting = terminal::wait_for_nobody();
+    let _no_waiting = terminal::never_block();
     let mut out = terminal::err();
     let live = terminal::is_interactive();
     let name = &remote.about().name;
@@ -201,11 +204,12 @@ fn wait(
     )?;
     let start = Instant::now();
     loop {
-        let left = end.map_or(TELL, |end| {
-            end.saturating_duration_since(Instant::now()).min(TELL)
+        let left = end.map_or(PROGRESS_INTERVAL, |end| {
+            end.saturating_duration_since(Instant::now())
+                .min(PROGRESS_INTERVAL)
         });
         let status = recorder.status();
-        if left.is_zero() || (!waits && status.trouble.is_some()) {
+        if left.is_zero() || (!waits && status.error.is_some()) {
             break;
         }
         if live {
@@ -213,7 +217,7 @@ fn wait(
                 out,
                 "\r{FAINT}{:>6.1} s  {} messages  {:.1} MB  {} lost{FAINT:#} ",
                 start.elapsed().as_secs_f64(),
-                status.kept,
+                status.written,
                 status.bytes as f64 / 1e6,
                 status.lost
             )?;
@@ -227,14 +231,14 @@ fn wait(
     if live {
         writeln!(out)?;
     }
-    if !remote.alive() {
+    if !remote.is_alive() {
         writeln!(out, "{name} is gone, and the recording ends with it")?;
     }
     Ok(())
 }
 
 /// Records every value of a variable in a topic.
-fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watching, Failure> {
+fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Subscription, Failure> {
     let mut last = None;
     let watching = remote.watch(&variable.name, Rate::Full, move |sample| {
         let published = sample.time.saturating_add(sample.age);
@@ -247,7 +251,7 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
         };
         // The sequence numbers of another application need not increase.
         let missed = last.map_or(0, |last| sample.sequence.saturating_sub(last).saturating_sub(1));
-        topic.lose(missed);
+        topic.add_lost(missed);
         last = Some(sample.sequence);
         let stamps = Stamps {
             published,
@@ -260,23 +264,28 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
 }
 
 /// Returns the schemas whose panels to record, and the rate.
-fn chosen(remote: &Remote, panels: Panels) -> Result<(Vec<String>, f64), Failure> {
+fn resolve_panels(remote: &Remote, panels: PanelOptions) -> Result<(Vec<String>, f64), Failure> {
     let schemas = remote.schemas()?.schemas.into_iter();
     let names: Vec<_> = schemas
         .filter(|schema| schema.panel)
         .map(|schema| schema.name)
         .collect();
-    let places = panels.chosen(&names)?.into_iter();
+    let places = panels.select_names(&names)?.into_iter();
     Ok((places.map(|place| names[place].clone()).collect(), panels.rate))
 }
 
 /// Records a panel in a topic.
-fn watch_panel(remote: &Remote, recorder: &Recorder, schema: &str, rate: f64) -> Result<Watching, Failure> {
+fn watch_panel(
+    remote: &Remote,
+    recorder: &Recorder,
+    schema: &str,
+    rate: f64,
+) -> Result<Subscription, Failure> {
     let topic = recorder.panel(schema);
     let offered = Rate::at_least(rate);
-    let mut pace = Pace::new(rate, offered);
+    let mut pace = RateLimiter::new(rate, offered);
     let watching = remote.watch_panel(schema, offered, move |sample| {
-        if pace.lets(sample.time) {
+        if pace.accept(sample.time) {
             let stamps = Stamps {
                 published: sample.time.saturating_add(sample.age),
                 measured: sample.time,
@@ -296,7 +305,7 @@ fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {
 }
 
 /// Returns a variable's metadata for the recording.
-fn about(variable: &VariableInfo) -> BTreeMap<String, String> {
+fn metadata(variable: &VariableInfo) -> BTreeMap<String, String> {
     BTreeMap::from([
         ("variable".to_owned(), variable.name.clone()),
         ("access".to_owned(), variable.access.clone()),

@@ -5,16 +5,16 @@ use std::io::{self, Write};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_host::reload::{Became, Reloaded, Takeover};
+use jde_host::reload::{ReloadOutcome, ReloadReport, Replacement};
 use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::cli::print_json;
 use crate::cli::tools::quantity;
 use crate::complete;
 use crate::failure::Failure;
-use crate::terminal::{self, BAD, FAINT, GOOD, WARN, Words};
+use crate::remote::name::split_application;
+use crate::terminal::{self, BAD, FAINT, GOOD, TextWriter, WARN};
 
 /// Replace the code of a schema while it runs: the current build in its plugin's file takes over between two
 /// iterations.
@@ -37,7 +37,7 @@ pub(crate) struct Reload {
     #[command(flatten)]
     target: Target,
     /// How long the previous build is kept for a return to it; 0s for not at all.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_or_none, default_value = "3s")]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_or_zero, default_value = "3s")]
     probation: Nanos,
     /// Start without the memory of the previous build.
     #[arg(long)]
@@ -69,13 +69,13 @@ impl Reload {
             print_json(&reloaded)?;
         } else {
             let mut out = terminal::out();
-            tell(&reloaded, &mut out)?;
+            write_results(&reloaded, &mut out)?;
             out.flush()?;
         }
         let undone: Vec<_> = reloaded
             .schemas
             .iter()
-            .filter(|(_, became)| matches!(became, Became::Undone(_) | Became::Waiting))
+            .filter(|(_, became)| matches!(became, ReloadOutcome::Undone(_) | ReloadOutcome::Waiting))
             .map(|(schema, _)| schema.as_str())
             .collect();
         if reloaded.is_done() {
@@ -90,22 +90,24 @@ impl Reload {
 }
 
 /// Prints the result of each schema.
-fn tell(reloaded: &Reloaded, words: &mut Words) -> io::Result<()> {
+fn write_results(reloaded: &ReloadReport, words: &mut TextWriter) -> io::Result<()> {
     for (schema, became) in &reloaded.schemas {
         match became {
-            Became::Reloaded(takeover) => tell_takeover(schema, takeover, words)?,
-            Became::Unchanged => writeln!(
+            ReloadOutcome::Reloaded(takeover) => write_takeover(schema, takeover, words)?,
+            ReloadOutcome::Unchanged => writeln!(
                 words,
                 "{schema} runs what is in {} already",
                 reloaded.file.display()
             )?,
-            Became::Restarted => writeln!(
+            ReloadOutcome::Restarted => writeln!(
                 words,
                 "{schema} runs what is in {} already; it had faulted and tries again",
                 reloaded.file.display()
             )?,
-            Became::Undone(reason) => writeln!(words, "{BAD}{schema} goes on as before{BAD:#}: {reason}")?,
-            Became::Waiting => writeln!(
+            ReloadOutcome::Undone(reason) => {
+                writeln!(words, "{BAD}{schema} goes on as before{BAD:#}: {reason}")?
+            }
+            ReloadOutcome::Waiting => writeln!(
                 words,
                 "{WARN}{schema} is inside a call{WARN:#}; the new build takes over when that returns"
             )?,
@@ -118,14 +120,14 @@ fn tell(reloaded: &Reloaded, words: &mut Words) -> io::Result<()> {
             words,
             "{FAINT}{} {builds} of {} in memory beside the first, {:.1} MB{FAINT:#}",
             memory.builds,
-            jde_host::plugin::MOST_BUILDS,
+            jde_host::plugin::MAX_BUILDS,
             memory.bytes as f64 / 1e6
         )?;
     }
     Ok(())
 }
 
-fn tell_takeover(schema: &str, takeover: &Takeover, words: &mut Words) -> io::Result<()> {
+fn write_takeover(schema: &str, takeover: &Replacement, words: &mut TextWriter) -> io::Result<()> {
     let carried = takeover
         .carried
         .map_or_else(|| "it begins anew".to_owned(), |carried| carried.to_string());

@@ -5,12 +5,12 @@ use std::path::Path;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_board::value::Value;
-use jde_host::app::given;
+use jde_host::app::literal;
 use jde_host::period::RANGE;
 use jde_link::message::Action;
 use jde_link::value::to_json;
 
-use super::operate::{Lasting, Saying, carry_out};
+use super::operate::{ActionMessages, DurationArg, perform_action};
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::Failure;
@@ -34,7 +34,7 @@ pub(crate) struct Set {
     #[arg(value_name = "VALUE", allow_hyphen_values = true)]
     value: Option<String>,
     #[command(flatten)]
-    lasting: Lasting,
+    lasting: DurationArg,
     #[command(flatten)]
     target: Target,
 }
@@ -57,7 +57,7 @@ impl Set {
                 ));
             }
         };
-        let (remote, name) = context.of(&self.target, name)?;
+        let (remote, name) = context.resolve(&self.target, name)?;
         let known = remote.variables(false)?;
         let settable = known.iter().filter(|variable| variable.access == "modulation");
         let Some(info) = known.iter().find(|variable| variable.name == name) else {
@@ -75,9 +75,9 @@ impl Set {
             ));
         }
         let schema = info.owner.clone();
-        let saying = Saying {
+        let saying = ActionMessages {
             done: format!("{name} is now {value}"),
-            over: format!("{name} is let go of"),
+            ended: format!("{name} is let go of"),
         };
         if info.variable == "period" {
             // As in an application's file, a number without a unit is in seconds.
@@ -89,13 +89,13 @@ impl Set {
                 schema,
                 period_s: period as f64 / 1e9,
             };
-            return carry_out(&remote, action, &self.lasting, &saying);
+            return perform_action(&remote, action, &self.lasting, &saying);
         }
         let value_type = info
             .value_type()
             .map_err(|error| Failure::Broken(format!("the type of `{name}` cannot be read: {error}")))?;
         let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
-        let read = given::value(
+        let read = literal::parse_value(
             value,
             (&schema, &info.variable),
             &value_type,
@@ -107,19 +107,19 @@ impl Set {
             faults,
             unusable: false,
             missing: false,
-            withheld: Vec::new(),
+            skipped_folders: Vec::new(),
         })?;
         let action = Action::Modulate {
             schema,
             variable: info.variable.clone(),
-            value: to_json(&only(read)),
+            value: to_json(&unwrap_single_field(read)),
         };
-        carry_out(&remote, action, &self.lasting, &saying)
+        perform_action(&remote, action, &self.lasting, &saying)
     }
 }
 
 /// Replaces a structure with one field by that field, as in arguments and events.
-fn only(value: Value) -> Value {
+fn unwrap_single_field(value: Value) -> Value {
     match value {
         Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
         other => other,

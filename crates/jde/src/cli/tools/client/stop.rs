@@ -4,7 +4,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_link::message::Action;
 
-use super::operate::{Lasting, Schema};
+use super::operate::{DurationArg, SchemaArg};
 use super::{Context, Target, all};
 use crate::complete;
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// One schema, or everything.
 #[derive(Args)]
 #[group(required = true, multiple = false)]
-struct Which {
+struct SchemaOrAll {
     /// The schema, or APP:SCHEMA.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
     schema: Option<String>,
@@ -23,9 +23,9 @@ struct Which {
 
 /// What to stop or release, in which application.
 #[derive(Args)]
-struct Whom {
+struct ScopeArgs {
     #[command(flatten)]
-    which: Which,
+    which: SchemaOrAll,
     #[command(flatten)]
     target: Target,
 }
@@ -43,9 +43,9 @@ struct Whom {
   jde stop --all --app robot2 --at tls/robot2:7447")]
 pub(crate) struct Stop {
     #[command(flatten)]
-    whom: Whom,
+    scope: ScopeArgs,
     #[command(flatten)]
-    lasting: Lasting,
+    lasting: DurationArg,
 }
 
 /// Release a schema: undo the actions of all operators on it. With --all, release everything that was stopped
@@ -56,12 +56,12 @@ pub(crate) struct Stop {
   jde release --all")]
 pub(crate) struct Release {
     #[command(flatten)]
-    whom: Whom,
+    scope: ScopeArgs,
 }
 
 impl Stop {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        match self.whom.one() {
+        match self.scope.into_schema() {
             Ok(schema) => schema.act(
                 context,
                 |schema| Action::Stop { schema },
@@ -79,8 +79,8 @@ impl Stop {
 
 impl Release {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let lasting = Lasting { time: None };
-        match self.whom.one() {
+        let lasting = DurationArg { time: None };
+        match self.scope.into_schema() {
             Ok(schema) => schema.act(
                 context,
                 |schema| Action::Release { schema },
@@ -92,12 +92,12 @@ impl Release {
     }
 }
 
-impl Whom {
+impl ScopeArgs {
     /// Returns the one schema, or the target whose applications are all meant.
-    fn one(self) -> Result<Schema, Target> {
+    fn into_schema(self) -> Result<SchemaArg, Target> {
         let Self { which, target } = self;
         match which.schema {
-            Some(schema) => Ok(Schema { schema, target }),
+            Some(schema) => Ok(SchemaArg { schema, target }),
             None => Err(target),
         }
     }

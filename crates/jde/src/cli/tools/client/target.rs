@@ -36,7 +36,7 @@ impl Target {
 
     /// Whether an endpoint was typed, and is not only set in the environment.
     #[cfg(feature = "view")]
-    pub(crate) fn is_elsewhere(&self) -> bool {
+    pub(crate) fn has_typed_endpoint(&self) -> bool {
         let usual = std::env::var("JDE_AT").unwrap_or_default();
         !self.at.is_empty() && !self.at.iter().map(String::as_str).eq(usual.split(','))
     }
@@ -48,11 +48,11 @@ pub(crate) struct Context {
     /// The defaults for options that are not given. `jde shell` sets them.
     pub(crate) target: RefCell<Target>,
     /// The last application, with the options that selected it.
-    last: RefCell<Option<(Asked, Remote)>>,
+    cached: RefCell<Option<(Selector, Remote)>>,
 }
 
 /// The options that select an application: name, endpoints, key file.
-type Asked = (Option<String>, Vec<String>, Option<PathBuf>);
+type Selector = (Option<String>, Vec<String>, Option<PathBuf>);
 
 /// The content of a key file.
 #[derive(Deserialize)]
@@ -74,38 +74,38 @@ struct KeyTls {
 impl Context {
     /// Connects a client that looks for applications.
     pub(crate) fn client(&self, target: &Target) -> Result<Client, Failure> {
-        let (_, at, key) = self.asked(target, None);
+        let (_, at, key) = self.selector(target, None);
         Ok(Client::connect(&reach(&at, key.as_deref())?)?)
     }
 
     /// Returns the name of the chosen application, if there is one.
-    pub(crate) fn named(&self, target: &Target) -> Option<String> {
-        self.asked(target, None).0
+    pub(crate) fn application_name(&self, target: &Target) -> Option<String> {
+        self.selector(target, None).0
     }
 
     /// Returns where to look for applications.
     pub(crate) fn reach(&self, target: &Target) -> Result<Reach, Failure> {
-        let (_, at, key) = self.asked(target, None);
+        let (_, at, key) = self.selector(target, None);
         reach(&at, key.as_deref())
     }
 
     /// Connects to the chosen application. `named` is the part of a name before its colon.
     pub(crate) fn remote(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
-        let asked = self.asked(target, named);
-        if let Some((before, remote)) = &*self.last.borrow()
+        let asked = self.selector(target, named);
+        if let Some((before, remote)) = &*self.cached.borrow()
             && *before == asked
-            && remote.alive()
+            && remote.is_alive()
         {
             return Ok(remote.clone());
         }
         let (app, at, key) = &asked;
         let client = Client::connect(&reach(at, key.as_deref())?)?;
         let remote = client.application(app.as_deref())?;
-        *self.last.borrow_mut() = Some((asked, remote.clone()));
+        *self.cached.borrow_mut() = Some((asked, remote.clone()));
         Ok(remote)
     }
 
-    fn asked(&self, target: &Target, named: Option<&str>) -> Asked {
+    fn selector(&self, target: &Target, named: Option<&str>) -> Selector {
         let usual = self.target.borrow();
         let at = if target.at.iter().all(String::is_empty) {
             &usual.at
@@ -143,7 +143,7 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
     }
     let (login, tls) = key.map_or(Ok((None, None)), read_key)?;
     Ok(Reach::Network {
-        endpoints: at.iter().map(|endpoint| endpoint_of(endpoint)).collect(),
+        endpoints: at.iter().map(|endpoint| normalize_endpoint(endpoint)).collect(),
         login,
         tls,
     })
@@ -151,7 +151,7 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
 
 /// Converts an endpoint. Also accepts `tcp:host:port`, a bare `host:port` and a bare host, whose port is
 /// 7447.
-fn endpoint_of(text: &str) -> String {
+fn normalize_endpoint(text: &str) -> String {
     if text.contains('/') {
         return text.to_owned();
     }
@@ -196,10 +196,10 @@ mod tests {
 
     #[test]
     fn an_endpoint_may_be_written_short() {
-        assert_eq!(endpoint_of("tls/robot2:7447"), "tls/robot2:7447");
-        assert_eq!(endpoint_of("tcp:robot2:7447"), "tcp/robot2:7447");
-        assert_eq!(endpoint_of("robot2:7448"), "tcp/robot2:7448");
-        assert_eq!(endpoint_of("robot2"), "tcp/robot2:7447");
+        assert_eq!(normalize_endpoint("tls/robot2:7447"), "tls/robot2:7447");
+        assert_eq!(normalize_endpoint("tcp:robot2:7447"), "tcp/robot2:7447");
+        assert_eq!(normalize_endpoint("robot2:7448"), "tcp/robot2:7448");
+        assert_eq!(normalize_endpoint("robot2"), "tcp/robot2:7447");
     }
 
     #[test]

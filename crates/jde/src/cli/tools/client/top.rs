@@ -7,12 +7,12 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 
 use super::{Context, Target};
-use crate::attached::live::Live;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
+use crate::interrupt::SignalListener;
+use crate::remote::application::RemoteApplication;
 use crate::terminal;
-use crate::top::{self, Application as _, Left};
+use crate::top::{self, ExitReason, ObservedApplication as _};
 
 /// Watch a running application in the oscilloscope; `q` leaves without ending it, `?` shows the keys.
 #[derive(Args)]
@@ -36,23 +36,23 @@ impl Top {
                 "`jde ps` shows the hierarchy once, `jde events` what happens, in a pipe too; over ssh give -t",
             ));
         }
-        let remote = context.by_name(&self.target, self.application.as_deref())?;
+        let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
-        let live = Live::new(remote)?;
+        let live = RemoteApplication::new(remote)?;
         let asked = Arc::new(AtomicBool::new(false));
         let _interrupts = {
-            let (asked, leave) = (Arc::clone(&asked), live.leaving());
-            Interrupts::call(move || {
+            let (asked, leave) = (Arc::clone(&asked), live.stop_callback());
+            SignalListener::on_first(move || {
                 asked.store(true, Ordering::Relaxed);
                 leave();
             })?
         };
         let left = top::run(&live, &title)?;
-        if left == Left::Ended
+        if left == ExitReason::Ended
             && !asked.load(Ordering::Relaxed)
             && let Some(outcome) = live.outcome()
         {
-            writeln!(terminal::out(), "{title} ended: {}", outcome.words())?;
+            writeln!(terminal::out(), "{title} ended: {}", outcome.message())?;
         }
         Ok(())
     }

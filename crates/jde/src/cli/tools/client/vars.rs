@@ -6,10 +6,10 @@ use jde_link::message::VariableInfo;
 use jde_log::Selection;
 
 use super::{Context, Target};
-use crate::attached::table::{Cell, Side, Table};
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
+use crate::remote::table::{Alignment, Cell, Table};
 use crate::terminal::{self, FAINT, TITLE, WARN};
 
 /// List the shared variables: type, age and writer.
@@ -34,7 +34,7 @@ pub(crate) struct Vars {
 
 impl Vars {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let (remote, patterns) = context.of_one(&self.target, &self.patterns)?;
+        let (remote, patterns) = context.resolve_all(&self.target, &self.patterns)?;
         let mut variables = remote.variables(true)?;
         let names: Vec<String> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names).map_err(|unknown| {
@@ -43,12 +43,12 @@ impl Vars {
                 "a pattern is a variable's full name, with `*` for any letters: `pioneer.*`",
             )
         })?;
-        variables.retain(|variable| selection.has(&variable.name));
+        variables.retain(|variable| selection.contains(&variable.name));
         if self.json {
             return print_json(&variables);
         }
         let mut out = terminal::out();
-        table(&variables, self.docs).tell(&mut out)?;
+        table(&variables, self.docs).write(&mut out)?;
         out.flush()?;
         Ok(())
     }
@@ -56,15 +56,15 @@ impl Vars {
 
 fn table(variables: &[VariableInfo], docs: bool) -> Table {
     let titles = [
-        ("variable", Side::Left),
-        ("type", Side::Left),
-        ("unit", Side::Left),
-        ("access", Side::Left),
-        ("rate", Side::Right),
-        ("age", Side::Right),
-        ("written by", Side::Left),
+        ("variable", Alignment::Left),
+        ("type", Alignment::Left),
+        ("unit", Alignment::Left),
+        ("access", Alignment::Left),
+        ("rate", Alignment::Right),
+        ("age", Alignment::Right),
+        ("written by", Alignment::Left),
     ];
-    let more = [("range", Side::Left), ("doc", Side::Left)];
+    let more = [("range", Alignment::Left), ("doc", Alignment::Left)];
     let mut table = Table::new(titles.into_iter().chain(more.into_iter().filter(|_| docs)));
     for variable in variables {
         let status = variable.status.as_ref();
@@ -101,7 +101,7 @@ fn table(variables: &[VariableInfo], docs: bool) -> Table {
             );
             row.push(Cell::from(variable.doc.lines().next().unwrap_or_default()).styled(FAINT));
         }
-        table.row(row);
+        table.add_row(row);
     }
     table
 }

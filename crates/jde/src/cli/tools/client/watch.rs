@@ -7,26 +7,26 @@ use std::time::Instant;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_link::value::to_json;
-use jde_link::{Rate, Remote, Sample, Watching};
+use jde_link::{Rate, Remote, Sample, Subscription};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::attached::name;
-use crate::attached::part::Part;
 use crate::cli::print_json;
 use crate::cli::tools::quantity;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
-use crate::queue::{Queue, Taken};
-use crate::strip;
+use crate::interrupt::SignalListener;
+use crate::queue::{Popped, Queue};
+use crate::remote::field::VariableField;
+use crate::remote::name;
+use crate::strip_chart;
 use crate::terminal::{self, FAINT, WARN};
 
 /// The rate of values for a plot: at least two for each redraw.
-const PLOT: Rate = Rate::Hz(50);
+const PLOT_RATE: Rate = Rate::Hz(50);
 /// The most values that may wait to be shown: a few seconds of the fastest variable. Beyond that, the oldest
 /// are dropped, counted and reported.
-const WAITING: usize = 4096;
+const MAX_QUEUED: usize = 4096;
 
 /// Show values of variables or of their fields as they arrive.
 #[derive(Args)]
@@ -55,7 +55,7 @@ pub(crate) struct Watch {
 }
 
 /// Input from the subscriptions and signals.
-struct Told {
+struct WatchInput {
     /// Values, with the index of their variable.
     samples: Arc<Queue<(usize, Sample)>>,
     /// The first application that is gone.
@@ -64,10 +64,10 @@ struct Told {
 }
 
 /// A watched variable.
-struct Watched {
+struct WatchedVariable {
     application: String,
     variable: String,
-    part: Part,
+    part: VariableField,
 }
 
 impl Watch {
@@ -78,27 +78,27 @@ impl Watch {
                 "leave it out, or give --json, to watch in a pipe",
             ));
         }
-        let told = Told {
-            samples: Queue::new(WAITING),
+        let told = WatchInput {
+            samples: Queue::new(MAX_QUEUED),
             gone: Arc::default(),
             interrupted: Arc::default(),
         };
         let rate = match (self.rate, self.plot) {
             (Some(hz), _) => Rate::at_least(hz),
-            (None, true) => PLOT,
+            (None, true) => PLOT_RATE,
             (None, false) => Rate::Full,
         };
         let mut watched = Vec::new();
         let mut watching = Vec::new();
         for asked in &self.variables {
-            let (remote, asked) = context.of(&self.target, asked)?;
-            let (one, watch) = self.begin(&remote, asked, watched.len(), rate, &told)?;
+            let (remote, asked) = context.resolve(&self.target, asked)?;
+            let (one, watch) = self.subscribe(&remote, asked, watched.len(), rate, &told)?;
             watched.push(one);
             watching.push(watch);
         }
         let _interrupts = {
             let (interrupted, samples) = (Arc::clone(&told.interrupted), Arc::clone(&told.samples));
-            Interrupts::call(move || {
+            SignalListener::on_first(move || {
                 interrupted.store(true, Ordering::Relaxed);
                 samples.close();
             })?
@@ -106,21 +106,21 @@ impl Watch {
         if self.plot {
             return self.draw(&watched, told);
         }
-        self.tell(&watched, &told)
+        self.print_values(&watched, &told)
     }
 
-    fn begin(
+    fn subscribe(
         &self,
         remote: &Remote,
         asked: &str,
         number: usize,
         rate: Rate,
-        told: &Told,
-    ) -> Result<(Watched, Watching), Failure> {
+        told: &WatchInput,
+    ) -> Result<(WatchedVariable, Subscription), Failure> {
         let known = remote.variables(false)?;
-        let (variable, path) = name::variable(asked, known.iter().map(|known| known.name.as_str()))?;
+        let (variable, path) = name::split_variable(asked, known.iter().map(|known| known.name.as_str()))?;
         let info = remote.variable(variable)?;
-        let part = Part::of(&info, path)?;
+        let part = VariableField::resolve(&info, path)?;
         if self.plot && !part.is_number() {
             return Err(Failure::usage(
                 format!("`{asked}` is no number, and only numbers are drawn"),
@@ -138,8 +138,8 @@ impl Watch {
             }
         });
         let samples = Arc::clone(&told.samples);
-        let watch = remote.watch(variable, rate, move |sample| samples.add((number, sample)))?;
-        let watched = Watched {
+        let watch = remote.watch(variable, rate, move |sample| samples.push((number, sample)))?;
+        let watched = WatchedVariable {
             application,
             variable: variable.to_owned(),
             part,
@@ -147,29 +147,35 @@ impl Watch {
         Ok((watched, watch))
     }
 
-    fn tell(&self, watched: &[Watched], told: &Told) -> Result<(), Failure> {
+    fn print_values(&self, watched: &[WatchedVariable], told: &WatchInput) -> Result<(), Failure> {
         let mut left = self.count;
         while left != Some(0) {
-            let next = told.samples.take();
+            let next = told.samples.pop();
             if told.interrupted.load(Ordering::Relaxed) {
                 return Ok(());
             }
             let Some(((number, sample), missed)) = next else {
                 break;
             };
-            self.line(&watched[number], watched.len() > 1, &sample, missed)?;
+            self.print_value(&watched[number], watched.len() > 1, &sample, missed)?;
             left = left.map(|left| left - 1);
         }
         match told.gone.get() {
-            Some(name) if left != Some(0) => Err(jde_link::Error::Gone(name.clone()).into()),
+            Some(name) if left != Some(0) => Err(jde_link::Error::Disconnected(name.clone()).into()),
             Some(_) | None => Ok(()),
         }
     }
 
-    fn line(&self, watched: &Watched, several: bool, sample: &Sample, missed: u64) -> Result<(), Failure> {
+    fn print_value(
+        &self,
+        watched: &WatchedVariable,
+        several: bool,
+        sample: &Sample,
+        missed: u64,
+    ) -> Result<(), Failure> {
         let part = &watched.part;
         // An element past the end of a list has no value.
-        let value = sample.bytes.as_deref().and_then(|bytes| part.value(bytes).ok());
+        let value = sample.bytes.as_deref().and_then(|bytes| part.decode(bytes).ok());
         if self.json {
             return print_json(&json!({
                 "application": watched.application,
@@ -195,14 +201,14 @@ impl Watch {
             write!(out, "{}  ", part.name())?;
         }
         match value {
-            Some(value) => writeln!(out, "{}", part.shown(value))?,
+            Some(value) => writeln!(out, "{}", part.format_value(value))?,
             None => writeln!(out, "{FAINT}no value{FAINT:#}")?,
         }
         out.flush()?;
         Ok(())
     }
 
-    fn draw(&self, watched: &[Watched], told: Told) -> Result<(), Failure> {
+    fn draw(&self, watched: &[WatchedVariable], told: WatchInput) -> Result<(), Failure> {
         let names = watched.iter().map(|watched| match watched.part.unit.as_str() {
             "" => watched.part.name().to_owned(),
             unit => format!("{} [{unit}]", watched.part.name()),
@@ -212,39 +218,39 @@ impl Watch {
             .map(|watched| watched.application.as_str())
             .collect();
         applications.dedup();
-        let mut source = Incoming {
-            told,
+        let mut source = PlotSource {
+            input: told,
             watched,
             several: applications.len() > 1,
             start: Instant::now(),
         };
-        strip::run(&applications.join(", "), names.collect(), &mut source)?;
+        strip_chart::run(&applications.join(", "), names.collect(), &mut source)?;
         Ok(())
     }
 }
 
 /// Values that arrive for a plot.
-struct Incoming<'w> {
-    told: Told,
-    watched: &'w [Watched],
+struct PlotSource<'w> {
+    input: WatchInput,
+    watched: &'w [WatchedVariable],
     /// Whether the variables are of several applications.
     several: bool,
     start: Instant,
 }
 
-impl strip::Source for Incoming<'_> {
-    fn take(&mut self) -> Vec<strip::Sample> {
+impl strip_chart::Source for PlotSource<'_> {
+    fn take_samples(&mut self) -> Vec<strip_chart::Sample> {
         let mut samples = Vec::new();
         // Ignore how many values were dropped: they arrived between two redraws and would not be visible.
-        while let Taken::Next {
-            what: (trace, sample),
+        while let Popped::Next {
+            item: (trace, sample),
             ..
-        } = self.told.samples.take_now()
+        } = self.input.samples.try_pop()
         {
             let number = sample
                 .bytes
                 .as_deref()
-                .and_then(|bytes| self.watched[trace].part.number(bytes));
+                .and_then(|bytes| self.watched[trace].part.decode_number(bytes));
             let time = if self.several {
                 // Each application's clock starts with it. Use the common time since the start of this
                 // command.
@@ -255,7 +261,7 @@ impl strip::Source for Incoming<'_> {
             } else {
                 sample.time as f64 / 1e9
             };
-            samples.push(strip::Sample {
+            samples.push(strip_chart::Sample {
                 trace,
                 time,
                 // A missing value interrupts the line.
@@ -266,11 +272,11 @@ impl strip::Source for Incoming<'_> {
     }
 
     fn status(&self) -> Option<String> {
-        let name = self.told.gone.get()?;
+        let name = self.input.gone.get()?;
         Some(format!("{name} is gone   q leave"))
     }
 
     fn is_over(&self) -> bool {
-        self.told.interrupted.load(Ordering::Relaxed)
+        self.input.interrupted.load(Ordering::Relaxed)
     }
 }

@@ -6,21 +6,21 @@ use std::sync::mpsc::channel;
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_host::story::{Decision, Kind, Line};
+use jde_host::records::{Decision, RecordKind, RunRecord};
 use jde_link::Remote;
 use jde_log::Recording;
 use serde::Serialize;
 
-use super::named::one_application;
+use super::resolve::split_one_application;
 use super::{Context, Target};
 use crate::cli::print_json;
 use crate::complete;
-use crate::failure::{Failure, shown};
+use crate::failure::{Failure, display_path};
 use crate::terminal;
-use crate::why::{self, Answer, Known, Question};
+use crate::why::{self, Answer, KnownSpan, Question};
 
 /// Number of selections requested from a running application: all that it keeps.
-const LAST: usize = 1000;
+const MAX_SELECTIONS: usize = 1000;
 
 /// Say why a schema won, lost or did not act.
 ///
@@ -49,7 +49,7 @@ pub(crate) struct Why {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Found<'d> {
+struct SelectionOutput<'d> {
     decision: &'d Decision,
     before: Option<&'d Decision>,
     after: Option<&'d Decision>,
@@ -57,14 +57,14 @@ struct Found<'d> {
 
 impl Why {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let (named, words) = one_application(&self.question)?;
+        let (named, words) = split_one_application(&self.question)?;
         let ((decisions, span), mut schemas, mut groups) = match &self.recording {
-            Some(file) => (of_recording(file)?, Vec::new(), Vec::new()),
+            Some(file) => (read_recording(file)?, Vec::new(), Vec::new()),
             None => {
                 let remote = context.remote(&self.target, named)?;
                 let known = remote.schemas()?;
                 (
-                    of_application(&remote)?,
+                    request_selections(&remote)?,
                     known.schemas.into_iter().map(|schema| schema.name).collect(),
                     known.groups.into_iter().map(|group| group.name).collect(),
                 )
@@ -77,22 +77,22 @@ impl Why {
             names.sort_unstable();
             names.dedup();
         }
-        let question = Question::read(&words, &schemas, &groups)?;
-        tell(&question, &decisions, span, self.json)
+        let question = Question::parse(&words, &schemas, &groups)?;
+        print_answer(&question, &decisions, span, self.json)
     }
 }
 
 /// Selections, and the time range that they cover.
-type Selections = (Vec<Decision>, Known);
+type Selections = (Vec<Decision>, KnownSpan);
 
 /// Returns all selections of a recording, up to its damage if it has any.
-fn of_recording(file: &Path) -> Result<Selections, Failure> {
+fn read_recording(file: &Path) -> Result<Selections, Failure> {
     let recording = Recording::open(file)?;
     if let Some(damage) = recording.damage() {
         writeln!(
             terminal::err(),
             "{} ends too soon, at byte {}: {}; what is before is read",
-            shown(file),
+            display_path(file),
             damage.offset,
             damage.reason
         )?;
@@ -105,21 +105,21 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
     for message in recording.messages()? {
         let message = message?;
         until = message.log_time.saturating_sub(start);
-        if message.channel.topic == Kind::Decision.topic()
-            && let Ok(Line::Decision(decision)) = Line::read(Kind::Decision, &message.data)
+        if message.channel.topic == RecordKind::Decision.topic()
+            && let Ok(RunRecord::Decision(decision)) = RunRecord::parse(RecordKind::Decision, &message.data)
         {
             decisions.push(decision);
         }
     }
     if decisions.is_empty() {
         return Err(Failure::usage(
-            format!("{} holds no selections", shown(file)),
+            format!("{} holds no selections", display_path(file)),
             "`jde run APP --record FILE` records them",
         ));
     }
     // A recording that started later also contains the choice in force at its start.
     let from = first.saturating_sub(start) as f64 / 1e9;
-    let known = Known {
+    let known = KnownSpan {
         from: from.min(decisions[0].time_s),
         until: until as f64 / 1e9,
     };
@@ -127,10 +127,10 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
 }
 
 /// Returns the last selections of a running application.
-fn of_application(remote: &Remote) -> Result<Selections, Failure> {
+fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
     let (tell, told) = channel();
-    let watching = remote.events(&[Kind::Decision], LAST, move |happened| {
-        if let Line::Decision(decision) = happened.line {
+    let watching = remote.events(&[RecordKind::Decision], MAX_SELECTIONS, move |happened| {
+        if let RunRecord::Decision(decision) = happened.record {
             // The receiver is gone after the answer.
             let _ = tell.send(decision);
         }
@@ -138,9 +138,9 @@ fn of_application(remote: &Remote) -> Result<Selections, Failure> {
     // All earlier selections have arrived when this returns.
     drop(watching);
     let decisions: Vec<Decision> = told.try_iter().collect();
-    let known = Known {
+    let known = KnownSpan {
         from: match decisions.first() {
-            Some(first) if decisions.len() >= LAST => first.time_s,
+            Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
             Some(_) | None => 0.0,
         },
         until: remote.hierarchy()?.time as f64 / 1e9,
@@ -148,23 +148,28 @@ fn of_application(remote: &Remote) -> Result<Selections, Failure> {
     Ok((decisions, known))
 }
 
-fn tell(question: &Question, decisions: &[Decision], known: Known, json: bool) -> Result<(), Failure> {
+fn print_answer(
+    question: &Question,
+    decisions: &[Decision],
+    known: KnownSpan,
+    json: bool,
+) -> Result<(), Failure> {
     let answer = question.answer(decisions, known);
     match &answer {
-        Answer::None(reason) => Err(Failure::Unanswered(reason.clone())),
-        Answer::Found {
+        Answer::NoMatch(reason) => Err(Failure::NoMatch(reason.clone())),
+        Answer::Match {
             decision,
             before,
             after,
-        } if json => print_json(&Found {
+        } if json => print_json(&SelectionOutput {
             decision,
             before: *before,
             after: *after,
         }),
-        Answer::Found { .. } => {
-            let asked = question.winner.as_deref().filter(|_| question.not);
+        Answer::Match { .. } => {
+            let asked = question.winner.as_deref().filter(|_| question.negated);
             let mut out = terminal::out();
-            why::tell(&answer, asked, &mut out)?;
+            why::write(&answer, asked, &mut out)?;
             out.flush()?;
             Ok(())
         }

@@ -1,0 +1,170 @@
+//! The line-up of each group: its candidates, as its next selection sees them. It is kept between selections,
+//! because most members do not change. A selection re-reads only the members that changed.
+//!
+//! It decides nothing. All of it is a cache: it can be rebuilt from the schemas' facts, and is no part of the
+//! state of a hierarchy.
+
+use std::sync::Arc;
+
+use super::Hierarchy;
+use super::nodes::Node;
+use super::spec_index::SpecIndex;
+use crate::record::Candidate;
+use crate::spec::{GroupId, SchemaId};
+use crate::state::State;
+
+/// The awake and wanted members of a group, in the father's order.
+#[derive(Clone, Debug)]
+pub(super) struct CandidateList {
+    /// Shared with the records of the selections over it. It is copied before a change if such a record is
+    /// still kept.
+    pub(super) candidates: Arc<[Candidate]>,
+    /// The index of the first READY candidate.
+    pub(super) first: Option<usize>,
+    /// Whether another candidate is READY too.
+    pub(super) several: bool,
+}
+
+/// The line-ups of all groups.
+#[derive(Clone, Debug)]
+pub(super) struct CandidateCache {
+    groups: Vec<CachedCandidates>,
+    /// Whether a schema is in its group's `touched` list; one entry for each schema.
+    dirty: Vec<bool>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+struct CachedCandidates {
+    candidates: Arc<[Candidate]>,
+    /// One bit for each candidate, set if it is READY.
+    ready: Vec<u64>,
+    /// Members whose facts may have changed since, each once.
+    dirty: Vec<SchemaId>,
+}
+
+impl CandidateCache {
+    pub(super) fn new(schemas: usize, groups: usize) -> Self {
+        Self {
+            groups: vec![CachedCandidates::default(); groups],
+            dirty: vec![false; schemas],
+        }
+    }
+
+    /// Marks a schema whose facts may change.
+    #[inline]
+    pub(super) fn mark_dirty(&mut self, plan: &SpecIndex, id: SchemaId) {
+        if let Some(group) = plan.group_of(id)
+            && !std::mem::replace(&mut self.dirty[id.index()], true)
+        {
+            self.groups[group.index()].dirty.push(id);
+        }
+    }
+}
+
+/// Equal always: line-ups are a cache, and equality of hierarchies is equality of their facts.
+impl PartialEq for CandidateCache {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for CandidateCache {}
+
+impl Hierarchy {
+    /// Returns the present line-up of a group.
+    pub(super) fn candidates_of(&mut self, id: GroupId) -> CandidateList {
+        let Self {
+            plan,
+            nodes,
+            candidates: lineups,
+            ..
+        } = self;
+        let CandidateCache {
+            groups,
+            dirty: touched,
+        } = lineups;
+        let kept = &mut groups[id.index()];
+        if !kept.dirty.is_empty() && !kept.refresh(plan, nodes, touched) {
+            *kept = CachedCandidates::of(plan, nodes, id);
+        }
+        debug_assert!(
+            *kept == CachedCandidates::of(plan, nodes, id),
+            "a change that nobody was told of"
+        );
+        kept.list()
+    }
+}
+
+impl CachedCandidates {
+    /// Builds the line-up of a group from the facts of its members.
+    fn of(plan: &SpecIndex, nodes: &[Node], id: GroupId) -> Self {
+        let members = plan.members(id).iter();
+        let candidates: Arc<[Candidate]> = members.filter_map(|&member| candidate(nodes, member)).collect();
+        let mut ready = vec![0; candidates.len().div_ceil(64)];
+        for (place, candidate) in candidates.iter().enumerate() {
+            ready[place / 64] |= u64::from(candidate.ready) << (place % 64);
+        }
+        Self {
+            candidates,
+            ready,
+            dirty: Vec::new(),
+        }
+    }
+
+    /// Re-reads the touched members. Returns false if a member joined or left the candidates, so the line-up
+    /// must be rebuilt.
+    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], touched: &mut [bool]) -> bool {
+        let mut whole = true;
+        for member in self.dirty.drain(..) {
+            touched[member.index()] = false;
+            let place = plan.position_of(member);
+            let known = if self.candidates.get(place).is_some_and(|known| known.id == member) {
+                Ok(place)
+            } else {
+                self.candidates
+                    .binary_search_by_key(&place, |known| plan.position_of(known.id))
+            };
+            match (known, candidate(nodes, member)) {
+                (Ok(place), Some(candidate)) if self.candidates[place] != candidate => {
+                    Arc::make_mut(&mut self.candidates)[place] = candidate;
+                    let bit = 1 << (place % 64);
+                    if candidate.ready {
+                        self.ready[place / 64] |= bit;
+                    } else {
+                        self.ready[place / 64] &= !bit;
+                    }
+                }
+                (Ok(_), Some(_)) | (Err(_), None) => {}
+                (Ok(_), None) | (Err(_), Some(_)) => whole = false,
+            }
+        }
+        whole
+    }
+
+    fn list(&self) -> CandidateList {
+        let mut ready = self.ready.iter().enumerate().filter(|(_, word)| **word != 0);
+        let (first, several) = match ready.next() {
+            None => (None, false),
+            Some((place, word)) => {
+                let first = 64 * place + word.trailing_zeros() as usize;
+                (Some(first), !word.is_power_of_two() || ready.next().is_some())
+            }
+        };
+        CandidateList {
+            candidates: Arc::clone(&self.candidates),
+            first,
+            several,
+        }
+    }
+}
+
+/// Returns a member as a selection sees it, if it competes.
+fn candidate(nodes: &[Node], id: SchemaId) -> Option<Candidate> {
+    let node = &nodes[id.index()];
+    (node.state != State::Slept && node.should_be_awake()).then(|| Candidate {
+        id,
+        state: node.state,
+        ready: node.ready,
+        urgency: node.urgency.get(),
+    })
+}

@@ -1,0 +1,129 @@
+//! Safe navigation with additional schemas that misbehave on command: one beside its father, one between the
+//! father and the child that drives straight on, one between the laser and the child that avoids obstacles,
+//! and a device.
+
+use anyhow::{Context as _, Result};
+
+use super::{FaultySchema, Root, TestApplication};
+use crate::plan::TargetKind;
+use crate::rng::Rng;
+
+/// The added schemas. `leader` is an ordinary father that passes its target to `goon`; `drifter` wins now and
+/// then.
+const ADDED: &str = r#"
+[schemas.drifter]
+type = "fault/motor"
+period = "30ms"
+on = 0.4
+speed = 0.15
+turn = 0.3
+actuators = { base = "pioneer.velocity" }
+children = { e = "lifter" }
+
+[schemas.lifter]
+type = "fault/motor"
+speed = 0.1
+actuators = { base = "gripper.velocity" }
+
+[schemas.leader]
+type = "fault/motor"
+period = "40ms"
+children = { a = "goon" }
+
+[schemas.eye]
+type = "fault/eye"
+imports = { input = "pioneer.laser" }
+
+[schemas.gripper]
+type = "fault/device"
+"#;
+
+/// Faults follow each other quickly here, which must not make the host give up a schema for good.
+pub(super) const PATIENT: &str = "restart = { back-off = \"20ms\", limit = 1000 }\nhang = \"300ms\"\n";
+
+pub(super) fn build(root: &Root, chance: &mut Rng) -> Result<TestApplication> {
+    let path = root.0.join("apps/safe-navigation.toml");
+    let delivered =
+        std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut table: toml::Table = delivered.parse().context("the demonstration is no TOML")?;
+    table.remove("mission");
+    table.insert(
+        "roots".to_owned(),
+        toml::Value::from(vec!["teleop", "drifter", "example"]),
+    );
+    let apart: Vec<&str> = ["drifter", "lifter", "leader", "eye"]
+        .into_iter()
+        .filter(|_| chance.one_in(3))
+        .collect();
+    let off = chance.between(800, 2500) as f64 / 1e3;
+    let mut added: toml::Table = patient(ADDED).parse().context("what is added is no TOML")?;
+    let added = section(&mut added)?;
+    for (name, schema) in added.iter_mut() {
+        let schema = schema.as_table_mut().context("a schema is a table")?;
+        if name == "drifter" {
+            schema.insert("off".to_owned(), off.into());
+        }
+        if apart.contains(&name.as_str()) {
+            schema.insert("isolate".to_owned(), isolation());
+        }
+    }
+    let schemas = section(&mut table)?;
+    schemas.extend(std::mem::take(added));
+    let example = schemas.get_mut("example").and_then(toml::Value::as_table_mut);
+    let example = example.context("the demonstration has no `example`")?;
+    // Endless rounds from target to target.
+    example.insert("rounds".to_owned(), 0.into());
+    set(example, "children", "cruise", "leader")?;
+    let vff = schemas.get_mut("vff").and_then(toml::Value::as_table_mut);
+    set(
+        vff.context("the demonstration has no `vff`")?,
+        "imports",
+        "laser",
+        "eye.laser",
+    )?;
+    let player = |name: &str, whom| FaultySchema {
+        name: name.to_owned(),
+        kind: whom,
+        isolated: apart.contains(&name),
+    };
+    Ok(TestApplication {
+        text: toml::to_string(&table).context("it is no TOML any more")?,
+        path,
+        schemas: vec![
+            player("drifter", TargetKind::Motor),
+            player("lifter", TargetKind::Motor),
+            player("leader", TargetKind::Motor),
+            player("eye", TargetKind::Eye),
+            player("gripper", TargetKind::Device),
+        ],
+    })
+}
+
+/// Isolation in a process of its own with little memory, so that using all of it takes little time.
+pub(super) fn isolation() -> toml::Value {
+    toml::Table::from_iter([("memory".to_owned(), "64 MB".into())]).into()
+}
+
+/// Adds the restart and hang settings of a campaign to every schema.
+pub(super) fn patient(text: &str) -> String {
+    let lines = text.lines().map(|line| {
+        if line.starts_with("[schemas.") {
+            format!("{line}\n{PATIENT}")
+        } else {
+            format!("{line}\n")
+        }
+    });
+    lines.collect()
+}
+
+fn section(table: &mut toml::Table) -> Result<&mut toml::Table> {
+    let schemas = table.get_mut("schemas").and_then(toml::Value::as_table_mut);
+    schemas.context("it has no schemas")
+}
+
+fn set(schema: &mut toml::Table, key: &str, role: &str, to: &str) -> Result<()> {
+    let roles = schema.get_mut(key).and_then(toml::Value::as_table_mut);
+    let role = roles.and_then(|roles| roles.get_mut(role));
+    *role.with_context(|| format!("the demonstration has no such role in its {key}"))? = to.into();
+    Ok(())
+}

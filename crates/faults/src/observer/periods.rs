@@ -1,0 +1,332 @@
+//! Checks that every schema without an injected fault keeps its period (R11): exactly in lockstep; in real
+//! time as well as a bare thread beside it.
+
+use std::sync::{Arc, Mutex};
+
+use jde_abi::describe::{Kind, Role};
+use jde_board::Watch;
+use jde_core::{Nanos, State};
+use jde_host::Handle;
+use jde_host::app::Application;
+
+use super::{ObserverState, Tamper, lock};
+use crate::case::Clock;
+
+/// With fewer turns than this a bystander is not judged.
+const MIN_TURNS: u64 = 40;
+/// Periods within which an awake schema must have had a turn.
+const MAX_GAP_PERIODS: u64 = 3;
+/// Additional time under load, ns.
+const SLACK: Nanos = 500_000_000;
+/// Most misses listed in a report.
+const MAX_LISTED: usize = 6;
+/// Allowed loss of the median bystander beyond that of a bare thread: a selection and a few locks per turn.
+const MAX_MEDIAN_LOSS: f64 = 0.02;
+/// Allowed loss of a single bystander, which the machine's load may have hit.
+const MAX_SINGLE_LOSS: f64 = 0.15;
+/// Turns that a single bystander may lose in addition, since a share of few turns means little.
+const MAX_SINGLE_TURNS: f64 = 3.0;
+
+/// The expected turns of all schemas.
+pub(crate) struct PeriodMonitor {
+    clock: Clock,
+    schemas: Vec<TurnRecord>,
+}
+
+#[derive(Clone, Debug)]
+struct TurnRecord {
+    period: Nanos,
+    /// The schema runs in a process of its own.
+    isolated: bool,
+    /// The schema had an injected fault.
+    victim: bool,
+    /// The number of its faults that have not ended.
+    faults: u32,
+    /// The time from which on it must have turns again after a fault.
+    resumes_at: Option<Nanos>,
+    /// The time of its last turn or awakening, while it is awake.
+    last_seen: Option<Nanos>,
+    /// While it is awake: in lockstep the next due time, on the grid of its period since its awakening;
+    /// otherwise the time of its last turn or awakening.
+    awake: Option<Nanos>,
+    /// The time of its last turn.
+    last: Option<Nanos>,
+    taken: u64,
+    expected: u64,
+    /// The last gap in real time was so long that a turn seems to be missed.
+    late: bool,
+    /// The first misses: their times and numbers of turns.
+    missed: Vec<(Nanos, u64)>,
+}
+
+impl PeriodMonitor {
+    pub(super) fn new(clock: Clock) -> Self {
+        Self {
+            clock,
+            schemas: Vec::new(),
+        }
+    }
+
+    pub(super) fn begin(&mut self, application: &Application) {
+        let instances = application.instances.iter();
+        self.schemas = instances
+            .map(|instance| TurnRecord {
+                period: instance.period_ns,
+                isolated: instance.isolate.is_some(),
+                victim: false,
+                faults: 0,
+                resumes_at: None,
+                last_seen: None,
+                awake: None,
+                last: None,
+                taken: 0,
+                expected: 0,
+                late: false,
+                missed: Vec::new(),
+            })
+            .collect();
+    }
+
+    pub(crate) fn min_turn_share(&self) -> Option<f64> {
+        let kept = self.turn_shares();
+        let mut here = kept.iter().filter(|(_, place)| !self.schemas[*place].isolated);
+        here.next().map(|(kept, _)| *kept)
+    }
+
+    /// The schema may miss turns from now on.
+    pub(super) fn excuse(&mut self, schema: usize) {
+        if let Some(beat) = self.schemas.get_mut(schema) {
+            beat.victim = true;
+            beat.faults += 1;
+            beat.resumes_at = None;
+        }
+    }
+
+    /// A fault has ended. After the last one, the schema must have turns from `again` on, while it is awake.
+    pub(super) fn recovers(&mut self, schema: usize, again: Nanos) {
+        if let Some(beat) = self.schemas.get_mut(schema) {
+            beat.faults = beat.faults.saturating_sub(1);
+            beat.resumes_at = (beat.faults == 0).then_some(again);
+        }
+    }
+
+    /// Whether all its faults ended long enough ago.
+    pub(super) fn must_have_turns(&self, schema: usize, now: Nanos) -> bool {
+        let beat = self.schemas.get(schema);
+        beat.and_then(|beat| beat.resumes_at)
+            .is_some_and(|again| again <= now)
+    }
+
+    /// The share of turns that each bystander with enough turns had, in ascending order.
+    fn turn_shares(&self) -> Vec<(f64, usize)> {
+        let schemas = self.schemas.iter().enumerate();
+        let bystanders = schemas.filter(|(_, beat)| !beat.victim && beat.expected >= MIN_TURNS);
+        let mut kept: Vec<_> = bystanders
+            .map(|(place, beat)| (beat.taken as f64 / beat.expected as f64, place))
+            .collect();
+        kept.sort_by(|one, other| one.0.total_cmp(&other.0));
+        kept
+    }
+}
+
+/// For real time, where turns are slightly early or late.
+impl TurnRecord {
+    fn took_turn(&mut self, time: Nanos) {
+        let Some(last) = self.awake else {
+            return;
+        };
+        let gap = time.saturating_sub(last);
+        if self.last.is_some() && gap < self.period / 2 {
+            // Either the previous turn was late and this one is on time, or this is an additional turn
+            // between two due ones.
+            if std::mem::take(&mut self.late) {
+                self.taken += 1;
+                self.awake = Some(time);
+            }
+            return;
+        }
+        let due = ((gap + self.period / 2) / self.period).max(1);
+        self.misses(last, due - 1);
+        self.late = due > 1;
+        self.taken += 1;
+        self.expected += 1;
+        self.awake = Some(time);
+        self.last = Some(time);
+    }
+
+    fn went_to_sleep(&mut self, time: Nanos) {
+        if let Some(last) = self.awake {
+            self.misses(last, (time.saturating_sub(last) / self.period).saturating_sub(1));
+        }
+        self.last = None;
+    }
+
+    fn misses(&mut self, from: Nanos, count: u64) {
+        self.expected += count;
+        if count > 0 && self.missed.len() < MAX_LISTED {
+            self.missed.push((from, count));
+        }
+    }
+}
+
+impl ObserverState {
+    pub(super) fn changed(&mut self, time: Nanos, schema: usize, from: State, to: State) {
+        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        if to == State::Slept && lockstep {
+            self.expect_turns(schema, time);
+        }
+        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+            return;
+        };
+        beat.last_seen = match (from, to) {
+            (_, State::Slept) => None,
+            (State::Slept, _) => Some(time),
+            _ => beat.last_seen,
+        };
+        match (from, to) {
+            (_, State::Slept) => {
+                if !lockstep {
+                    beat.went_to_sleep(time);
+                }
+                beat.awake = None;
+            }
+            // A schema that sleeps and wakes within an instant iterates once in it (R16).
+            (State::Slept, _) if lockstep && beat.last == Some(time) => beat.awake = Some(time + beat.period),
+            (State::Slept, _) => beat.awake = Some(time),
+            _ => {}
+        }
+    }
+
+    /// Records a turn, due by period or triggered by a value.
+    pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
+        let clock = self.rhythm.clock;
+        let blind = self.tamper == Some(Tamper::Recovery);
+        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+            return;
+        };
+        if !(blind && beat.resumes_at.is_some()) {
+            beat.last_seen = beat.last_seen.map(|seen| seen.max(time));
+        }
+        let hides = || !beat.victim && beat.expected > MIN_TURNS && self.tamper == Some(Tamper::Turn);
+        match (clock, &mut beat.awake) {
+            (_, None) => {}
+            (Clock::Lockstep, Some(due)) if time == *due => {
+                beat.last = Some(time);
+                if hides() {
+                    self.tamper = None;
+                    return;
+                }
+                *due += beat.period;
+                beat.taken += 1;
+                beat.expected += 1;
+            }
+            (Clock::Lockstep, Some(due)) => {
+                beat.last = Some(time);
+                if time > *due {
+                    self.expect_turns(schema, time);
+                }
+            }
+            (Clock::RealTime | Clock::Outside, Some(_)) => beat.took_turn(time),
+        }
+    }
+
+    pub(super) fn judge_rhythm(&mut self, now: Nanos) {
+        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        for schema in 0..self.rhythm.schemas.len() {
+            if lockstep {
+                self.expect_turns(schema, now);
+            }
+            let beat = &mut self.rhythm.schemas[schema];
+            let (Some(seen), Some(again)) = (beat.last_seen, beat.resumes_at) else {
+                continue;
+            };
+            let slack = if lockstep { 0 } else { SLACK };
+            if now.saturating_sub(seen.max(again)) > MAX_GAP_PERIODS * beat.period + slack {
+                beat.resumes_at = None;
+                let (name, now) = (self.name(schema).to_owned(), now as f64 / 1e9);
+                self.report(format!(
+                    "recovery: `{name}` is awake, its faults are over, and it has no turns any more, at {now:.6} s"
+                ));
+            }
+        }
+    }
+
+    /// Counts the turns that were due before now and did not occur. In lockstep this is a violation.
+    fn expect_turns(&mut self, schema: usize, now: Nanos) {
+        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+            return;
+        };
+        let Some(due) = beat.awake.filter(|due| *due < now) else {
+            return;
+        };
+        let missed = (now - due).div_ceil(beat.period);
+        beat.awake = Some(due + missed * beat.period);
+        beat.expected += missed;
+        if !beat.victim {
+            let (name, from) = (self.name(schema).to_owned(), due as f64 / 1e9);
+            self.report(format!(
+                "R11: `{name}` missed {missed} of its turns from {from:.6} s on"
+            ));
+        }
+    }
+
+    pub(super) fn conclude_rhythm(&mut self, bare: f64) {
+        if self.rhythm.clock == Clock::Lockstep {
+            return;
+        }
+        let kept = self.rhythm.turn_shares();
+        // A turn of a schema in a process of its own waits for the processor several times. It counts for the
+        // median, but not alone.
+        let mut here = kept
+            .iter()
+            .filter(|(_, place)| !self.rhythm.schemas[*place].isolated);
+        let (Some((median, _)), Some((least, last))) = (kept.get(kept.len() / 2), here.next()) else {
+            return;
+        };
+        let (median, least) = (1.0 - median, 1.0 - least);
+        let may = bare + MAX_SINGLE_LOSS + MAX_SINGLE_TURNS / self.rhythm.schemas[*last].expected as f64;
+        if median > bare + MAX_MEDIAN_LOSS || least > may {
+            let missed = self.rhythm.schemas[*last].missed.iter();
+            let missed = missed.map(|(at, count)| format!("{count} from {:.3} s", *at as f64 / 1e9));
+            self.report(format!(
+                "R11: bystanders lost {:.1} % of their turns (median), `{}` {:.1} % ({}), a bare thread beside them {:.1} %",
+                median * 100.0,
+                self.name(*last),
+                least * 100.0,
+                missed.collect::<Vec<_>>().join(", "),
+                bare * 100.0
+            ));
+        }
+    }
+}
+
+/// Observes the turns of drivers by their exports, since drivers' turns are not reported.
+pub(super) fn watch_drivers(known: &Arc<Mutex<ObserverState>>, handle: &Handle) -> Vec<Watch> {
+    let application = handle.application();
+    let mut watches = Vec::new();
+    for (place, instance) in application.instances.iter().enumerate() {
+        if instance.schema.kind != Kind::Driver {
+            continue;
+        }
+        // An export that the driver writes in each turn: its count, or its pose.
+        let exports = instance
+            .schema
+            .ports
+            .iter()
+            .filter(|port| matches!(port.role, Role::Export));
+        let told = exports
+            .map(|port| port.name.as_str())
+            .find(|name| ["beats", "odometry"].contains(name));
+        let variable = told.and_then(|told| handle.board().find(&format!("{}.{told}", instance.name)));
+        if let Some(variable) = variable {
+            let (known, handle) = (Arc::downgrade(known), handle.clone());
+            watches.push(variable.watch(move || {
+                if let Some(known) = known.upgrade() {
+                    let now = handle.now();
+                    lock(&known).had_turn(place, now);
+                }
+            }));
+        }
+    }
+    watches
+}

@@ -1,0 +1,292 @@
+//! The process that runs the application, and its tools: the real executable, in a folder of its own that
+//! isolates it from other applications, with the terminal, the pipes and the disk for its fault.
+
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context as _, Result, bail};
+use jde_port::Pty;
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::log_file;
+use crate::campaign::Campaign;
+use crate::plan::Kind;
+
+/// The demonstration's lines for its simulated robot and for its roots.
+const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
+const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
+/// Never ready by its own precondition; it exists to crash.
+const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";
+
+/// Source of the preloaded library that simulates the disk of a recording.
+const DISK: &str = "crates/jde/tests/c/disk.c";
+/// Capacity of a small disk, bytes: some seconds of a drive.
+const DISK_CAPACITY: &str = "300000";
+
+/// The destination of its output and its recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Environment {
+    /// Files.
+    Files,
+    /// Pipes that no process reads, with much output.
+    UnreadPipes,
+    /// A terminal of its own, which shows the oscilloscope.
+    Terminal,
+    /// Files, and a recording on a disk that this setting spoils.
+    Disk(&'static str, &'static str),
+}
+
+impl Environment {
+    pub(super) fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Unread => Self::UnreadPipes,
+            Kind::TerminalLost => Self::Terminal,
+            Kind::DiskFull => Self::Disk("DISK_ROOM", DISK_CAPACITY),
+            Kind::DiskFails => Self::Disk("DISK_BAD_SYNC", "2"),
+            _ => Self::Files,
+        }
+    }
+}
+
+/// The process.
+pub(super) struct HostProcess {
+    process: Child,
+    program: PathBuf,
+    plugins: std::ffi::OsString,
+    folder: tempfile::TempDir,
+    /// The controlling end of its terminal, if it has one.
+    terminal: Option<Pty>,
+}
+
+impl HostProcess {
+    /// Starts the demonstration on a robot behind TCP. Only the driver's line is changed, and a root added
+    /// that never drives.
+    pub(super) fn start(campaign: &Campaign, address: &str, around: Environment) -> Result<Self> {
+        let program = program(campaign)?;
+        let folder = tempfile::tempdir().context("no folder for a process")?;
+        std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(0o700))?;
+        let delivered = campaign.root.0.join("apps/safe-navigation.toml");
+        let text = std::fs::read_to_string(&delivered)
+            .with_context(|| format!("cannot read {}", delivered.display()))?;
+        if !text.contains(SIMULATED) || !text.contains(ROOTS) {
+            bail!("{} is not what the campaign knows", delivered.display());
+        }
+        let real =
+            format!("type  = \"p2os/pioneer\"\nport  = \"{address}\"\nstart = [3.55, 1.6, \"90deg\"]\n");
+        let text = text
+            .replace(SIMULATED, &real)
+            .replace(ROOTS, "roots   = [\"teleop\", \"drifter\", \"example\"]");
+        let file = folder.path().join("safe-navigation.toml");
+        std::fs::write(&file, text + DRIFTER)?;
+        let mut folders = campaign.plugins.clone();
+        folders.extend(std::env::current_exe()?.parent().map(PathBuf::from));
+        folders.extend(program.parent().map(PathBuf::from));
+        let plugins = std::env::join_paths(folders).context("a folder of plugins has a colon in its name")?;
+        let mut terminal = None;
+        let application = file.display().to_string();
+        let mut command = command(&program, &folder, &plugins);
+        match around {
+            Environment::Files => {
+                command.args(["run", &application, "--plain"]);
+                redirect_output(&mut command, &folder)?;
+            }
+            Environment::UnreadPipes => {
+                command.args(["run", &application, "--plain", "--log", "trace"]);
+                command.stdout(Stdio::piped()).stderr(Stdio::piped());
+            }
+            Environment::Terminal => {
+                let pty = Pty::open().context("no terminal for a process")?;
+                // From util-linux: the process leads a session of its own, and its input becomes the
+                // session's terminal.
+                command = self::command(&"setsid".into(), &folder, &plugins);
+                command.arg("--ctty").arg(&program).args(["run", &application]);
+                let slave = OpenOptions::new().read(true).write(true).open(pty.path())?;
+                command
+                    .stdin(slave.try_clone()?)
+                    .stdout(slave.try_clone()?)
+                    .stderr(slave);
+                command.env("TERM", "xterm");
+                // No process reads it, since a reader would keep it open.
+                terminal = Some(pty);
+            }
+            Environment::Disk(setting, value) => {
+                command.args(["run", &application, "--plain", "--record"]);
+                command.arg(folder.path().join("drive.mcap"));
+                redirect_output(&mut command, &folder)?;
+                command.env("LD_PRELOAD", disk(campaign, folder.path())?);
+                command.env(setting, value);
+            }
+        }
+        let process = command
+            .spawn()
+            .with_context(|| format!("cannot start {}", program.display()))?;
+        Ok(Self {
+            process,
+            program,
+            plugins,
+            folder,
+            terminal,
+        })
+    }
+
+    /// Closes its terminal, like the window of a terminal.
+    pub(super) fn hang_up(&mut self) {
+        self.terminal = None;
+    }
+
+    pub(super) fn signal(&self, signal: Signal) -> Result<()> {
+        let process = Pid::from_raw(self.process.id().cast_signed()).context("it has a number")?;
+        kill_process(process, signal).context("it is not there any more")
+    }
+
+    /// Whether the process runs.
+    pub(super) fn is_running(&mut self) -> bool {
+        matches!(self.process.try_wait(), Ok(None))
+    }
+
+    /// Kills the process and waits for it.
+    pub(super) fn reap(&mut self) {
+        // It may have ended before.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+
+    /// Runs a verb of the executable to its end.
+    pub(super) fn jde(&self, words: &[&str]) -> Result<String> {
+        let output = command(&self.program, &self.folder, &self.plugins)
+            .args(words)
+            .output()?;
+        if !output.status.success() {
+            bail!(
+                "jde {}: {}",
+                words.join(" "),
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// Starts a verb that continues, with the given output.
+    pub(super) fn client(&self, words: &[&str], says: fn() -> Stdio) -> Result<Child> {
+        let mut client = command(&self.program, &self.folder, &self.plugins);
+        client.args(words).stdout(says()).stderr(says());
+        client.spawn().context("cannot start a client")
+    }
+
+    /// The iterations and the period, ns, of each schema that iterates all the time.
+    pub(super) fn turns(&self) -> Result<BTreeMap<String, (u64, u64)>> {
+        let told: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
+        let mut turns = BTreeMap::new();
+        for schema in find_schemas(&told) {
+            let (Some(name), Some(iterations), Some(period)) = (
+                schema["name"].as_str(),
+                schema["iterations"].as_u64(),
+                schema["period"].as_u64(),
+            ) else {
+                continue;
+            };
+            // The motor schemas below win only at times.
+            if ["pioneer", "example"].contains(&name) {
+                turns.insert(name.to_owned(), (iterations, period));
+            }
+        }
+        if turns.is_empty() {
+            bail!("`jde ps --json` tells of no schema of the demonstration: {told}");
+        }
+        Ok(turns)
+    }
+
+    /// The sockets in its folder.
+    pub(super) fn sockets(&self) -> Vec<PathBuf> {
+        let mut found = Vec::new();
+        let mut folders = vec![self.folder.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+                let Ok(kind) = entry.file_type() else {
+                    continue;
+                };
+                if kind.is_dir() {
+                    folders.push(entry.path());
+                } else if std::os::unix::fs::FileTypeExt::is_socket(&kind) {
+                    found.push(entry.path());
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether its error output contains a text.
+    pub(super) fn has_logged(&self, what: &str) -> bool {
+        std::fs::read_to_string(self.folder.path().join("complained")).is_ok_and(|words| words.contains(what))
+    }
+
+    /// The last lines of its output.
+    pub(super) fn output(&self) -> String {
+        let read = |name| std::fs::read_to_string(self.folder.path().join(name)).unwrap_or_default();
+        let all = read("said") + &read("complained");
+        let lines: Vec<&str> = all.lines().rev().take(5).collect();
+        lines.into_iter().rev().collect::<Vec<_>>().join(" / ")
+    }
+}
+
+impl Drop for HostProcess {
+    fn drop(&mut self) {
+        self.reap();
+    }
+}
+
+fn redirect_output(command: &mut Command, folder: &tempfile::TempDir) -> Result<()> {
+    command.stdout(log_file(folder.path(), "said")?);
+    command.stderr(log_file(folder.path(), "complained")?);
+    Ok(())
+}
+
+/// Builds the disk library; returns its path.
+fn disk(campaign: &Campaign, folder: &Path) -> Result<PathBuf> {
+    let library = folder.join("disk.so");
+    let made = Command::new("cc")
+        .args(["-shared", "-fPIC", "-std=c11", "-o"])
+        .args([&library, &campaign.root.0.join(DISK)])
+        .output()
+        .context("no C compiler named cc")?;
+    if !made.status.success() {
+        bail!(
+            "{DISK} cannot be built: {}",
+            String::from_utf8_lossy(&made.stderr)
+        );
+    }
+    Ok(library)
+}
+
+fn command(program: &PathBuf, folder: &tempfile::TempDir, plugins: &std::ffi::OsStr) -> Command {
+    let mut command = Command::new(program);
+    command
+        .env("JDE_RUNTIME_DIR", folder.path().join("jde"))
+        .env("JDE_PLUGIN_PATH", plugins)
+        .stdin(Stdio::null());
+    command
+}
+
+fn program(campaign: &Campaign) -> Result<PathBuf> {
+    let beside = || Some(std::env::current_exe().ok()?.parent()?.join("jde"));
+    let program = campaign
+        .jde
+        .clone()
+        .or_else(beside)
+        .filter(|program| program.is_file());
+    program.context("there is no `jde` beside this program; `cargo build --release --workspace` makes it")
+}
+
+fn find_schemas(told: &serde_json::Value) -> Vec<&serde_json::Value> {
+    let schemas = told
+        .get("schemas")
+        .or_else(|| told.get("snapshot").and_then(|it| it.get("schemas")));
+    schemas
+        .and_then(|schemas| schemas.as_array())
+        .into_iter()
+        .flatten()
+        .collect()
+}

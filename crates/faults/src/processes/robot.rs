@@ -1,0 +1,98 @@
+//! The robot of a case in processes of their own: served by a thread of this process, with its ground truth
+//! visible.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use jde_p2os_server::{EndpointAddress, Options, Server};
+use jde_sim::{Truth, World};
+
+use crate::application::Root;
+use crate::observer::lock;
+
+/// Time between two reads of the ground truth. With each the world falls behind real time by up to a step, so
+/// it is judged by its own time.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
+/// Speed that counts as standing, m/s and rad/s.
+const STANDS: f64 = 0.01;
+
+/// A robot behind TCP.
+pub(super) struct RobotServer {
+    /// `tcp:127.0.0.1:4711`.
+    pub(super) address: String,
+    truth: Arc<Mutex<Option<(f64, Truth)>>>,
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Result<()>>,
+}
+
+impl RobotServer {
+    pub(super) fn serve(root: &Root, seed: u64) -> Result<Self> {
+        let file = root.0.join("worlds/office.toml");
+        let (tell, told) = channel();
+        let (stop, truth) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(None)));
+        let (ended, seen) = (Arc::clone(&stop), Arc::clone(&truth));
+        let thread = std::thread::spawn(move || {
+            let world =
+                World::load(&file, seed).with_context(|| format!("cannot load {}", file.display()))?;
+            let options = Options {
+                tcp: Some(SocketAddr::from((Ipv4Addr::LOCALHOST, 0))),
+                ..Options::default()
+            };
+            let mut server = Server::open(world, &options)?;
+            let place = server.addresses().find_map(|(_, place)| match place {
+                EndpointAddress::Tcp(address) => Some(address),
+                _ => None,
+            });
+            // If this fails, the receiver no longer waits.
+            let _ = tell.send(place);
+            let robot = server.world().robots().next().map(|(robot, _)| robot);
+            let robot = robot.context("the world has no robot")?;
+            while !ended.load(Ordering::Relaxed) {
+                server.run(&ended, Some(POLL_PERIOD), |_| {})?;
+                let world = server.world();
+                *lock(&seen) = Some((world.now() as f64 / 1e9, world.truth(robot)));
+            }
+            Ok(())
+        });
+        let address = told.recv().ok().flatten().context("the robot is not served")?;
+        Ok(Self {
+            address: format!("tcp:{address}"),
+            truth,
+            stop,
+            thread,
+        })
+    }
+
+    /// The world's time, s.
+    pub(super) fn time(&self) -> f64 {
+        lock(&self.truth).as_ref().map_or(0.0, |(time, _)| *time)
+    }
+
+    /// The speed, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.read_truth(|truth| truth.twist.linear.abs())
+    }
+
+    pub(super) fn is_standing(&self) -> bool {
+        self.read_truth(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDS
+    }
+
+    /// Ends the server; returns its error, if any.
+    pub(super) fn stop(self) -> Option<String> {
+        self.stop.store(true, Ordering::Relaxed);
+        match self.thread.join() {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(format!("the robot's server: {error:#}")),
+            Err(_) => Some("the robot's server panicked".to_owned()),
+        }
+    }
+
+    fn read_truth(&self, of: impl Fn(&Truth) -> f64) -> f64 {
+        lock(&self.truth).as_ref().map_or(0.0, |(_, truth)| of(truth))
+    }
+}

@@ -1,0 +1,275 @@
+//! How a group competes: the policy for collisions, the absence policy, patience and budget. Refuses keys
+//! without effect.
+
+use jde_core::{Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, Policy, SchemaId};
+
+use super::GroupConfig;
+use super::document::{Section, number, report_wrong_shape};
+use super::report::{FaultReport, quote};
+use super::time;
+
+const KEYS: &[&str] = &[
+    "members",
+    "policy",
+    "dwell",
+    "hysteresis",
+    "turn",
+    "absence",
+    "hold",
+    "fallback",
+    "patience",
+    "budget",
+];
+const POLICIES: &[&str] = &["priority", "urgency", "sticky", "round-robin", "father"];
+const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
+
+/// The contents of a group's own keys.
+pub(super) struct GroupSettings {
+    policy: Policy,
+    absence: Absence,
+    patience_ns: Nanos,
+    budget_ns: Nanos,
+}
+
+/// The group that the rules are for.
+pub(super) struct GroupContext<'n> {
+    /// Whether the father has an arbitration function.
+    pub(super) arbitrates: bool,
+    /// Whether the file lists the members, as `members`.
+    pub(super) lists: bool,
+    /// What the names of the members denote: "roles of this group".
+    pub(super) members_noun: &'n str,
+    /// The members by name, as possible fallbacks.
+    pub(super) members: &'n [(&'n str, usize)],
+}
+
+impl GroupSettings {
+    /// Reads the keys of a group; without a section, returns the defaults.
+    pub(super) fn read(report: &mut FaultReport, section: Option<&Section>, among: &GroupContext) -> Self {
+        let arbitrates = among.arbitrates;
+        let default = if arbitrates {
+            Policy::Father
+        } else {
+            Policy::Priority
+        };
+        let Some(section) = section else {
+            return Self {
+                policy: default,
+                absence: Absence::Brake,
+                patience_ns: DEFAULT_PATIENCE,
+                budget_ns: DEFAULT_BUDGET,
+            };
+        };
+        section.refuse_unknown(report, &KEYS[usize::from(!among.lists)..]);
+        let time = |report: &mut FaultReport, key: &str| {
+            let node = section.get(key)?;
+            time::time(report, &section.key(key), node)
+        };
+        Self {
+            policy: policy(report, section, default, arbitrates, &time),
+            absence: absence(report, section, among, &time),
+            patience_ns: time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
+            budget_ns: time(report, "budget").unwrap_or(DEFAULT_BUDGET),
+        }
+    }
+
+    pub(super) fn group(self, name: String, father: Option<usize>, members: Vec<usize>) -> GroupConfig {
+        GroupConfig {
+            name,
+            father,
+            members,
+            policy: self.policy,
+            absence: self.absence,
+            patience_ns: self.patience_ns,
+            budget_ns: self.budget_ns,
+        }
+    }
+}
+
+fn policy(
+    report: &mut FaultReport,
+    section: &Section,
+    default: Policy,
+    arbitrates: bool,
+    time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
+) -> Policy {
+    let written = section.text(report, "policy");
+    let word = written.as_ref().map(|written| written.text);
+    let dwell = time(report, "dwell");
+    let turn = time(report, "turn");
+    let hysteresis = hysteresis(report, section);
+    only_with(report, section, "dwell", "policy", "sticky", word);
+    only_with(report, section, "hysteresis", "policy", "sticky", word);
+    only_with(report, section, "turn", "policy", "round-robin", word);
+    let Some(written) = written else { return default };
+    match written.text {
+        "priority" => Policy::Priority,
+        "urgency" => Policy::HighestUrgency,
+        "sticky" => {
+            require_key(report, section, "policy", "sticky", "dwell", "\"500ms\"");
+            Policy::Sticky {
+                dwell: dwell.unwrap_or_default(),
+                hysteresis,
+            }
+        }
+        "round-robin" => {
+            require_key(report, section, "policy", "round-robin", "turn", "\"5s\"");
+            Policy::RoundRobin {
+                turn: turn.unwrap_or_default(),
+            }
+        }
+        "father" => {
+            if !arbitrates {
+                let what = section.key("policy");
+                report
+                    .fault(
+                        &written.span,
+                        format!(
+                            "{what} is \"father\", and no father with an arbitration of its own is above"
+                        ),
+                    )
+                    .advise("choose `priority`, `urgency`, `sticky` or `round-robin`");
+            }
+            Policy::Father
+        }
+        other => {
+            report
+                .fault(
+                    &written.span,
+                    format!("{} has no policy {}", section.label, quote(other)),
+                )
+                .suggest(other, "policies", POLICIES.iter().copied());
+            default
+        }
+    }
+}
+
+fn absence(
+    report: &mut FaultReport,
+    section: &Section,
+    &GroupContext {
+        members_noun: members_are,
+        members,
+        ..
+    }: &GroupContext,
+    time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
+) -> Absence {
+    let written = section.text(report, "absence");
+    let word = written.as_ref().map(|written| written.text);
+    let hold = time(report, "hold");
+    let fallback = section.text(report, "fallback").and_then(|role| {
+        let member = members.iter().find(|(name, _)| *name == role.text);
+        if member.is_none() {
+            report
+                .fault(
+                    &role.span,
+                    format!(
+                        "{} is {}, which is nobody in the group",
+                        section.key("fallback"),
+                        quote(role.text)
+                    ),
+                )
+                .suggest(role.text, members_are, members.iter().map(|(name, _)| *name));
+        }
+        member.map(|(_, child)| *child)
+    });
+    only_with(report, section, "hold", "absence", "hold", word);
+    only_with(report, section, "fallback", "absence", "fallback", word);
+    let Some(written) = written else {
+        return Absence::Brake;
+    };
+    match written.text {
+        "brake" => Absence::Brake,
+        "hold" => {
+            require_key(report, section, "absence", "hold", "hold", "\"300ms\"");
+            Absence::Hold {
+                for_: hold.unwrap_or_default(),
+            }
+        }
+        "fallback" => {
+            let example = members.first().map_or("a role", |(name, _)| *name);
+            require_key(
+                report,
+                section,
+                "absence",
+                "fallback",
+                "fallback",
+                &format!("\"{example}\""),
+            );
+            fallback.map_or(Absence::Brake, |child| {
+                Absence::Fallback(SchemaId(u32::try_from(child).unwrap_or(u32::MAX)))
+            })
+        }
+        other => {
+            report
+                .fault(
+                    &written.span,
+                    format!("{} has no absence policy {}", section.label, quote(other)),
+                )
+                .suggest(other, "absence policies", ABSENCES.iter().copied());
+            Absence::Brake
+        }
+    }
+}
+
+fn hysteresis(report: &mut FaultReport, section: &Section) -> f64 {
+    let Some(node) = section.get("hysteresis") else {
+        return 0.0;
+    };
+    let what = section.key("hysteresis");
+    match number(node.get_ref()) {
+        Some(margin) if margin.is_finite() && margin >= 0.0 => margin,
+        Some(_) => {
+            report
+                .fault(&node.span(), format!("{what} is no finite number, 0 or more"))
+                .advise("give the urgency by which a rival must exceed the winner");
+            0.0
+        }
+        None => {
+            report_wrong_shape(report, &what, "a number, 0 or more", node);
+            0.0
+        }
+    }
+}
+
+/// Reports a key that has no meaning without a certain value of another.
+fn only_with(
+    report: &mut FaultReport,
+    section: &Section,
+    key: &str,
+    of: &str,
+    needed: &str,
+    given: Option<&str>,
+) {
+    if section.get(key).is_some()
+        && given != Some(needed)
+        && section.get(of).is_none_or(|node| node.get_ref().is_str())
+    {
+        report
+            .fault(
+                &section.key_span(key),
+                format!("{} only goes with {of} = \"{needed}\"", section.key(key)),
+            )
+            .advise(format!("remove it, or write {of} = \"{needed}\""));
+    }
+}
+
+/// Reports a key that another one requires and that is missing.
+fn require_key(
+    report: &mut FaultReport,
+    section: &Section,
+    key: &str,
+    word: &str,
+    needed: &str,
+    example: &str,
+) {
+    if section.get(needed).is_none() {
+        let span = section.get(key).map_or(section.span.clone(), |node| node.span());
+        report
+            .fault(
+                &span,
+                format!("{} is \"{word}\", which needs `{needed}`", section.key(key)),
+            )
+            .advise(format!("add {needed} = {example}"));
+    }
+}

@@ -1,0 +1,179 @@
+//! The father of each schema. Checks that every motor schema has exactly one place to compete in.
+
+use jde_abi::describe::Kind;
+
+use super::children::{self, NamedChild};
+use super::cycle::{Edge, find_cycles};
+use super::document::Text;
+use super::drafts::Drafts;
+use super::outline::Roots;
+use super::report::{FaultReport, quote};
+
+/// Fathers and children, as the file states them.
+pub(super) struct DeclaredHierarchy<'a> {
+    /// The children of each instance, in the file's order.
+    pub(super) children: Vec<Vec<NamedChild<'a>>>,
+    /// The motor schemas of each top level, each with its position in the file.
+    pub(super) roots: Vec<Vec<Edge>>,
+    /// Every name in `roots` and `children` is that of a schema. Otherwise a schema without a father may only
+    /// be misspelt there.
+    complete: bool,
+}
+
+impl<'a> DeclaredHierarchy<'a> {
+    /// Reads `roots`, and the `children` of every instance.
+    pub(super) fn read(report: &mut FaultReport, drafts: &Drafts<'a>, roots: &Roots<'a>) -> Self {
+        let mut names = roots.levels.iter().flat_map(|level| &level.members);
+        let mut complete = roots.complete && names.all(|root| drafts.index_of(root.text).is_some());
+        let roots = self::read_roots(report, drafts, roots);
+        let kin = (0..drafts.len())
+            .map(|index| {
+                let kin = children::read(report, drafts, index);
+                complete &= drafts.get(index).section.entry_count("children") == kin.len();
+                kin
+            })
+            .collect();
+        Self {
+            children: kin,
+            roots,
+            complete,
+        }
+    }
+
+    /// Returns the father of every motor schema that has one. Reports second fathers, roots with a father,
+    /// cycles, and schemas that are never woken.
+    pub(super) fn fathers(&self, report: &mut FaultReport, drafts: &Drafts) -> Vec<Option<usize>> {
+        let mut fathers = vec![None; drafts.len()];
+        for (father, kin) in self.children.iter().enumerate() {
+            for kin in kin.iter().filter(|kin| is_motor(drafts, kin.child)) {
+                match fathers[kin.child] {
+                    None => fathers[kin.child] = Some(father),
+                    // The same father twice is a fault of its roles, and has been reported.
+                    Some(earlier) if earlier == father => {}
+                    Some(earlier) => refuse_second_father(report, drafts, kin, earlier, father),
+                }
+            }
+        }
+        for (root, span) in self.roots.iter().flatten() {
+            if let Some(father) = fathers[*root] {
+                let (root, father) = (drafts.quoted(*root), drafts.quoted(father));
+                report
+                    .fault(span, format!("the root {root} has a father, {father}"))
+                    .advise("take it out of `roots`, or out of its father's `children`");
+            }
+        }
+        self.refuse_cycles(report, drafts);
+        self.refuse_orphans(report, drafts);
+        fathers
+    }
+
+    fn refuse_cycles(&self, report: &mut FaultReport, drafts: &Drafts) {
+        let edges: Vec<Vec<Edge>> = self
+            .children
+            .iter()
+            .map(|kin| kin.iter().map(|kin| (kin.child, kin.name.span.clone())).collect())
+            .collect();
+        for (way, span) in find_cycles(&edges) {
+            let names: Vec<_> = way.iter().map(|index| drafts.get(*index).name).collect();
+            report
+                .fault(
+                    &span,
+                    format!("{} is its own father: {}", quote(names[0]), names.join(" -> ")),
+                )
+                .advise("take one of them out of its father's `children`");
+        }
+    }
+
+    fn refuse_orphans(&self, report: &mut FaultReport, drafts: &Drafts) {
+        let mut woken = vec![false; drafts.len()];
+        for index in self.children.iter().flatten().map(|kin| kin.child) {
+            woken[index] = true;
+        }
+        for (root, _) in self.roots.iter().flatten() {
+            woken[*root] = true;
+        }
+        for (index, draft) in drafts.iter().enumerate() {
+            if self.complete && !woken[index] && is_motor(drafts, index) {
+                report
+                    .fault(
+                        &draft.section.span,
+                        format!("nobody wakes the motor {}", draft.section.label),
+                    )
+                    .advise("name it in `roots`, or in the `children` of a father");
+            }
+        }
+    }
+}
+
+fn read_roots(report: &mut FaultReport, drafts: &Drafts, written: &Roots) -> Vec<Vec<Edge>> {
+    let mut known: Vec<usize> = Vec::new();
+    let levels = written.levels.iter();
+    levels
+        .map(|level| read_level(report, drafts, &level.members, &mut known))
+        .collect()
+}
+
+/// Returns the roots of one level; `known` are those already named, in this level or another.
+fn read_level(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    names: &[Text],
+    known: &mut Vec<usize>,
+) -> Vec<Edge> {
+    let mut roots: Vec<Edge> = Vec::new();
+    for root in names {
+        let Some(index) = drafts.find(report, "`roots` of the application", root.text, &root.span) else {
+            continue;
+        };
+        let name = quote(root.text);
+        if known.contains(&index) {
+            report
+                .fault(
+                    &root.span,
+                    format!("`roots` of the application names {name} twice"),
+                )
+                .advise("remove one");
+            continue;
+        }
+        if let Some(kind @ (Kind::Perceptive | Kind::Driver)) = drafts.schema(index).map(|schema| schema.kind)
+        {
+            let kind = children::kind_noun(kind);
+            report
+                .fault(
+                    &root.span,
+                    format!("the root {name} is {kind}, and only motor schemas compete"),
+                )
+                .advise("take it out of `roots`; it is awake while a schema that needs it is");
+            continue;
+        }
+        known.push(index);
+        roots.push((index, root.span.clone()));
+    }
+    roots
+}
+
+fn refuse_second_father(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    kin: &NamedChild,
+    first: usize,
+    second: usize,
+) {
+    let (child, first, second) = (
+        drafts.quoted(kin.child),
+        drafts.quoted(first),
+        drafts.quoted(second),
+    );
+    report
+        .fault(
+            &kin.name.span,
+            format!("{child} has two fathers, {first} and {second}"),
+        )
+        .advise("define a second instance of the same type for the other");
+}
+
+fn is_motor(drafts: &Drafts, index: usize) -> bool {
+    drafts
+        .schema(index)
+        .is_some_and(|schema| schema.kind == Kind::Motor)
+}

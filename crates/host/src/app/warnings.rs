@@ -1,0 +1,94 @@
+//! Warnings. Roots that compete in one group although they share no actuator exclude each other without need;
+//! this may be intended, so it is a warning and not a fault. The same holds for a C++ plugin that may throw.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::report::quote_all;
+use super::{Application, Binding, GroupConfig, InstanceConfig};
+
+/// Roots, and the commands that they share.
+type RootCommands = (Vec<usize>, BTreeSet<(usize, usize)>);
+
+impl Application {
+    /// Returns warnings about settings that are valid but may not be intended: a sentence or two each, with
+    /// the line.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let levels = self.groups.iter().filter(|group| group.father.is_none());
+        let strangers = levels.filter_map(|level| self.warn_of_disjoint_roots(level));
+        strangers
+            .chain(self.warn_of_exceptions())
+            .chain(self.link.warnings())
+            .collect()
+    }
+
+    /// Warns of C++ plugins that run in the host's process and do not declare that they catch their
+    /// exceptions.
+    fn warn_of_exceptions(&self) -> impl Iterator<Item = String> {
+        let numbers = 0..self.plugins.len();
+        numbers.filter(|number| self.plugins[*number].throws).filter_map(|number| {
+            let here = |instance: &&InstanceConfig| instance.plugin == number && instance.isolate.is_none();
+            let of: Vec<_> = self.instances.iter().filter(here).collect();
+            let line = of.iter().map(|instance| instance.line).min()?;
+            let names = quote_all(of.iter().map(|instance| instance.name.as_str()));
+            Some(format!(
+                "line {line}: {names} are of the plugin `{}`, which is in C++: an exception that leaves one of its functions ends the \
+                 application. Write isolate = \"process\", or have the plugin catch it (jde_guarded and JDE_PLUGIN_GUARDED of jde.h)",
+                self.plugins[number].name
+            ))
+        })
+    }
+
+    /// Warns of a level whose members share no actuator.
+    fn warn_of_disjoint_roots(&self, level: &GroupConfig) -> Option<String> {
+        let mut below: HashMap<usize, BTreeSet<(usize, usize)>> = HashMap::new();
+        for (number, instance) in self.instances.iter().enumerate() {
+            let commands = instance.bindings.iter().filter_map(|binding| match binding {
+                Binding::Actuator { target } => *target,
+                _ => None,
+            });
+            below.entry(self.root(number)).or_default().extend(commands);
+        }
+        let mut parts: Vec<RootCommands> = Vec::new();
+        for root in &level.members {
+            let Some(mut commands) = below.remove(root).filter(|commands| !commands.is_empty()) else {
+                continue;
+            };
+            let mut roots = Vec::new();
+            let (same, other) = parts
+                .into_iter()
+                .partition(|(_, theirs)| !theirs.is_disjoint(&commands));
+            parts = other;
+            let same: Vec<RootCommands> = same;
+            for (others, theirs) in same {
+                roots.extend(others);
+                commands.extend(theirs);
+            }
+            roots.push(*root);
+            parts.push((roots, commands));
+        }
+        if parts.len() < 2 {
+            return None;
+        }
+        let name = |root: &usize| self.instances[*root].name.as_str();
+        let mut said = parts.iter().map(|(roots, _)| quote_all(roots.iter().map(name)));
+        let (first, rest) = (said.next()?, said.collect::<Vec<_>>().join(", nor with "));
+        let line = parts
+            .iter()
+            .filter_map(|(roots, _)| roots.first())
+            .map(|root| self.instances[*root].line)
+            .min()?;
+        Some(format!(
+            "line {line}: the roots {first} share no actuator with {rest}, and only one of all acts at a time. If they are to act at \
+             once, give each its own level: [roots.NAME] with members = [...]"
+        ))
+    }
+
+    /// Returns the root above a schema, or the schema itself.
+    fn root(&self, mut number: usize) -> usize {
+        while let Some(father) = self.instances[number].father {
+            number = father;
+        }
+        number
+    }
+}

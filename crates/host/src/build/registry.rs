@@ -1,0 +1,235 @@
+//! Which build each instance runs, and to which one it returns if the present one fails on trial. Every new
+//! instance is created from the build registered here, so it is of the right build whatever happened to the
+//! instance before. Creates no instance.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::{BuildName, SharedBuild};
+use crate::reload::{Completion, Replacement, Swap};
+use crate::snapshot::ReloadView;
+
+/// The error that a pending exchange receives at the end.
+const APPLICATION_ENDED: &str = "the application has ended";
+
+/// The builds of an application, by instance.
+pub(crate) struct BuildRegistry {
+    entries: Mutex<Vec<RegistryEntry>>,
+}
+
+#[derive(Default)]
+struct RegistryEntry {
+    /// `None` before the instance is first created.
+    current: Option<SharedBuild>,
+    /// The build before, while the present one is on trial.
+    previous: Option<SharedBuild>,
+    swap: SwapState,
+    reloads: u32,
+    /// Why the last new build was given up, if it was.
+    rollback_reason: Option<String>,
+}
+
+/// The progress of an exchange of builds that was requested and not answered yet.
+#[derive(Default)]
+enum SwapState {
+    #[default]
+    None,
+    /// A build waits for its turn to take over.
+    Pending(Swap),
+    /// The build is taking over.
+    InProgress {
+        build: BuildName,
+        completion: Arc<Completion>,
+    },
+    /// The build took over in the present turn.
+    Done {
+        replacement: Replacement,
+        completion: Arc<Completion>,
+    },
+    /// The application has ended; further exchanges are refused.
+    Closed,
+}
+
+impl BuildRegistry {
+    pub(crate) fn new(instances: usize) -> Self {
+        Self {
+            entries: Mutex::new((0..instances).map(|_| RegistryEntry::default()).collect()),
+        }
+    }
+
+    /// Sets the build with which an instance starts.
+    pub(crate) fn set_initial(&self, instance: usize, build: SharedBuild) {
+        self.lock()[instance].current = Some(build);
+    }
+
+    /// Returns the build of which an instance is to be created.
+    pub(crate) fn current(&self, instance: usize) -> SharedBuild {
+        let present = self.lock()[instance].current.clone();
+        present.expect("an instance has a build before it has a runner")
+    }
+
+    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes it
+    /// from here.
+    ///
+    /// # Errors
+    /// Another build waits already, or the application has ended.
+    pub(crate) fn enqueue(&self, instance: usize, swap: Swap) -> Result<(), String> {
+        let exchange = &mut self.lock()[instance].swap;
+        match exchange {
+            SwapState::None => {
+                *exchange = SwapState::Pending(swap);
+                Ok(())
+            }
+            SwapState::Pending(_) | SwapState::InProgress { .. } | SwapState::Done { .. } => {
+                Err("another build of it waits for the end of its iteration already".to_owned())
+            }
+            SwapState::Closed => Err(APPLICATION_ENDED.to_owned()),
+        }
+    }
+
+    /// Refuses all further exchanges, because the application has ended. Pending exchanges are answered.
+    pub(crate) fn close(&self) {
+        for entry in &mut *self.lock() {
+            match std::mem::replace(&mut entry.swap, SwapState::Closed) {
+                SwapState::Pending(Swap {
+                    completion: order, ..
+                })
+                | SwapState::InProgress {
+                    completion: order, ..
+                }
+                | SwapState::Done {
+                    completion: order, ..
+                } => order.complete(Err(APPLICATION_ENDED.to_owned())),
+                SwapState::None | SwapState::Closed => {}
+            }
+        }
+    }
+
+    /// Whether a build waits for its turn.
+    pub(crate) fn is_pending(&self, instance: usize) -> bool {
+        matches!(self.lock()[instance].swap, SwapState::Pending(_))
+    }
+
+    /// Starts the exchange, if a build waits for it.
+    pub(crate) fn start_swap(&self, instance: usize) -> Option<Swap> {
+        let exchange = &mut self.lock()[instance].swap;
+        match std::mem::take(exchange) {
+            SwapState::Pending(swap) => {
+                *exchange = SwapState::InProgress {
+                    build: swap.build.name.clone(),
+                    completion: Arc::clone(&swap.completion),
+                };
+                Some(swap)
+            }
+            other @ (SwapState::None
+            | SwapState::InProgress { .. }
+            | SwapState::Done { .. }
+            | SwapState::Closed) => {
+                *exchange = other;
+                None
+            }
+        }
+    }
+
+    /// Records that the build took over. The answer is given at the end of the turn.
+    pub(crate) fn mark_done(&self, instance: usize, takeover: Replacement) {
+        let exchange = &mut self.lock()[instance].swap;
+        *exchange = match std::mem::take(exchange) {
+            SwapState::InProgress {
+                completion: order, ..
+            } => SwapState::Done {
+                replacement: takeover,
+                completion: order,
+            },
+            other
+            @ (SwapState::None | SwapState::Pending(_) | SwapState::Done { .. } | SwapState::Closed) => other,
+        };
+    }
+
+    /// Answers the exchange that is under way. From now on another may be requested.
+    pub(crate) fn finish_swap(&self, instance: usize, outcome: Result<(), String>) {
+        let exchange = &mut self.lock()[instance].swap;
+        match (std::mem::take(exchange), outcome) {
+            (
+                SwapState::Done {
+                    replacement: takeover,
+                    completion: order,
+                },
+                Ok(()),
+            ) => order.complete(Ok(takeover)),
+            (
+                SwapState::Done {
+                    completion: order, ..
+                }
+                | SwapState::InProgress {
+                    completion: order, ..
+                },
+                Err(reason),
+            ) => {
+                order.complete(Err(reason));
+            }
+            (other, _) => *exchange = other,
+        }
+    }
+
+    /// Returns the build that is taking over.
+    pub(crate) fn incoming(&self, instance: usize) -> Option<BuildName> {
+        match &self.lock()[instance].swap {
+            SwapState::InProgress { build, .. } => Some(build.clone()),
+            SwapState::None | SwapState::Pending(_) | SwapState::Done { .. } | SwapState::Closed => None,
+        }
+    }
+
+    /// Records that a build took over. It is on trial if there is a build before it.
+    pub(crate) fn record_replacement(
+        &self,
+        instance: usize,
+        build: SharedBuild,
+        before: Option<SharedBuild>,
+    ) {
+        let entry = &mut self.lock()[instance];
+        entry.current = Some(build);
+        entry.previous = before;
+        entry.reloads += 1;
+        entry.rollback_reason = None;
+    }
+
+    /// Ends the trial: the build before is dropped.
+    pub(crate) fn end_trial(&self, instance: usize) {
+        self.lock()[instance].previous = None;
+    }
+
+    /// Returns to the build before. The result is the name of the build given up; `None` if there is none
+    /// before.
+    pub(crate) fn roll_back(&self, instance: usize, reason: &str) -> Option<BuildName> {
+        let entry = &mut self.lock()[instance];
+        let before = entry.previous.take()?;
+        let given_up = entry.current.replace(before);
+        entry.rollback_reason = Some(reason.to_owned());
+        given_up.map(|build| build.name.clone())
+    }
+
+    /// Records that a new build did not take over.
+    pub(crate) fn record_failure(&self, instance: usize, reason: &str) {
+        self.lock()[instance].rollback_reason = Some(reason.to_owned());
+    }
+
+    /// Returns the state of an instance's reloads; `None` if it runs the build with which it started and no
+    /// reload failed.
+    pub(crate) fn view(&self, instance: usize) -> Option<ReloadView> {
+        let entry = &self.lock()[instance];
+        if entry.reloads == 0 && entry.rollback_reason.is_none() {
+            return None;
+        }
+        let name = entry.current.as_ref().map(|build| build.name.clone());
+        Some(ReloadView {
+            reloads: entry.reloads,
+            build: name.unwrap_or_default(),
+            on_trial: entry.previous.is_some(),
+            undone: entry.rollback_reason.clone(),
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<RegistryEntry>> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

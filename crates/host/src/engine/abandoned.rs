@@ -1,0 +1,88 @@
+//! Calls that do not return. A call that was given up may run for ever, but nothing it does has an effect,
+//! and the number of such calls is bounded and counted.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use jde_core::{Health, Nanos};
+
+use super::{Engine, Signal, schema};
+use crate::event::Event;
+use crate::instance::AbandonedInstance;
+use crate::resource_usage::ResourceUsage;
+
+/// The limit of calls of one schema that were given up and have not returned. Each keeps a thread, its stack,
+/// and the memory and files of the schema. A few are tolerated; a schema that always hangs must not exhaust
+/// the machine.
+const MAX_ABANDONED: u64 = 4;
+
+impl Engine {
+    /// Whether an instance may be created.
+    ///
+    /// # Errors
+    /// Too many calls of earlier instances were given up and never returned.
+    pub(crate) fn check_can_create(&self, instance: usize) -> Result<(), String> {
+        let left = self.metrics[instance].abandoned_calls.load(Relaxed);
+        if left < MAX_ABANDONED {
+            return Ok(());
+        }
+        Err(format!(
+            "{left} calls of it were given up and never returned; it gets no other instance until one does"
+        ))
+    }
+
+    /// Reports that a call does not return: the level selects again as after a failure. If the call could not
+    /// be given up and still runs at a restart, the restart fails too.
+    pub(crate) fn report_hung_call(&self, instance: usize, reason: String) {
+        let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
+        if !known {
+            // Marks a death of the process as reported: a later discovery of it must not report it again.
+            self.processes.claim_death_report(instance);
+            self.report_death(instance, reason);
+        }
+    }
+
+    /// Reports that the call which runs since `since` was given up for `reason`; it keeps `kept` bytes of
+    /// shared values.
+    pub(crate) fn report_abandoned_call(&self, instance: usize, since: Nanos, reason: String, kept: u64) {
+        let meter = &self.metrics[instance];
+        meter.end_call();
+        let left = meter.abandoned_calls.fetch_add(1, Relaxed) + 1;
+        // First, so that the next instance is created from the right build.
+        self.interrupt_reload(instance, &reason);
+        self.report_hung_call(instance, reason);
+        // The instance may have faulted long before and published values since.
+        self.variables.retract_exports(instance);
+        self.transact_end(None, instance);
+        if self.builds.is_pending(instance) {
+            // The call may have taken the signal from the inbox and hung before the exchange.
+            self.send_signal(instance, Signal::BuildPending);
+        }
+        let process = ResourceUsage::now();
+        tracing::warn!(
+            schema = self.name(instance),
+            "a call that hangs is left behind; {left} of its calls are, and the process has {process}"
+        );
+        self.report(&Event::CallAbandoned {
+            time: self.clock.now(),
+            schema: instance,
+            since,
+            abandoned: left,
+            retained_bytes: kept,
+            process,
+        });
+    }
+
+    /// Ends the instance of a call that was given up and has now returned, on the calling thread.
+    pub(crate) fn end_abandoned(&self, left: AbandonedInstance) {
+        let (instance, since) = (left.number, left.since);
+        left.end();
+        let left = self.metrics[instance].abandoned_calls.fetch_sub(1, Relaxed) - 1;
+        self.report(&Event::AbandonedCallReturned {
+            time: self.clock.now(),
+            schema: instance,
+            since,
+            abandoned: left,
+            process: ResourceUsage::now(),
+        });
+    }
+}

@@ -1,0 +1,33 @@
+//! Schemas in processes of their own, as the rules see them: whether an instance runs in one, and what
+//! follows from its death.
+
+use super::{Engine, Signal};
+use crate::isolated::ProcessConfig;
+use crate::turn::Turn;
+
+impl Engine {
+    /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next
+    /// awakening creates a new instance of the build in force.
+    pub(crate) fn report_death(&self, instance: usize, reason: String) {
+        self.send_signal(instance, Signal::Replaced);
+        let moment = self.report_fault(instance, reason.clone());
+        self.record_turn(Turn::GIVEN_UP, instance, 0, moment);
+        self.roll_back_build(instance, &reason);
+    }
+
+    /// The program and the limits that run an instance in a process of its own; `None` if it runs in this
+    /// process.
+    pub(crate) fn process_config(&self, instance: usize) -> Option<ProcessConfig> {
+        Some(ProcessConfig {
+            program: self.processes.program()?.clone(),
+            limits: self.application.instances[instance].isolate?,
+        })
+    }
+
+    /// Logs each limit that could not be set on a process.
+    pub(crate) fn warn_unset_limits(&self, instance: usize, what: &[String]) {
+        for what in what {
+            tracing::warn!(schema = self.name(instance), "{what}");
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! The functions of one instance, in this process: the only place where a plugin's functions are called.
+//!
+//! It does not know the host: the caller provides the context, which the plugin passes back to the host's
+//! table.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::marker::PhantomData;
+use std::ptr::NonNull;
+
+use jde_abi::inspect::{self, Problem};
+use jde_abi::raw::{self, Context, Host};
+use jde_abi::{state, table};
+use jde_panel::{Gesture, List};
+use serde::{Deserialize, Serialize};
+
+use super::memory::{SavedMemory, memory_of};
+use crate::plugin::SchemaFunctions;
+
+/// An instance that was created in this process.
+pub(crate) struct InProcessInstance {
+    table: SchemaFunctions,
+    panel: Option<raw::Panel>,
+    state: Option<raw::State>,
+    this: NonNull<c_void>,
+}
+
+// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
+unsafe impl Send for InProcessInstance {}
+
+/// The question to a father.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct ArbitrationQuery {
+    /// Numbered as in the ABI.
+    pub(crate) case: u32,
+    pub(crate) group: String,
+    pub(crate) candidates: Vec<CandidateChild>,
+    /// The role of the present winner, if it is one of the father's.
+    pub(crate) winner: Option<u32>,
+}
+
+/// A competing child.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct CandidateChild {
+    /// Its role.
+    pub(crate) child: u32,
+    /// Numbered as in the ABI.
+    pub(crate) state: u32,
+    pub(crate) ready: bool,
+    pub(crate) urgency: f64,
+}
+
+/// The answer of a father: a role or none, and the reason.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Verdict {
+    pub(crate) child: Option<u32>,
+    pub(crate) reason: String,
+}
+
+/// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
+/// uses it meanwhile.
+pub(crate) struct PluginContext<'c> {
+    context: *mut Context,
+    call: PhantomData<&'c mut ()>,
+}
+
+impl<'c> PluginContext<'c> {
+    /// # Safety
+    /// The functions of the table given to [`Here::create`] expect a `T` behind their context.
+    pub(crate) unsafe fn new<T>(what: &'c mut T) -> Self {
+        Self {
+            context: std::ptr::from_mut(what).cast(),
+            call: PhantomData,
+        }
+    }
+}
+
+/// Each function returns a status of the ABI.
+impl InProcessInstance {
+    /// Creates an instance. `None` if the plugin returned none.
+    ///
+    /// # Safety
+    /// `table` was checked.
+    pub(crate) unsafe fn create(
+        table: SchemaFunctions,
+        host: &'static Host,
+        given: PluginContext<'_>,
+    ) -> Option<Self> {
+        let create = table.create.expect("read::plugin refuses schemas without create");
+        // SAFETY: the caller vouches for the table; the context lives for the call and belongs to that host.
+        let this = unsafe { create(table.own, host, given.context) };
+        Some(Self {
+            table,
+            panel: panel_of(&table),
+            // An error was reported when the build was made.
+            state: memory_of(&table).unwrap_or_default(),
+            this: NonNull::new(this)?,
+        })
+    }
+
+    pub(crate) fn awake(&mut self, given: PluginContext<'_>) -> i32 {
+        match self.table.awake {
+            // SAFETY: `this` came from this table's create; the context lives for the call.
+            Some(awake) => unsafe { awake(self.this.as_ptr(), given.context) },
+            None => raw::OK,
+        }
+    }
+
+    /// Also returns whether the precondition is true, and the urgency.
+    pub(crate) fn check(&mut self, given: PluginContext<'_>) -> (i32, bool, f64) {
+        let mut out = raw::Precondition {
+            size: size_of::<raw::Precondition>() as u32,
+            ready: 1,
+            urgency: 0.0,
+        };
+        let status = match self.table.check {
+            // SAFETY: as in `awake`; `out` lives for the call.
+            Some(check) => unsafe { check(self.this.as_ptr(), given.context, &raw mut out) },
+            None => raw::OK,
+        };
+        (status, out.ready != 0, out.urgency)
+    }
+
+    pub(crate) fn iterate(&mut self, given: PluginContext<'_>) -> i32 {
+        let iterate = self
+            .table
+            .iterate
+            .expect("read::plugin refuses schemas without iterate");
+        // SAFETY: as in `awake`.
+        unsafe { iterate(self.this.as_ptr(), given.context) }
+    }
+
+    pub(crate) fn arbitrate(
+        &mut self,
+        given: PluginContext<'_>,
+        question: &ArbitrationQuery,
+    ) -> (i32, Verdict) {
+        let Some(arbitrate) = self.table.arbitrate else {
+            return (raw::FAILED, Verdict::default());
+        };
+        let candidates: Vec<raw::Candidate> = question.candidates.iter().map(CandidateChild::raw).collect();
+        let group = CString::new(question.group.as_str()).unwrap_or_default();
+        let level = raw::Level {
+            size: size_of::<raw::Level>() as u32,
+            case: question.case,
+            group: group.as_ptr(),
+            candidates: candidates.as_ptr(),
+            candidate_count: candidates.len() as u32,
+            winner: question.winner.map_or(-1, |role| role as i32),
+        };
+        let mut verdict = raw::Verdict {
+            size: size_of::<raw::Verdict>() as u32,
+            child: -1,
+            reason: [0; 128],
+        };
+        // SAFETY: as in `awake`; level and verdict live for the call.
+        let status = unsafe {
+            arbitrate(
+                self.this.as_ptr(),
+                given.context,
+                &raw const level,
+                &raw mut verdict,
+            )
+        };
+        let verdict = Verdict {
+            child: u32::try_from(verdict.child).ok(),
+            reason: text_from_chars(&verdict.reason),
+        };
+        (status, verdict)
+    }
+
+    pub(crate) fn sleep(&mut self, given: PluginContext<'_>) {
+        if let Some(sleep) = self.table.sleep {
+            // SAFETY: as in `awake`.
+            unsafe { sleep(self.this.as_ptr(), given.context) };
+        }
+    }
+
+    /// Also returns the drawing.
+    pub(crate) fn draw(&mut self, given: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
+        let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
+            return (raw::FAILED, Err(String::from("it has no panel")));
+        };
+        let (status, list) = jde_panel::lend_pen(time, |pen| {
+            // SAFETY: as in `awake`; the pen lives for the call.
+            unsafe { draw(self.this.as_ptr(), given.context, pen) }
+        });
+        (status, list.map_err(|broken| broken.to_string()))
+    }
+
+    pub(crate) fn touch(&mut self, given: PluginContext<'_>, by: &str, gesture: &Gesture) -> i32 {
+        let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
+            return raw::OK;
+        };
+        jde_panel::lend_gesture(by, gesture, |gesture| {
+            // SAFETY: as in `awake`; the gesture lives for the call.
+            unsafe { touch(self.this.as_ptr(), given.context, gesture) }
+        })
+    }
+
+    /// Also returns the saved bytes.
+    pub(crate) fn save(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
+        let Some(save) = self.state.and_then(|state| state.save) else {
+            return (raw::FAILED, Err(String::from("it hands nothing on")));
+        };
+        let (status, kept) = state::lend(|saver| {
+            // SAFETY: as in `awake`; the saver lives for the call.
+            unsafe { save(self.this.as_ptr(), given.context, saver) }
+        });
+        (status, kept.map_err(|too_many| too_many.to_string()))
+    }
+
+    pub(crate) fn restore(&mut self, given: PluginContext<'_>, remembered: &SavedMemory) -> i32 {
+        let Some(restore) = self.state.and_then(|state| state.restore) else {
+            return raw::FAILED;
+        };
+        let SavedMemory { version, bytes } = remembered;
+        // SAFETY: as in `awake`; the bytes live for the call.
+        unsafe {
+            restore(
+                self.this.as_ptr(),
+                given.context,
+                *version,
+                bytes.as_ptr().cast(),
+                bytes.len() as u64,
+            )
+        }
+    }
+}
+
+impl InProcessInstance {
+    /// Inspects what its modulations name. Also returns the problems found.
+    pub(crate) fn inspect(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<Problem>, String>) {
+        // SAFETY: the table was checked.
+        let inspect = unsafe { inspect::of(&self.table) }.unwrap_or_default();
+        let Some(inspect) = inspect.and_then(|inspect| inspect.inspect) else {
+            return (raw::FAILED, Err(String::from("it has no inspection")));
+        };
+        inspect::lend(|problems| {
+            // SAFETY: as in `awake`; the list lives for the call.
+            unsafe { inspect(self.this.as_ptr(), given.context, problems) }
+        })
+    }
+}
+
+impl Drop for InProcessInstance {
+    fn drop(&mut self) {
+        let this = std::mem::replace(&mut self.this, NonNull::dangling());
+        if let Some(destroy) = self.table.destroy {
+            // SAFETY: `this` came from this table's create and is given back once, since it is dropped once.
+            unsafe { destroy(this.as_ptr()) };
+        }
+    }
+}
+
+impl CandidateChild {
+    fn raw(&self) -> raw::Candidate {
+        raw::Candidate {
+            size: size_of::<raw::Candidate>() as u32,
+            child: self.child,
+            state: self.state,
+            ready: u32::from(self.ready),
+            urgency: self.urgency,
+        }
+    }
+}
+
+/// The panel of a type of schema, if it has one. The loading of the plugin has checked that it can be drawn.
+pub(crate) fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
+    // SAFETY: the table was checked.
+    unsafe { table::ability(table, raw::ABILITY_PANEL) }.ok()?
+}
+
+/// The text before the first NUL, or all of it without one.
+fn text_from_chars(text: &[c_char]) -> String {
+    let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
+    CStr::from_bytes_until_nul(&bytes)
+        .map(|text| text.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}

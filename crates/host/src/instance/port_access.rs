@@ -1,0 +1,196 @@
+//! The ports of an instance behind the [`Gate`] that every use of a port during a call passes. A call that
+//! does not return may be given up by another thread, and a successor of the instance gets ports of its own.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use jde_core::Nanos;
+use jde_gate::Gate;
+
+use super::ports::Ports;
+use super::retained::RetainedValues;
+
+/// The ports of an instance, as long as its calls are not given up.
+pub(crate) struct PortAccess {
+    gate: Gate<Ports, RetainedValues>,
+    /// Calls may have read values since the last release.
+    has_reads: AtomicBool,
+    /// The call may have unpublished loans.
+    has_loans: AtomicBool,
+    /// Whether reads are recorded.
+    is_recorded: bool,
+}
+
+impl PortAccess {
+    pub(crate) fn new(ports: Ports) -> Self {
+        Self {
+            is_recorded: ports.read_log().is_some(),
+            gate: Gate::new(ports),
+            has_reads: AtomicBool::new(true),
+            has_loans: AtomicBool::new(true),
+        }
+    }
+
+    /// Uses the ports exclusively. Returns `None` if the call was given up.
+    pub(crate) fn with_ports<R>(&self, body: impl FnOnce(&mut Ports) -> R) -> Option<R> {
+        self.gate.with(|ports| {
+            let done = body(ports);
+            self.update_flags(ports);
+            done
+        })
+    }
+
+    /// Starts a call. Returns the last transaction, if turns are recorded.
+    pub(super) fn begin_call(&self, now: Nanos) -> Option<u64> {
+        if self.gate.enter(now) && self.is_recorded {
+            self.with_ports(Ports::enter).flatten()
+        } else {
+            None
+        }
+    }
+
+    /// Ends a call and puts its ports in order. From here on it cannot be given up. Returns false if it was
+    /// given up before.
+    pub(super) fn end_call(&self, tidy: impl FnOnce(&mut Ports)) -> bool {
+        let is_tidy = !self.is_recorded && !self.has_loans.load(Ordering::Acquire);
+        if is_tidy && self.gate.try_finish() {
+            return true;
+        }
+        self.gate.finish(|ports| {
+            tidy(ports);
+            self.update_flags(ports);
+        })
+    }
+
+    /// Releases the values that calls have read, if there are any.
+    pub(super) fn release(&self) {
+        if self.has_reads.load(Ordering::Acquire) {
+            self.with_ports(Ports::release);
+        }
+    }
+
+    /// Latches anew the values that stay while the schema is awake. Called at its awakening.
+    pub(super) fn relatch(&self) {
+        self.with_ports(Ports::relatch);
+    }
+
+    /// Time of the newest value that calls have read since the last release; 0 if they read none.
+    pub(super) fn newest(&self) -> Nanos {
+        if !self.has_reads.load(Ordering::Acquire) {
+            return 0;
+        }
+        self.with_ports(|ports| ports.newest()).unwrap_or_default()
+    }
+
+    /// Whether a call was given up.
+    pub(super) fn is_closed(&self) -> bool {
+        self.gate.is_closed()
+    }
+
+    /// Gives up the call that runs since `since`, and returns ports for a successor. Returns `None` if the
+    /// call has returned, if a port is in use at this instant, or if a loan cannot be separated yet; a later
+    /// attempt may succeed. `tell` receives the bytes that the call keeps, while the call can neither return
+    /// nor use a port.
+    pub(crate) fn give_up(&self, since: Nanos, tell: impl FnOnce(u64)) -> Option<Ports> {
+        let given_up = self
+            .gate
+            .give_up(since, Ports::split_off, |remains| tell(remains.bytes() as u64));
+        given_up.unwrap_or_else(|error| {
+            tracing::warn!("a call that hangs cannot be given up yet: {error}");
+            None
+        })
+    }
+
+    /// Notes what has to be put in order later.
+    fn update_flags(&self, ports: &Ports) {
+        self.has_reads.store(ports.has_reads(), Ordering::Release);
+        self.has_loans.store(ports.has_loans(), Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use jde_board::{Access, Board, Declaration};
+    use jde_types::Value as _;
+
+    use super::*;
+    use crate::instance::ports::BoundPort;
+
+    /// A desk with one export, in a call that began at 7.
+    fn desk() -> PortAccess {
+        let declared = Board::new().declare(Declaration {
+            owner: String::from("goon"),
+            name: String::from("speed"),
+            doc: String::new(),
+            unit: String::new(),
+            value_type: Arc::new(f64::describe()),
+            access: Access::Export,
+            limits: jde_abi::describe::Limits::default(),
+            initial: None,
+            writers: 1,
+            readers: 1,
+        });
+        let writer = declared.unwrap().writer(0, "goon").unwrap();
+        let desk = PortAccess::new(Ports::new(vec![BoundPort::Output(writer)]));
+        desk.begin_call(7);
+        desk
+    }
+
+    /// The result of leaving, and whether anything had to be put in order.
+    fn left(desk: &PortAccess) -> (bool, bool) {
+        let mut tidied = false;
+        let left = desk.end_call(|ports| {
+            ports.discard_loans();
+            tidied = true;
+        });
+        (left, tidied)
+    }
+
+    fn loan(desk: &PortAccess) {
+        let bytes = desk.with_ports(|ports| ports.loan(0).ok().map(|room| room.len()));
+        assert_eq!(bytes, Some(Some(8)));
+    }
+
+    fn publish(desk: &PortAccess) -> bool {
+        desk.with_ports(|ports| ports.publish(0, 7, 7, 1).is_ok())
+            .unwrap()
+    }
+
+    #[test]
+    fn who_published_all_it_loaned_leaves_nothing_to_put_in_order() {
+        let desk = desk();
+        loan(&desk);
+        loan(&desk);
+        assert!(publish(&desk));
+        assert!(!publish(&desk), "what was loaned twice is one loan");
+        assert_eq!(left(&desk), (true, false));
+    }
+
+    #[test]
+    fn a_loan_that_was_not_published_is_taken_back_when_the_call_returns() {
+        let desk = desk();
+        loan(&desk);
+        assert!(publish(&desk));
+        loan(&desk);
+        assert_eq!(left(&desk), (true, true));
+        desk.begin_call(8);
+        assert!(!publish(&desk), "nothing is loaned any more");
+        assert_eq!(left(&desk), (true, false));
+    }
+
+    #[test]
+    fn who_was_given_up_neither_returns_nor_uses_a_port() {
+        let desk = desk();
+        loan(&desk);
+        let mut kept = 0;
+        assert!(desk.give_up(8, |_| ()).is_none(), "that call does not run");
+        assert!(desk.give_up(7, |bytes| kept = bytes).is_some());
+        assert_eq!(kept, 8, "the loan stays with it");
+        assert!(desk.is_closed());
+        assert!(desk.with_ports(|_| ()).is_none());
+        assert_eq!(left(&desk), (false, false));
+        assert_eq!(desk.begin_call(9), None);
+        assert!(desk.is_closed(), "nobody enters any more");
+    }
+}

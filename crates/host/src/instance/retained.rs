@@ -1,0 +1,119 @@
+//! What stays with a call that was given up: it may still read the values it was shown and write to its
+//! loans. The successor of its instance gets the same ports without these.
+
+use std::sync::Arc;
+
+use jde_board::{DetachedLoan, Error};
+
+use super::ports::{BoundPort, Ports, RecordedInput};
+use crate::history::AlignedBytes;
+
+/// The values and loans that a call which was given up may still use. It must outlive that call.
+pub(crate) struct RetainedValues {
+    read_ports: Vec<BoundPort>,
+    loaned: Vec<DetachedLoan>,
+}
+
+impl Ports {
+    /// Returns the same ports for a successor, without a journal, and the values and loans since the last
+    /// release, whose memory does not move.
+    ///
+    /// # Errors
+    /// A loan cannot be separated from its writer yet. The ports then stay as they are. Loans that were
+    /// separated already are discarded when the call returns, unpublished.
+    pub(crate) fn split_off(&mut self) -> Result<(Self, RetainedValues), Error> {
+        let mut loaned = Vec::new();
+        let mut parted = Ok(());
+        for port in &mut self.ports {
+            if let BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } = port {
+                match writer.detach_loan() {
+                    Ok(room) => loaned.extend(room),
+                    Err(error) => parted = Err(error),
+                }
+            }
+        }
+        self.separated_loans.extend(loaned);
+        parted?;
+        let mut looked_at = Vec::new();
+        let ports = self.ports.iter_mut().map(|port| {
+            let (successor, remains) = std::mem::replace(port, BoundPort::Unbound).hand_on();
+            looked_at.extend(remains);
+            successor
+        });
+        let successor = Self::new(ports.collect());
+        let loaned = std::mem::take(&mut self.separated_loans);
+        Ok((
+            successor,
+            RetainedValues {
+                read_ports: looked_at,
+                loaned,
+            },
+        ))
+    }
+}
+
+impl BoundPort {
+    /// Returns the port for a successor; and this port, if the call may still read what it shows.
+    fn hand_on(self) -> (Self, Option<Self>) {
+        match self {
+            Self::Input(reader) if reader.latched().is_some() => {
+                (Self::Input(reader.duplicate()), Some(Self::Input(reader)))
+            }
+            Self::Command {
+                reader,
+                neutral,
+                in_force,
+            } => {
+                let successor = Self::Command {
+                    reader: reader.duplicate(),
+                    neutral: AlignedBytes::new(neutral.bytes()),
+                    in_force: None,
+                };
+                let remains = Self::Command {
+                    reader,
+                    neutral,
+                    in_force,
+                };
+                (successor, Some(remains))
+            }
+            Self::Recorded(RecordedInput {
+                history,
+                number: wanted,
+                resolved: held,
+            }) => {
+                let successor = RecordedInput {
+                    history: Arc::clone(&history),
+                    number: wanted,
+                    resolved: None,
+                };
+                let remains = RecordedInput {
+                    history,
+                    number: wanted,
+                    resolved: held,
+                };
+                (Self::Recorded(successor), Some(Self::Recorded(remains)))
+            }
+            Self::Fixed(reader) => (Self::Fixed(reader.duplicate()), Some(Self::Fixed(reader))),
+            port @ (Self::Unbound | Self::Input(_) | Self::Output(_) | Self::ForeignOutput { .. }) => {
+                (port, None)
+            }
+        }
+    }
+}
+
+impl RetainedValues {
+    /// Bytes of the values that are kept.
+    pub(crate) fn bytes(&self) -> usize {
+        let loaned: usize = self.loaned.iter().map(DetachedLoan::bytes).sum();
+        let looked_at = self.read_ports.iter().filter_map(|port| match port {
+            BoundPort::Input(reader) | BoundPort::Fixed(reader) | BoundPort::Command { reader, .. } => {
+                reader.latched().map(|latched| latched.bytes.len())
+            }
+            BoundPort::Unbound
+            | BoundPort::Recorded(_)
+            | BoundPort::Output(_)
+            | BoundPort::ForeignOutput { .. } => None,
+        });
+        loaned + looked_at.sum::<usize>()
+    }
+}

@@ -1,0 +1,441 @@
+//! The host's side of a child: calls its functions, and answers the plugin's requests through the [`Call`].
+
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jde_abi::raw;
+use jde_panel::{Gesture, List};
+use rustix::time::{ClockId, clock_gettime};
+
+use super::launch::{Launch, PortInfo, send_files};
+use super::process::Process;
+use super::wire::{CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, Wire};
+use super::{ProcessConfig, TypeLocation};
+use crate::build::PortMapping;
+use crate::engine::Engine;
+use crate::instance::{ArbitrationQuery, CallContext, SavedMemory, Verdict};
+
+/// Values up to this size are sent with the message that requests them; larger ones are mapped. One page:
+/// beyond it, copying costs more than the message.
+pub(crate) const MAX_INLINE_BYTES: usize = 4096;
+
+/// How long a call may take in lockstep, where no supervisor runs: no virtual time passes, and a child can be
+/// killed.
+const LOCKSTEP_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// An instance that was created in a child.
+pub(crate) struct IsolatedInstance {
+    process: Arc<Process>,
+    wire: Wire,
+}
+
+impl IsolatedInstance {
+    /// Starts a child and creates the instance there. The reason for a failure is left in the call.
+    pub(crate) fn create(call: &mut CallContext<'_>, room: &ProcessConfig) -> Option<Self> {
+        let made = Self::start(call, room).and_then(|mut apart| {
+            match apart.try_invoke(call, Frame::new(FrameKind::Create)) {
+                Ok(done) if done.status == raw::OK => Ok(apart),
+                Ok(_) => {
+                    apart.terminate(call.engine, call.number);
+                    Err(None)
+                }
+                Err(cause) => {
+                    apart.terminate(call.engine, call.number);
+                    Err(Some(cause))
+                }
+            }
+        });
+        match made {
+            Ok(apart) => Some(apart),
+            Err(cause) => {
+                // A reason from the plugin itself takes precedence.
+                if call.failure.is_none() {
+                    call.failure = cause;
+                }
+                None
+            }
+        }
+    }
+
+    pub(crate) fn awake(&mut self, call: &mut CallContext<'_>) -> i32 {
+        self.invoke(call, Frame::new(FrameKind::Awake)).status
+    }
+
+    pub(crate) fn check(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
+        let done = self.invoke(call, Frame::new(FrameKind::Check));
+        (
+            done.status,
+            done.flags & READY != 0,
+            f64::from_bits(done.words[0]),
+        )
+    }
+
+    pub(crate) fn iterate(&mut self, call: &mut CallContext<'_>) -> i32 {
+        self.invoke(call, Frame::new(FrameKind::Iterate)).status
+    }
+
+    pub(crate) fn arbitrate(
+        &mut self,
+        call: &mut CallContext<'_>,
+        question: &ArbitrationQuery,
+    ) -> (i32, Verdict) {
+        let bytes = jde_panel::encode(question);
+        let done = self.invoke(
+            call,
+            Frame {
+                bytes,
+                ..Frame::new(FrameKind::Arbitrate)
+            },
+        );
+        (done.status, jde_panel::decode(&done.bytes).unwrap_or_default())
+    }
+
+    pub(crate) fn sleep(&mut self, call: &mut CallContext<'_>) {
+        // A dead process needs no sleep, and its death is reported already.
+        if !self.is_dead() {
+            self.invoke(call, Frame::new(FrameKind::Sleep));
+        }
+    }
+
+    pub(crate) fn draw(&mut self, call: &mut CallContext<'_>) -> (i32, Result<List, String>) {
+        let done = self.invoke(call, Frame::new(FrameKind::Draw));
+        let list = jde_panel::decode::<Result<List, String>>(&done.bytes);
+        let list = list.unwrap_or_else(|broken| Err(broken.to_string()));
+        let checked = list.and_then(|list| {
+            let sound = jde_panel::check(&list);
+            sound.map(|()| list).map_err(|broken| broken.to_string())
+        });
+        (done.status, checked)
+    }
+
+    pub(crate) fn touch(&mut self, call: &mut CallContext<'_>, by: &str, gesture: &Gesture) -> i32 {
+        let bytes = jde_panel::encode(&(by, gesture));
+        self.invoke(
+            call,
+            Frame {
+                bytes,
+                ..Frame::new(FrameKind::Touch)
+            },
+        )
+        .status
+    }
+
+    pub(crate) fn save(&mut self, call: &mut CallContext<'_>) -> (i32, Result<Vec<u8>, String>) {
+        let done = self.invoke(call, Frame::new(FrameKind::Save));
+        let kept = jde_panel::decode::<Result<Vec<u8>, String>>(&done.bytes);
+        let kept = kept.unwrap_or_else(|broken| Err(broken.to_string()));
+        let few = |kept: &Vec<u8>| kept.len() as u64 <= raw::STATE_MOST;
+        let kept = kept.and_then(|kept| match few(&kept) {
+            true => Ok(kept),
+            false => Err(String::from("it saves more than is kept")),
+        });
+        (done.status, kept)
+    }
+
+    pub(crate) fn restore(&mut self, call: &mut CallContext<'_>, remembered: &SavedMemory) -> i32 {
+        let frame = Frame {
+            number: remembered.version,
+            bytes: remembered.bytes.clone(),
+            ..Frame::new(FrameKind::Restore)
+        };
+        self.invoke(call, frame).status
+    }
+
+    /// Ends the instance and its child.
+    pub(crate) fn destroy(mut self, engine: &Arc<Engine>, number: usize) {
+        let meter = &engine.metrics[number];
+        meter.begin_call(engine.clock.now());
+        self.process.expect_exit();
+        if self.process.begin_call().is_ok() && self.wire.send(&Frame::new(FrameKind::Destroy)).is_ok() {
+            // The answer to the end. A child that sends none is ended as well.
+            drop(self.wire.receive());
+        }
+        self.terminate(engine, number);
+        meter.end_call();
+    }
+
+    /// Whether the child is dead.
+    pub(crate) fn is_dead(&self) -> bool {
+        self.process.is_dead()
+    }
+
+    /// Whether the rules must be informed of a failed call. A death returns true only once.
+    pub(crate) fn claim_failure_report(&self) -> bool {
+        !self.is_dead() || self.process.claim_death_report()
+    }
+
+    fn start(call: &mut CallContext<'_>, room: &ProcessConfig) -> Result<Self, Option<String>> {
+        let engine = call.engine;
+        let number = call.number;
+        let name = engine.name(number);
+        let failed = |what: &str, error: &dyn std::fmt::Display| Some(format!("{what}: {error}"));
+        let (ports, files) =
+            describe_ports(call).map_err(|error| failed("its memory cannot be shared", &error))?;
+        let weak = Arc::downgrade(engine);
+        let died = move |process: &Arc<Process>, why| {
+            // The death of a process that waits asleep for the end of a trial matters only when it is called.
+            if let Some(engine) = weak.upgrade()
+                && engine.processes.is_current(number, process)
+                && process.claim_death_report()
+            {
+                engine.report_death(number, why);
+            }
+        };
+        let (process, stream) = Process::start(&room.program, name, room.limits, died)
+            .map_err(|error| failed("its process cannot be started", &error))?;
+        // From here on the thread that waits for an answer reports a death.
+        let entered = process.begin_call();
+        engine.processes.mark_called(number, &process);
+        let sent = send_files(&stream, &files);
+        let mut apart = Self {
+            process,
+            wire: Wire::new(stream),
+        };
+        let launch = Launch {
+            code: TypeLocation {
+                plugin: call.build.plugin.location(),
+                number: call.build.number,
+            },
+            name: name.to_owned(),
+            application: engine.id,
+            seed: engine.seed_of(number),
+            real_time: engine.clock.has_wall_clock_speed(),
+            ports,
+            limits: room.limits,
+        };
+        let frame = Frame {
+            bytes: jde_panel::encode(&launch),
+            ..Frame::new(FrameKind::Start)
+        };
+        if !engine.clock.is_real() {
+            drop(apart.wire.set_timeout(Some(LOCKSTEP_TIMEOUT)));
+        }
+        let told = match (entered, sent) {
+            (Ok(()), Ok(())) => apart.try_invoke(call, frame),
+            (Err(cause), _) => Err(cause),
+            (_, Err(error)) => Err(apart.process.fail_call(&error.to_string())),
+        };
+        let refused = match told {
+            Ok(done) if done.status == raw::OK => {
+                engine.warn_unset_limits(
+                    number,
+                    &jde_panel::decode::<Vec<String>>(&done.bytes).unwrap_or_default(),
+                );
+                return Ok(apart);
+            }
+            Ok(_) => call.failure.take(),
+            Err(cause) => Some(cause),
+        };
+        apart.terminate(call.engine, number);
+        Err(refused)
+    }
+
+    fn terminate(&mut self, engine: &Engine, number: usize) {
+        self.process.expect_exit();
+        self.wire.close();
+        self.process.reap();
+        engine.processes.remove(number, &self.process);
+    }
+
+    /// One call. A death is returned as a failure; the caller handles it.
+    fn invoke(&mut self, call: &mut CallContext<'_>, frame: Frame) -> Frame {
+        match self.try_invoke(call, frame) {
+            Ok(done) => done,
+            Err(cause) => {
+                call.failure = Some(cause);
+                Frame {
+                    status: raw::FAILED,
+                    ..Frame::new(FrameKind::Done)
+                }
+            }
+        }
+    }
+
+    /// Sends a call and answers its requests until it is done.
+    ///
+    /// # Errors
+    /// Why the child is dead.
+    fn try_invoke(&mut self, call: &mut CallContext<'_>, mut frame: Frame) -> Result<Frame, String> {
+        self.process.begin_call()?;
+        call.engine.processes.mark_called(call.number, &self.process);
+        if call.is_read_only() {
+            frame.flags |= CHANGES_NOTHING;
+        }
+        let (now, speed) = (call.engine.clock.now(), call.engine.clock.speed());
+        frame.words = [now, machine_time(), speed.to_bits(), call.releases()];
+        match self.exchange(call, &frame) {
+            Ok(done) => {
+                self.process.end_call()?;
+                Ok(done)
+            }
+            Err(why) => Err(self.process.fail_call(&why)),
+        }
+    }
+
+    fn exchange(&mut self, call: &mut CallContext<'_>, frame: &Frame) -> Result<Frame, String> {
+        self.wire.send(frame).map_err(stream_error)?;
+        loop {
+            let asked = self.wire.receive().map_err(stream_error)?;
+            match asked.kind {
+                FrameKind::Done => {
+                    if let Some(told) = asked.words[3].checked_sub(1) {
+                        call.first_time.get_or_insert(told);
+                    }
+                    return Ok(asked);
+                }
+                FrameKind::Log => call.log(asked.number, &String::from_utf8_lossy(&asked.bytes)),
+                FrameKind::Fail => call.failure = Some(String::from_utf8_lossy(&asked.bytes).into_owned()),
+                _ => {
+                    let answer = reply_to(call, &asked)
+                        .ok_or_else(|| format!("its process asked what cannot be asked: {:?}", asked.kind))?;
+                    self.wire.send(&answer).map_err(stream_error)?;
+                }
+            }
+        }
+    }
+}
+
+/// The host's answer to a request during a call; `None` if that kind is no request.
+fn reply_to(call: &mut CallContext<'_>, asked: &Frame) -> Option<Frame> {
+    let mut answer = Frame::new(FrameKind::Reply);
+    let number = asked.number;
+    match asked.kind {
+        FrameKind::Read => {
+            let variable = call.variable(number);
+            let shown = call.read(number, |view| {
+                let sample = view.sample();
+                answer.number = sample.writer;
+                answer.flags = sample.flags;
+                answer.words = [sample.time_ns, sample.sequence, 0, sample.bytes];
+                match variable.and_then(|(variable, _)| variable.offset_of(view.bytes)) {
+                    Some(place) => {
+                        answer.flags |= IN_PLACE;
+                        answer.words[2] = place as u64;
+                    }
+                    None => answer.bytes = view.bytes.to_vec(),
+                }
+            });
+            answer.status = shown.map_or_else(|status| status, |()| raw::OK);
+        }
+        FrameKind::Loan => {
+            let variable = call.variable(number);
+            let lent = call.loan(number, |room| {
+                variable.and_then(|(variable, _)| variable.offset_of(room))
+            });
+            match lent {
+                Err(status) => answer.status = status,
+                Ok(Some(place)) => {
+                    answer.flags = IN_PLACE;
+                    answer.words[2] = place as u64;
+                }
+                Ok(None) => {}
+            }
+        }
+        FrameKind::Publish => {
+            answer.status = raw::OK;
+            if !asked.bytes.is_empty() {
+                let fits = call.loan(number, |room| {
+                    let fits = room.len() == asked.bytes.len();
+                    if fits {
+                        room.copy_from_slice(&asked.bytes);
+                    }
+                    fits
+                });
+                match fits {
+                    Ok(true) => {}
+                    Ok(false) => return None,
+                    Err(status) => answer.status = status,
+                }
+            }
+            if answer.status == raw::OK {
+                answer.status = call.publish(number, asked.words[0]);
+            }
+        }
+        FrameKind::Retract => answer.status = call.retract(number),
+        FrameKind::Wake => answer.status = call.wake(number),
+        FrameKind::PutToSleep => answer.status = call.sleep(number),
+        FrameKind::Child => match call.child(number) {
+            Err(status) => answer.status = status,
+            Ok(child) => answer.words = [u64::from(child.state), u64::from(child.faulted), 0, 0],
+        },
+        FrameKind::SetPolicy => {
+            let [policy, dwell, hysteresis, _] = asked.words;
+            let policy = u32::try_from(policy).ok()?;
+            answer.status = call.set_policy(number, policy, dwell, f64::from_bits(hysteresis));
+        }
+        FrameKind::Start
+        | FrameKind::Create
+        | FrameKind::Awake
+        | FrameKind::Check
+        | FrameKind::Iterate
+        | FrameKind::Arbitrate
+        | FrameKind::Sleep
+        | FrameKind::Draw
+        | FrameKind::Touch
+        | FrameKind::Save
+        | FrameKind::Restore
+        | FrameKind::Destroy
+        | FrameKind::Reply
+        | FrameKind::Log
+        | FrameKind::Fail
+        | FrameKind::Done => return None,
+    }
+    Some(answer)
+}
+
+/// What a child needs to know of its ports, and the files of their memory.
+fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec<OwnedFd>)> {
+    let mut files = Vec::new();
+    let mut ports = Vec::new();
+    for port in 0..call.build.ports() {
+        let port = port as u32;
+        let Some((variable, writes)) = call.variable(port) else {
+            ports.push(match call.build.mapping(port) {
+                Some(PortMapping::Discarded(bytes)) => PortInfo {
+                    writes: true,
+                    bytes: *bytes,
+                    memory: None,
+                },
+                Some(PortMapping::Bound(_) | PortMapping::Unbound | PortMapping::Fixed { .. }) | None => {
+                    PortInfo::default()
+                }
+            });
+            continue;
+        };
+        let memory = match variable.shared() {
+            None => None,
+            Some(shared) => {
+                files.push(if writes {
+                    shared.writable_file()
+                } else {
+                    shared.readable_file()
+                }?);
+                Some(shared.extent())
+            }
+        };
+        ports.push(PortInfo {
+            writes,
+            bytes: variable.describe().value_type.bytes,
+            memory,
+        });
+    }
+    Ok((ports, files))
+}
+
+/// The machine's monotonic clock, the same in every process, ns.
+pub(super) fn machine_time() -> u64 {
+    let time = clock_gettime(ClockId::Monotonic);
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
+
+/// Why a child is killed after its stream broke, unless its own death was the cause.
+fn stream_error(error: std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => {
+            format!("its process has not returned from a call for {LOCKSTEP_TIMEOUT:?}")
+        }
+        std::io::ErrorKind::InvalidData => String::from("its process sent what is no message"),
+        _ => format!("its process closed the stream to its host ({error})"),
+    }
+}

@@ -1,0 +1,60 @@
+//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, at the child's table.
+//! Requests of the plugin go to the host, which returns modulations and refuses everything else.
+
+#![allow(unsafe_code)]
+
+use std::ffi::CString;
+
+use jde_abi::inspect::Problem;
+use jde_abi::raw;
+
+use super::launch::PortInfo;
+use super::limits;
+use super::memory::IsolatedPort;
+use super::table::{CallState, HOST, Session};
+use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
+use crate::app::Isolation;
+use crate::instance::InProcessInstance;
+use crate::plugin::SchemaFunctions;
+
+/// A status of the ABI, and the problems found.
+pub(crate) type InspectionOutcome = (i32, Result<Vec<Problem>, String>);
+
+/// Removes this process's rights to write files and to use the network, for good. If the system does not
+/// support that, the rights stay: an inspection changes nothing by its contract.
+pub(crate) fn restrict_to_reading() {
+    drop(limits::apply(Isolation {
+        memory: None,
+        cpu: None,
+        network: false,
+        read_only: true,
+    }));
+}
+
+/// Inspects what the modulations of a type of schema with `ports` ports name. Returns the wire again.
+pub(crate) fn run_inspection(
+    wire: Wire,
+    table: SchemaFunctions,
+    ports: usize,
+    name: &str,
+) -> (Wire, InspectionOutcome) {
+    let about = vec![PortInfo::default(); ports];
+    let mut session = Session {
+        wire,
+        name: CString::new(name.replace('\0', "")).unwrap_or_default(),
+        application: 0,
+        seed: 0,
+        real_time: true,
+        ports: IsolatedPort::open_all(&about, Vec::new()).unwrap_or_default(),
+        call: CallState::of(&Frame {
+            flags: CHANGES_NOTHING,
+            ..Frame::new(FrameKind::Start)
+        }),
+    };
+    // SAFETY: the table was checked when its plugin was loaded.
+    let inspected = match unsafe { InProcessInstance::create(table, &HOST, session.context()) } {
+        Some(mut instance) => instance.inspect(session.context()),
+        None => (raw::FAILED, Ok(Vec::new())),
+    };
+    (session.wire, inspected)
+}

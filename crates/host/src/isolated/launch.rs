@@ -1,0 +1,123 @@
+//! The first message to a child: what to load, its ports and its limits; and the files of the memory that it
+//! may map.
+
+use std::io::{self, IoSlice, IoSliceMut};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+
+use rustix::net::{
+    RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendAncillaryBuffer, SendAncillaryMessage,
+    SendFlags, recvmsg, sendmsg,
+};
+use serde::{Deserialize, Serialize};
+
+use super::TypeLocation;
+use crate::app::Isolation;
+
+/// The first message to a child.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Launch {
+    pub(super) code: TypeLocation,
+    /// The schema's name.
+    pub(super) name: String,
+    pub(super) application: u64,
+    pub(super) seed: u64,
+    /// Whether a second of the application is a second of wall-clock time.
+    pub(super) real_time: bool,
+    pub(super) ports: Vec<PortInfo>,
+    pub(super) limits: Isolation,
+}
+
+/// What a child knows of a port.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct PortInfo {
+    /// It is bound to a variable that it writes.
+    pub(super) writes: bool,
+    /// Bytes of a value; 0 for an unbound port.
+    pub(super) bytes: usize,
+    /// Offset and length of the values in the next of the files, if they are in shared memory.
+    pub(super) memory: Option<(usize, usize)>,
+}
+
+/// This byte accompanies a file.
+const WITH_FILE: u8 = 1;
+/// This byte ends the files.
+const END_OF_FILES: u8 = 0;
+
+/// Sends files. Each is open in the receiver afterwards.
+pub(super) fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<()> {
+    for file in files {
+        let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+        let mut control = SendAncillaryBuffer::new(&mut space);
+        let files = [file.as_fd()];
+        control.push(SendAncillaryMessage::ScmRights(&files));
+        sendmsg(
+            stream,
+            &[IoSlice::new(&[WITH_FILE])],
+            &mut control,
+            SendFlags::NOSIGNAL,
+        )?;
+    }
+    let mut control = SendAncillaryBuffer::default();
+    sendmsg(
+        stream,
+        &[IoSlice::new(&[END_OF_FILES])],
+        &mut control,
+        SendFlags::NOSIGNAL,
+    )?;
+    Ok(())
+}
+
+/// Receives the files. Must be called before anything else is read from the stream.
+pub(super) fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
+    let mut files = Vec::new();
+    loop {
+        let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+        let mut control = RecvAncillaryBuffer::new(&mut space);
+        let mut byte = [END_OF_FILES];
+        let flags = RecvFlags::CMSG_CLOEXEC;
+        let came = recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, flags)?;
+        if came.bytes == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        for message in control.drain() {
+            if let RecvAncillaryMessage::ScmRights(sent) = message {
+                files.extend(sent);
+            }
+        }
+        if byte[0] == END_OF_FILES {
+            return Ok(files);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+    use std::io::{Read, Seek, Write};
+
+    use super::*;
+
+    #[test]
+    fn files_arrive_in_order_and_nothing_after_them_is_lost() {
+        let (one, mut other) = UnixStream::pair().expect("a pair");
+        let files = [3_u8, 5, 8].map(|byte| {
+            let mut file = tempfile::tempfile().expect("a file");
+            file.write_all(&[byte]).expect("it is written");
+            file.rewind().expect("it is at its start");
+            OwnedFd::from(file)
+        });
+        send_files(&one, &files).expect("they are sent");
+        (&one).write_all(b"after").expect("it is sent");
+        let came = receive_files(&other).expect("they came");
+        let read = came.into_iter().map(|file| {
+            let mut byte = [0];
+            File::from(file).read_exact(&mut byte).expect("a byte");
+            byte[0]
+        });
+        assert_eq!(read.collect::<Vec<_>>(), [3, 5, 8]);
+        let mut after = [0; 5];
+        other.read_exact(&mut after).expect("it came");
+        assert_eq!(&after, b"after");
+    }
+}

@@ -1,0 +1,368 @@
+//! The process of a schema: starts it, kills it, waits for its end, and describes that end.
+//!
+//! Each process has a thread in the host that starts it and waits for its end. The kernel kills the child
+//! when that thread ends, because it tracks parents by thread. So a child lives at most as long as that
+//! thread, and as the host, however the host ends.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+
+use super::Program;
+use crate::app::Isolation;
+
+/// How long a child may take to exit by itself after its instance has ended.
+const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// The processes of an application, and the program that runs them.
+pub(crate) struct ProcessTable {
+    program: Option<Program>,
+    /// By instance. Of several processes, the one called last is last.
+    by_instance: Vec<Mutex<Vec<Arc<Process>>>>,
+}
+
+/// A child.
+pub(crate) struct Process {
+    pid: u32,
+    /// Identifies the process for good: the system reuses process numbers.
+    handle: OwnedFd,
+    state: Mutex<ProcessState>,
+    changed: Condvar,
+    waiter: Mutex<Option<JoinHandle<()>>>,
+}
+
+#[derive(Default)]
+struct ProcessState {
+    /// A call is in progress, whose caller notices a death.
+    calling: bool,
+    /// The process is meant to end.
+    ending: bool,
+    /// The rules know of its death, or are about to.
+    is_reported: bool,
+    /// Why the host killed it.
+    kill_reason: Option<String>,
+    /// It is dead, and why.
+    death_cause: Option<String>,
+}
+
+impl ProcessTable {
+    pub(crate) fn new(instances: usize, program: Option<Program>) -> Self {
+        Self {
+            program,
+            by_instance: (0..instances).map(|_| Mutex::default()).collect(),
+        }
+    }
+
+    /// The program that runs the processes, if there is one.
+    pub(crate) fn program(&self) -> Option<&Program> {
+        self.program.as_ref()
+    }
+
+    /// Notes that this process of an instance is about to be called.
+    pub(super) fn mark_called(&self, instance: usize, process: &Arc<Process>) {
+        let mut children = lock(&self.by_instance[instance]);
+        children.retain(|other| !Arc::ptr_eq(other, process));
+        children.push(Arc::clone(process));
+    }
+
+    pub(super) fn remove(&self, instance: usize, process: &Arc<Process>) {
+        lock(&self.by_instance[instance]).retain(|other| !Arc::ptr_eq(other, process));
+    }
+
+    /// Whether no other process of the instance was called since.
+    pub(super) fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
+        self.current(instance)
+            .is_some_and(|present| Arc::ptr_eq(&present, process))
+    }
+
+    /// Kills the process of an instance, if it has one. With `told`, the caller reports the death to the
+    /// rules.
+    pub(crate) fn kill(&self, instance: usize, why: &str, told: bool) {
+        if let Some(process) = self.current(instance) {
+            process.state().is_reported |= told;
+            process.kill(why);
+        }
+    }
+
+    /// Whether the death of an instance's process must be reported to the rules. Returns true at most once.
+    pub(crate) fn claim_death_report(&self, instance: usize) -> bool {
+        self.current(instance)
+            .is_some_and(|process| process.claim_death_report())
+    }
+
+    /// Whether an instance has a process. If so, no call of it blocks a thread for ever.
+    pub(crate) fn has_process(&self, instance: usize) -> bool {
+        self.current(instance).is_some()
+    }
+
+    /// The process number of an instance, if it has a process.
+    pub(crate) fn pid(&self, instance: usize) -> Option<u32> {
+        self.current(instance).map(|process| process.pid)
+    }
+
+    fn current(&self, instance: usize) -> Option<Arc<Process>> {
+        lock(&self.by_instance[instance]).last().cloned()
+    }
+}
+
+impl Drop for ProcessTable {
+    /// Threads that are still inside a call are left behind; their processes are killed.
+    fn drop(&mut self) {
+        for process in self
+            .by_instance
+            .iter()
+            .flat_map(|children| lock(children).clone())
+        {
+            process.state().is_reported = true;
+            process.kill("the application ended");
+        }
+    }
+}
+
+impl Process {
+    /// Starts a child. `died` is called, on the thread that waits for the child, if it dies outside of a call
+    /// and its death was not intended.
+    pub(super) fn start(
+        program: &Program,
+        name: &str,
+        limits: Isolation,
+        died: impl FnOnce(&Arc<Self>, String) + Send + 'static,
+    ) -> io::Result<(Arc<Self>, UnixStream)> {
+        let (ours, theirs) = UnixStream::pair()?;
+        let mut command = Command::new(&program.path);
+        command
+            .args(&program.arguments)
+            // Signals of the terminal are for the host to handle: the child ends when its host ends it.
+            .process_group(0)
+            .stdin(Stdio::from(OwnedFd::from(theirs)));
+        let (send, started) = sync_channel(1);
+        let thread = Builder::new().name(format!("of {name}"));
+        let waiter = thread.spawn(move || {
+            let started = command.spawn().and_then(Self::from_child);
+            // The command holds the child's end of the stream. The host sees the child's end only if this
+            // copy is closed.
+            drop(command);
+            match started {
+                Err(error) => drop(send.send(Err(error))),
+                Ok((process, mut child)) => {
+                    drop(send.send(Ok(Arc::clone(&process))));
+                    let end = child.wait();
+                    let words = end.map_or_else(|error| error.to_string(), |end| describe_exit(end, limits));
+                    process.handle_exit(words, died);
+                }
+            }
+        })?;
+        let process: Arc<Self> = started.recv().map_err(|_| io::ErrorKind::Other)??;
+        *lock(&process.waiter) = Some(waiter);
+        Ok((process, ours))
+    }
+
+    fn from_child(mut child: Child) -> io::Result<(Arc<Self>, Child)> {
+        let pid = Pid::from_child(&child);
+        let handle = match pidfd_open(pid, PidfdFlags::empty()) {
+            Ok(handle) => handle,
+            Err(error) => {
+                child.kill()?;
+                child.wait()?;
+                return Err(error.into());
+            }
+        };
+        let process = Self {
+            pid: child.id(),
+            handle,
+            // The starter waits for its first message.
+            state: Mutex::new(ProcessState {
+                calling: true,
+                ..ProcessState::default()
+            }),
+            changed: Condvar::new(),
+            waiter: Mutex::default(),
+        };
+        Ok((Arc::new(process), child))
+    }
+
+    fn handle_exit(self: &Arc<Self>, words: String, died: impl FnOnce(&Arc<Self>, String)) {
+        let mut state = self.state();
+        let words = state.kill_reason.take().unwrap_or(words);
+        state.death_cause = Some(words.clone());
+        let missed = !(state.calling || state.ending || state.is_reported);
+        drop(state);
+        self.changed.notify_all();
+        if missed {
+            died(self, words);
+        }
+    }
+
+    /// Starts a call. Its caller reports a death.
+    ///
+    /// # Errors
+    /// Why the process is dead, if it is.
+    pub(super) fn begin_call(&self) -> Result<(), String> {
+        let mut state = self.state();
+        state.calling = true;
+        state.death_cause.clone().map_or(Ok(()), Err)
+    }
+
+    /// Ends a call that succeeded.
+    ///
+    /// # Errors
+    /// Why the process died after its last message, if it did.
+    pub(super) fn end_call(&self) -> Result<(), String> {
+        let mut state = self.state();
+        state.calling = false;
+        state.death_cause.clone().map_or(Ok(()), Err)
+    }
+
+    /// Handles a broken call: ensures that the child is dead, and returns why.
+    pub(super) fn fail_call(&self, why: &str) -> String {
+        // The stream of a dying process may close before its death is visible.
+        if !self.is_dead_within(EXIT_TIMEOUT / 10) {
+            self.kill(why);
+        }
+        let state = self.state();
+        let mut state = self
+            .changed
+            .wait_while(state, |state| state.death_cause.is_none())
+            .unwrap_or_else(PoisonError::into_inner);
+        state.calling = false;
+        state.death_cause.clone().unwrap_or_default()
+    }
+
+    /// Whether the process is dead, or about to be.
+    pub(super) fn is_dead(&self) -> bool {
+        let state = self.state();
+        state.death_cause.is_some() || state.kill_reason.is_some()
+    }
+
+    /// Whether the death must be reported to the rules. Returns true at most once.
+    pub(super) fn claim_death_report(&self) -> bool {
+        !std::mem::replace(&mut self.state().is_reported, true)
+    }
+
+    /// From now on the end of the process is intended.
+    pub(super) fn expect_exit(&self) {
+        self.state().ending = true;
+    }
+
+    /// Waits for the intended end of the process, and kills it if it does not exit in time.
+    pub(super) fn reap(&self) {
+        self.expect_exit();
+        if !self.is_dead_within(EXIT_TIMEOUT) {
+            self.kill("it was to exit");
+        }
+        let waiter = lock(&self.waiter).take();
+        if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
+            // The thread does not panic; if it did, nothing would be left to do.
+            drop(waiter.join());
+        }
+    }
+
+    fn is_dead_within(&self, time: Duration) -> bool {
+        let alive = |state: &mut ProcessState| state.death_cause.is_none();
+        let state = self.state();
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, time, alive)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.death_cause.is_some()
+    }
+
+    fn kill(&self, why: &str) {
+        let mut state = self.state();
+        if state.death_cause.is_none() {
+            state.kill_reason.get_or_insert_with(|| why.to_owned());
+            // Fails only if the process is dead already.
+            let _ = pidfd_send_signal(&self.handle, Signal::KILL);
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, ProcessState> {
+        lock(&self.state)
+    }
+}
+
+/// The end of a process without limits, in words.
+pub(crate) fn describe_exit_status(end: ExitStatus) -> String {
+    describe_exit(end, Isolation::default())
+}
+
+/// The end of a process, in words.
+fn describe_exit(end: ExitStatus, limits: Isolation) -> String {
+    let Some(signal) = end.signal() else {
+        return match end.code() {
+            Some(code) => format!("its process exited by itself, with status {code}"),
+            None => format!("its process ended: {end}"),
+        };
+    };
+    let (name, what) = match signal {
+        1 => ("SIGHUP", ""),
+        2 => ("SIGINT", ""),
+        3 => ("SIGQUIT", ""),
+        4 => ("SIGILL", "an instruction that the processor does not know"),
+        5 => ("SIGTRAP", ""),
+        6 => ("SIGABRT", "it gave up by itself"),
+        7 => ("SIGBUS", "memory that is not there"),
+        8 => ("SIGFPE", "a calculation that cannot be done"),
+        9 => ("SIGKILL", "somebody killed it, or the machine had no memory left"),
+        11 => ("SIGSEGV", "memory that is not its own"),
+        13 => ("SIGPIPE", ""),
+        15 => ("SIGTERM", "somebody ended it"),
+        24 => ("SIGXCPU", "more processor time than it may use"),
+        31 => ("SIGSYS", "a system call that it may not make"),
+        other => return format!("its process was killed by signal {other}"),
+    };
+    let mut words = format!("its process was killed by {name}");
+    if !what.is_empty() {
+        words += &format!(" ({what})");
+    }
+    // Code that gets no memory aborts, or uses an invalid address.
+    if let (6 | 7 | 11, Some(most)) = (signal, limits.memory) {
+        words += &format!("; it may use {:.1} MB of memory", most as f64 / 1e6);
+    }
+    words
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(wait_status: i32, memory: Option<u64>, expected: &str) {
+        let limits = Isolation {
+            memory,
+            ..Isolation::default()
+        };
+        assert_eq!(describe_exit(ExitStatus::from_raw(wait_status), limits), expected);
+    }
+
+    #[test]
+    fn an_end_is_told_in_words() {
+        check(3 << 8, None, "its process exited by itself, with status 3");
+        check(
+            11,
+            None,
+            "its process was killed by SIGSEGV (memory that is not its own)",
+        );
+        check(2, None, "its process was killed by SIGINT");
+        check(34, None, "its process was killed by signal 34");
+    }
+
+    #[test]
+    fn who_may_have_had_no_memory_is_told_of_the_limit() {
+        let expected =
+            "its process was killed by SIGABRT (it gave up by itself); it may use 200.0 MB of memory";
+        check(6, Some(200_000_000), expected);
+        check(3 << 8, Some(1), "its process exited by itself, with status 3");
+    }
+}

@@ -1,0 +1,221 @@
+//! The child: loads its plugin, limits itself, and runs the functions that its host calls, until the host
+//! ends the connection.
+
+#![allow(unsafe_code)]
+
+use std::ffi::CString;
+use std::io;
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+
+use jde_abi::raw;
+use jde_panel::Gesture;
+use rustix::fs::{Mode, OFlags};
+use rustix::process::{Signal, set_parent_process_death_signal};
+
+use super::launch::{Launch, receive_files};
+use super::limits;
+use super::memory::IsolatedPort;
+use super::table::{CallState, HOST, Session};
+use super::wire::{Frame, FrameKind, READY, Wire};
+use super::{PluginLocation, TypeLocation};
+use crate::instance::{ArbitrationQuery, InProcessInstance, SavedMemory};
+use crate::plugin::{LoadedPlugin, Plugins, SchemaFunctions};
+
+/// Why a schema is not run.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// There is no host at the other end.
+    #[error(
+        "this is how a host runs a schema in a process of its own, and there is no host at standard input ({0}): \
+         write isolate = \"process\" in the schema's table and run the application"
+    )]
+    NoHost(#[source] io::Error),
+}
+
+/// Runs one schema in this process for the host at standard input, and returns when the host ends the
+/// connection. `plugins` holds the plugins linked into this program. Must be called first in a program of its
+/// own, which does nothing else.
+///
+/// # Errors
+/// [`ServeError`].
+pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
+    let (stream, files) = connect_to_host().map_err(ServeError::NoHost)?;
+    let mut wire = Wire::new(stream);
+    let launch = wire.receive().map_err(ServeError::NoHost)?;
+    let Ok(launch) = jde_panel::decode::<Launch>(&launch.bytes) else {
+        return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
+    };
+    let name = CString::new(launch.name.replace('\0', "")).unwrap_or_default();
+    // The name that `ps` and `top` show. Failing to set it is harmless.
+    let _ = rustix::thread::set_name(&name);
+    crate::exec::supervisor::sharpen_timers();
+    let mut session = Session {
+        wire,
+        name,
+        application: launch.application,
+        seed: launch.seed,
+        real_time: launch.real_time,
+        ports: Vec::new(),
+        call: CallState::default(),
+    };
+    let ready = IsolatedPort::open_all(&launch.ports, files)
+        .map_err(|error| format!("its memory cannot be mapped: {error}"))
+        .and_then(|ports| {
+            session.ports = ports;
+            load(plugins, &launch.code)
+        });
+    let table = match ready {
+        Ok(table) => table,
+        Err(reason) => {
+            session.notify(FrameKind::Fail, 0, &reason);
+            return session.finish_call(failed()).map_err(ServeError::NoHost);
+        }
+    };
+    let not_limited = limits::apply(launch.limits);
+    let done = Frame {
+        bytes: jde_panel::encode(&not_limited),
+        ..Frame::new(FrameKind::Done)
+    };
+    session.finish_call(done).map_err(ServeError::NoHost)?;
+    run(&mut session, table, &launch);
+    Ok(())
+}
+
+/// The stream to the host and the files of shared memory. From here on this process ends with its host.
+fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
+    set_parent_process_death_signal(Some(Signal::KILL))?;
+    let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
+    let files = receive_files(&stream)?;
+    // From here on standard input is empty: the plugin must not read the host's messages.
+    let nothing = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
+    rustix::stdio::dup2_stdin(nothing.as_fd())?;
+    Ok((stream, files))
+}
+
+fn load(plugins: &Plugins, code: &TypeLocation) -> Result<SchemaFunctions, String> {
+    let loaded = match &code.plugin {
+        PluginLocation::File(path) => LoadedPlugin::open_copy(path).map_err(|error| error.to_string()),
+        PluginLocation::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
+    }?;
+    if code.number >= loaded.description.schemas.len() {
+        return Err(format!("its plugin has no type number {}", code.number));
+    }
+    Ok(loaded.schema(code.number))
+}
+
+/// Runs the functions that the host calls, until the stream ends.
+fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
+    let mut instance: Option<InProcessInstance> = None;
+    while let Ok(frame) = session.wire.receive() {
+        session.call = CallState::of(&frame);
+        limits::renew(launch.limits);
+        let done = match (frame.kind, &mut instance) {
+            (FrameKind::Create, _) => {
+                // SAFETY: the table was checked when it was loaded.
+                instance = unsafe { InProcessInstance::create(table, &HOST, session.context()) };
+                status(if instance.is_some() { raw::OK } else { raw::FAILED })
+            }
+            (FrameKind::Destroy, _) => {
+                drop(instance.take());
+                // The host waits for nothing after this answer.
+                drop(session.finish_call(status(raw::OK)));
+                return;
+            }
+            (kind, Some(instance)) => dispatch(session, instance, kind, &frame),
+            (_, None) => failed(),
+        };
+        if session.finish_call(done).is_err() {
+            return;
+        }
+    }
+}
+
+fn dispatch(
+    session: &mut Session,
+    instance: &mut InProcessInstance,
+    kind: FrameKind,
+    frame: &Frame,
+) -> Frame {
+    let now = session.call.now();
+    let context = session.context();
+    match kind {
+        FrameKind::Awake => status(instance.awake(context)),
+        FrameKind::Check => {
+            let (done, ready, urgency) = instance.check(context);
+            Frame {
+                flags: if ready { READY } else { 0 },
+                words: [urgency.to_bits(), 0, 0, 0],
+                ..status(done)
+            }
+        }
+        FrameKind::Iterate => status(instance.iterate(context)),
+        FrameKind::Arbitrate => {
+            let Ok(question) = jde_panel::decode::<ArbitrationQuery>(&frame.bytes) else {
+                return failed();
+            };
+            let (done, verdict) = instance.arbitrate(context, &question);
+            Frame {
+                bytes: jde_panel::encode(&verdict),
+                ..status(done)
+            }
+        }
+        FrameKind::Sleep => {
+            instance.sleep(context);
+            status(raw::OK)
+        }
+        FrameKind::Draw => {
+            let (done, list) = instance.draw(context, now);
+            Frame {
+                bytes: jde_panel::encode(&list),
+                ..status(done)
+            }
+        }
+        FrameKind::Touch => {
+            let Ok((by, gesture)) = jde_panel::decode::<(String, Gesture)>(&frame.bytes) else {
+                return failed();
+            };
+            status(instance.touch(context, &by, &gesture))
+        }
+        FrameKind::Save => {
+            let (done, kept) = instance.save(context);
+            Frame {
+                bytes: jde_panel::encode(&kept),
+                ..status(done)
+            }
+        }
+        FrameKind::Restore => {
+            let remembered = SavedMemory {
+                version: frame.number,
+                bytes: frame.bytes.clone(),
+            };
+            status(instance.restore(context, &remembered))
+        }
+        FrameKind::Start
+        | FrameKind::Create
+        | FrameKind::Destroy
+        | FrameKind::Reply
+        | FrameKind::Read
+        | FrameKind::Loan
+        | FrameKind::Publish
+        | FrameKind::Retract
+        | FrameKind::Wake
+        | FrameKind::PutToSleep
+        | FrameKind::Child
+        | FrameKind::SetPolicy
+        | FrameKind::Log
+        | FrameKind::Fail
+        | FrameKind::Done => failed(),
+    }
+}
+
+fn status(status: i32) -> Frame {
+    Frame {
+        status,
+        ..Frame::new(FrameKind::Done)
+    }
+}
+
+fn failed() -> Frame {
+    status(raw::FAILED)
+}

@@ -1,0 +1,321 @@
+//! The host's table in a child: requests of the plugin go to the host, except those that the call itself can
+//! answer.
+//!
+//! A panic in here is the host's own fault. It aborts the child, and the host reports that.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CString, c_char, c_void};
+use std::ptr::null;
+
+use jde_abi::raw::{self, Context, Host};
+use jde_abi::table;
+
+use super::caller::machine_time;
+use super::memory::IsolatedPort;
+use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
+use crate::instance::{PluginContext, text_of};
+
+/// The state of a child: what a [`Context`] really is there.
+pub(super) struct Session {
+    pub(super) wire: Wire,
+    pub(super) name: CString,
+    pub(super) application: u64,
+    pub(super) seed: u64,
+    pub(super) real_time: bool,
+    pub(super) ports: Vec<IsolatedPort>,
+    pub(super) call: CallState,
+}
+
+/// What the present call provides.
+#[derive(Default)]
+pub(super) struct CallState {
+    /// The application's time when the call was sent, and the machine's.
+    now: u64,
+    machine: u64,
+    /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
+    speed: f64,
+    /// The release of the ports in which the call runs.
+    release: u64,
+    changes_nothing: bool,
+    /// The result of the plugin's first query of the time.
+    reported_time: Option<u64>,
+}
+
+/// The table given to the instance of a child.
+pub(super) static HOST: Host = Host {
+    size: size_of::<Host>() as u32,
+    abi_major: raw::ABI_MAJOR,
+    abi_minor: raw::ABI_MINOR,
+    reserved: 0,
+    read,
+    loan,
+    publish,
+    wake,
+    sleep,
+    child,
+    set_policy,
+    now,
+    seed,
+    application,
+    name,
+    log,
+    fail,
+    extension,
+    retract: Some(retract),
+    real_time: Some(real_time),
+};
+
+impl CallState {
+    /// The state at the start of a call.
+    pub(super) fn of(frame: &Frame) -> Self {
+        let [now, machine, speed, release] = frame.words;
+        Self {
+            now,
+            machine,
+            speed: f64::from_bits(speed),
+            release,
+            changes_nothing: frame.flags & CHANGES_NOTHING != 0,
+            reported_time: None,
+        }
+    }
+
+    /// The application's time.
+    pub(super) fn now(&self) -> u64 {
+        let passed = machine_time().saturating_sub(self.machine);
+        self.now + (passed as f64 * self.speed) as u64
+    }
+}
+
+impl Session {
+    /// Ends the call.
+    pub(super) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
+        self.ports.iter_mut().for_each(IsolatedPort::discard);
+        let mut words = done.words;
+        words[3] = self.call.reported_time.map_or(0, |told| told + 1);
+        self.wire.send(&Frame { words, ..done })
+    }
+
+    /// The context for the functions of an instance that was created with [`HOST`].
+    pub(super) fn context(&mut self) -> PluginContext<'_> {
+        // SAFETY: the functions of `HOST` expect a session behind their context.
+        unsafe { PluginContext::new(self) }
+    }
+
+    /// Sends a message that needs no answer.
+    pub(super) fn notify(&mut self, kind: FrameKind, number: u32, text: &str) {
+        let frame = Frame {
+            number,
+            bytes: text.as_bytes().to_vec(),
+            ..Frame::new(kind)
+        };
+        if self.wire.send(&frame).is_err() {
+            kill_self();
+        }
+    }
+
+    /// Sends a request, and returns the host's answer.
+    fn request(&mut self, frame: Frame) -> Frame {
+        let answer = self.wire.send(&frame).and_then(|()| self.wire.receive());
+        match answer {
+            Ok(answer) if answer.kind == FrameKind::Reply => answer,
+            Ok(_) | Err(_) => kill_self(),
+        }
+    }
+
+    fn request_for(&mut self, kind: FrameKind, number: u32) -> Frame {
+        self.request(Frame {
+            number,
+            ..Frame::new(kind)
+        })
+    }
+
+    fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
+        let release = self.call.release;
+        let port = self.ports.get(number as usize).ok_or(raw::BAD_ARGUMENT)?;
+        if let Some(sample) = port.cached(release) {
+            return Ok(sample);
+        }
+        let answer = self.request_for(FrameKind::Read, number);
+        if answer.status != raw::OK {
+            return Err(answer.status);
+        }
+        let shown = self.ports[number as usize].store(release, &answer);
+        Ok(shown.unwrap_or_else(|| kill_self()))
+    }
+
+    fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
+        let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
+        // In a call that may change nothing, the host refuses the loan and records the attempt.
+        if !self.call.changes_nothing
+            && let Some(room) = port.loan()
+        {
+            return Ok(room);
+        }
+        let answer = self.request_for(FrameKind::Loan, number);
+        if answer.status != raw::OK {
+            return Err(answer.status);
+        }
+        let room = self.ports[number as usize].loan_from(&answer);
+        Ok(room.unwrap_or_else(|| kill_self()))
+    }
+
+    fn publish(&mut self, number: u32, time: u64) -> i32 {
+        let Some(port) = self.ports.get_mut(number as usize) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let bytes = port.take_loan();
+        self.request(Frame {
+            number,
+            words: [time, 0, 0, 0],
+            bytes,
+            ..Frame::new(FrameKind::Publish)
+        })
+        .status
+    }
+}
+
+/// Ends the process because the host is gone in the middle of a call. It kills itself, because the exit
+/// handlers are the plugin's, which is inside a call.
+fn kill_self() -> ! {
+    use rustix::process::{Signal, getpid, kill_process};
+    let _ = kill_process(getpid(), Signal::KILL);
+    std::process::abort()
+}
+
+/// The session behind a context.
+///
+/// # Safety
+/// `context` is the one given to the present call of the instance, on this thread.
+unsafe fn session<'a>(context: *mut Context) -> &'a mut Session {
+    // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it meanwhile.
+    unsafe { &mut *context.cast::<Session>() }
+}
+
+unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a sample.
+    unsafe {
+        match session(context).read(port) {
+            Err(status) => status,
+            Ok(sample) => {
+                out.write(sample);
+                raw::OK
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a pointer.
+    unsafe {
+        match session(context).loan(port) {
+            Err(status) => status,
+            Ok(room) => {
+                out.write(room.cast());
+                raw::OK
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.publish(port, time_ns)
+}
+
+unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }
+        .request_for(FrameKind::Retract, port)
+        .status
+}
+
+unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }
+        .request_for(FrameKind::Wake, child)
+        .status
+}
+
+unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }
+        .request_for(FrameKind::PutToSleep, child)
+        .status
+}
+
+unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a status.
+    unsafe {
+        let answer = session(context).request_for(FrameKind::Child, child);
+        if answer.status == raw::OK {
+            let status = raw::ChildStatus {
+                size: size_of::<raw::ChildStatus>() as u32,
+                state: answer.words[0] as u32,
+                faulted: answer.words[1] as u32,
+                reserved: 0,
+            };
+            table::write(out, &status);
+        }
+        answer.status
+    }
+}
+
+unsafe extern "C" fn set_policy(
+    context: *mut Context,
+    child: u32,
+    policy: u32,
+    dwell_ns: u64,
+    hysteresis: f64,
+) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }
+        .request(Frame {
+            number: child,
+            words: [u64::from(policy), dwell_ns, hysteresis.to_bits(), 0],
+            ..Frame::new(FrameKind::SetPolicy)
+        })
+        .status
+}
+
+unsafe extern "C" fn now(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    let call = unsafe { &mut session(context).call };
+    let now = call.now();
+    call.reported_time.get_or_insert(now);
+    now
+}
+
+unsafe extern "C" fn seed(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.seed
+}
+
+unsafe extern "C" fn application(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.application
+}
+
+unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.name.as_ptr()
+}
+
+unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe { session(context).notify(FrameKind::Log, level, &text_of(text, length)) };
+}
+
+unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe { session(context).notify(FrameKind::Fail, 0, &text_of(text, length)) };
+}
+
+unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
+    null()
+}
+
+unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
+    // SAFETY: the plugin gives the context of this call.
+    u32::from(unsafe { session(context) }.real_time)
+}

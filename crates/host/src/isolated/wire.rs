@@ -1,0 +1,229 @@
+//! The messages between the host and a child: frames of a fixed head and some bytes, over a Unix socket.
+//!
+//! Both ends are the same build, so numbers are in the machine's byte order. The host trusts no frame: an
+//! unexpected one ends the child.
+
+use std::io::{self, BufReader, Read, Write};
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+/// Bytes of a head.
+const HEAD: usize = 56;
+/// Most bytes after a head: more than any value or panel has, and harmless to allocate.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// The kind of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameKind {
+    // From the host: calls. The child answers each with `Done`.
+    Start,
+    Create,
+    Awake,
+    Check,
+    Iterate,
+    Arbitrate,
+    Sleep,
+    Draw,
+    Touch,
+    Save,
+    Restore,
+    Destroy,
+    /// The host's answer to a request.
+    Reply,
+    // From the child: requests during a call.
+    Read,
+    Loan,
+    Publish,
+    Retract,
+    Wake,
+    PutToSleep,
+    Child,
+    SetPolicy,
+    // From the child, without an answer.
+    Log,
+    Fail,
+    Done,
+}
+
+impl FrameKind {
+    const ALL: [Self; 24] = [
+        Self::Start,
+        Self::Create,
+        Self::Awake,
+        Self::Check,
+        Self::Iterate,
+        Self::Arbitrate,
+        Self::Sleep,
+        Self::Draw,
+        Self::Touch,
+        Self::Save,
+        Self::Restore,
+        Self::Destroy,
+        Self::Reply,
+        Self::Read,
+        Self::Loan,
+        Self::Publish,
+        Self::Retract,
+        Self::Wake,
+        Self::PutToSleep,
+        Self::Child,
+        Self::SetPolicy,
+        Self::Log,
+        Self::Fail,
+        Self::Done,
+    ];
+}
+
+/// A value or loan is in mapped memory, at the offset in the third word.
+pub(super) const IN_PLACE: u32 = 1 << 31;
+/// The precondition is true.
+pub(super) const READY: u32 = 1;
+/// The call may change nothing.
+pub(super) const CHANGES_NOTHING: u32 = 2;
+
+/// One message. The meaning of numbers and words is defined where a kind is built.
+#[derive(Debug)]
+pub(crate) struct Frame {
+    pub(crate) kind: FrameKind,
+    pub(crate) number: u32,
+    pub(crate) status: i32,
+    pub(crate) flags: u32,
+    pub(crate) words: [u64; 4],
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// One end of the stream.
+#[derive(Debug)]
+pub(crate) struct Wire {
+    stream: BufReader<UnixStream>,
+    out: Vec<u8>,
+}
+
+impl Frame {
+    pub(crate) fn new(kind: FrameKind) -> Self {
+        Self {
+            kind,
+            number: 0,
+            status: 0,
+            flags: 0,
+            words: [0; 4],
+            bytes: Vec::new(),
+        }
+    }
+}
+
+impl Wire {
+    pub(crate) fn new(stream: UnixStream) -> Self {
+        Self {
+            stream: BufReader::new(stream),
+            out: Vec::new(),
+        }
+    }
+
+    /// Sets how long to wait for the other end, for reading and writing; for ever without a value.
+    pub(crate) fn set_timeout(&self, patience: Option<Duration>) -> io::Result<()> {
+        let stream = self.stream.get_ref();
+        stream.set_read_timeout(patience)?;
+        stream.set_write_timeout(patience)
+    }
+
+    /// Shuts the stream down, so that the other end sees its end.
+    pub(super) fn close(&self) {
+        // Fails only if the other end is gone already.
+        drop(self.stream.get_ref().shutdown(Shutdown::Both));
+    }
+
+    pub(crate) fn send(&mut self, frame: &Frame) -> io::Result<()> {
+        self.out.clear();
+        for number in [frame.kind as u32, frame.number, frame.status as u32, frame.flags] {
+            self.out.extend(number.to_ne_bytes());
+        }
+        for word in frame.words.iter().chain([&(frame.bytes.len() as u64)]) {
+            self.out.extend(word.to_ne_bytes());
+        }
+        self.out.extend_from_slice(&frame.bytes);
+        self.stream.get_mut().write_all(&self.out)
+    }
+
+    /// The next frame.
+    ///
+    /// # Errors
+    /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are no
+    /// frame.
+    pub(crate) fn receive(&mut self) -> io::Result<Frame> {
+        let mut head = [0; HEAD];
+        self.stream.read_exact(&mut head)?;
+        let number = |place: usize| u32::from_ne_bytes(field_at(&head, 4 * place));
+        let word = |place: usize| u64::from_ne_bytes(field_at(&head, 16 + 8 * place));
+        let kind = FrameKind::ALL.get(number(0) as usize).copied();
+        let (Some(kind), length @ ..=MAX_BYTES) = (kind, word(4)) else {
+            return Err(io::ErrorKind::InvalidData.into());
+        };
+        let mut bytes = vec![0; length as usize];
+        self.stream.read_exact(&mut bytes)?;
+        Ok(Frame {
+            kind,
+            number: number(1),
+            status: number(2) as i32,
+            flags: number(3),
+            words: [word(0), word(1), word(2), word(3)],
+            bytes,
+        })
+    }
+}
+
+fn field_at<const N: usize>(head: &[u8; HEAD], place: usize) -> [u8; N] {
+    *head[place..].first_chunk().expect("a head has all its parts")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair() -> (Wire, UnixStream) {
+        let (one, other) = UnixStream::pair().expect("a pair");
+        (Wire::new(one), other)
+    }
+
+    #[test]
+    fn a_frame_arrives_as_it_was_sent() {
+        let (mut wire, other) = pair();
+        for kind in FrameKind::ALL {
+            let sent = Frame {
+                kind,
+                number: 7,
+                status: -3,
+                flags: IN_PLACE | READY,
+                words: [1, u64::MAX, 3, 4],
+                bytes: vec![9; 20_000],
+            };
+            wire.send(&sent).expect("it is sent");
+            let came = Wire::new(other.try_clone().expect("a copy")).receive();
+            assert_eq!(format!("{:?}", came.expect("it came")), format!("{sent:?}"));
+        }
+    }
+
+    #[test]
+    fn what_is_no_frame_is_refused() {
+        let lengths = [(99_u32, 0_u64), (0, MAX_BYTES + 1), (0, u64::MAX)];
+        for (kind, length) in lengths {
+            let (mut wire, mut other) = pair();
+            let mut head = [0; HEAD];
+            head[..4].copy_from_slice(&kind.to_ne_bytes());
+            head[48..].copy_from_slice(&length.to_ne_bytes());
+            other.write_all(&head).expect("it is sent");
+            let error = wire.receive().expect_err("it is none");
+            assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+        }
+    }
+
+    #[test]
+    fn an_end_that_is_gone_is_seen() {
+        let (mut wire, mut other) = pair();
+        other.write_all(&[0; 11]).expect("it is sent");
+        drop(other);
+        let error = wire.receive().expect_err("half a frame is none");
+        assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+    }
+}

@@ -1,0 +1,139 @@
+//! Counts and times of one instance, written by its runner and read by any thread. It judges nothing.
+
+use std::sync::atomic::{
+    AtomicBool, AtomicU64,
+    Ordering::{Acquire, Relaxed, Release},
+};
+
+use jde_core::Nanos;
+
+/// A new interval counts an eighth in a mean: means follow a change of period within a second or two and are
+/// still steady.
+const MEAN_WEIGHT: i64 = 8;
+
+/// The measurements of an instance.
+#[derive(Debug, Default)]
+pub(crate) struct InstanceMetrics {
+    pub(crate) iterations: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    pub(crate) refused: AtomicU64,
+    pub(crate) faults: AtomicU64,
+    /// Calls that were given up and have not returned.
+    pub(crate) abandoned_calls: AtomicU64,
+    pub(crate) longest_iteration: AtomicU64,
+    pub(crate) period: AtomicU64,
+    /// Whether an iteration has succeeded.
+    pub(crate) started: AtomicBool,
+    /// Since when a call runs, plus one; 0 while none runs.
+    running_since: AtomicU64,
+    /// The ticket of the question that it was last called to answer, and when.
+    arbitration_ticket: AtomicU64,
+    arbitration_started: AtomicU64,
+    last_cycle: AtomicU64,
+    mean_cycle: AtomicU64,
+    mean_busy: AtomicU64,
+}
+
+impl InstanceMetrics {
+    /// Records an iteration and its duration.
+    pub(crate) fn record_iteration(&self, took: Nanos) {
+        // One thread at a time writes these, so no atomic read-modify-write is needed.
+        self.iterations.store(self.iterations.load(Relaxed) + 1, Relaxed);
+        if took > self.longest_iteration.load(Relaxed) {
+            self.longest_iteration.store(took, Relaxed);
+        }
+    }
+
+    /// Records the start of a call.
+    pub(crate) fn begin_call(&self, now: Nanos) {
+        self.running_since.store(now + 1, Relaxed);
+    }
+
+    /// Records the end of a call.
+    pub(crate) fn end_call(&self) {
+        self.running_since.store(0, Release);
+    }
+
+    /// Since when a call runs.
+    pub(crate) fn running_since(&self) -> Option<Nanos> {
+        self.running_since.load(Acquire).checked_sub(1)
+    }
+
+    /// Records that the instance is about to be called to answer that question.
+    pub(crate) fn begin_arbitration(&self, ticket: u64, now: Nanos) {
+        self.arbitration_started.store(now, Relaxed);
+        self.arbitration_ticket.store(ticket, Release);
+    }
+
+    /// Whether another call runs, or the call to answer that question began by `latest`, even if it has
+    /// returned.
+    pub(crate) fn is_busy_with(&self, ticket: Option<u64>, latest: Nanos) -> bool {
+        // In this order: a call seen as returned has stored its ticket before.
+        let runs = self.running_since().is_some();
+        match ticket == Some(self.arbitration_ticket.load(Acquire)) {
+            true => self.arbitration_started.load(Relaxed) <= latest,
+            false => runs,
+        }
+    }
+
+    /// Records a periodic cycle that began at `start` and took `busy`.
+    pub(crate) fn record_cycle(&self, start: Nanos, busy: Nanos) {
+        let last = self.last_cycle.load(Relaxed);
+        self.last_cycle.store(start + 1, Relaxed);
+        if last != 0 {
+            update_mean(&self.mean_cycle, (start + 1).saturating_sub(last));
+        }
+        update_mean(&self.mean_busy, busy);
+    }
+
+    /// The instance falls asleep: the following pause is no cycle.
+    pub(crate) fn pause(&self) {
+        self.last_cycle.store(0, Relaxed);
+    }
+
+    /// Mean time between cycles, once there were two.
+    pub(crate) fn mean_period(&self) -> Option<Nanos> {
+        Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
+    }
+
+    /// Share of time spent in calls.
+    pub(crate) fn load(&self) -> f64 {
+        match self.mean_period() {
+            Some(cycle) => (self.mean_busy.load(Relaxed) as f64 / cycle as f64).min(1.0),
+            None => 0.0,
+        }
+    }
+}
+
+/// Updates a mean in integer arithmetic: conversion to floating point and back is a chain of dependent
+/// instructions.
+fn update_mean(mean: &AtomicU64, new: Nanos) {
+    let old = mean.load(Relaxed);
+    let blended = if old == 0 {
+        new
+    } else {
+        let step = new.wrapping_sub(old).cast_signed();
+        old.wrapping_add_signed((step + MEAN_WEIGHT / 2).div_euclid(MEAN_WEIGHT))
+    };
+    mean.store(blended, Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_goes_an_eighth_of_the_way_to_the_nearest_nanosecond() {
+        let mean = AtomicU64::default();
+        let after = |new| {
+            update_mean(&mean, new);
+            mean.load(Relaxed)
+        };
+        assert_eq!(after(1000), 1000, "the first is the mean");
+        assert_eq!(after(1800), 1100);
+        assert_eq!(after(300), 1000);
+        assert_eq!(after(1003), 1000);
+        assert_eq!(after(1004), 1001);
+        assert_eq!(after(0), 876);
+    }
+}

@@ -1,0 +1,192 @@
+//! The actions of an operator on a running application (R14), each under the operator's name. Leases are not
+//! kept here.
+
+use std::sync::Arc;
+
+use jde_board::value::Value;
+use jde_core::{Nanos, Operator, SchemaId};
+
+use crate::engine::Engine;
+use crate::plugin::LoadedPlugin;
+use crate::reload::{PendingReload, ReloadOptions};
+
+/// The longest name of an operator, in characters.
+const MAX_NAME_LENGTH: usize = 64;
+
+/// An operator of a running application, who acts as a father would. Each action is reported and shown under
+/// the operator's name, and stays in force until it is undone. Usable from any thread; dropping it undoes
+/// nothing.
+#[derive(Clone)]
+pub struct OperatorHandle {
+    engine: Arc<Engine>,
+    by: String,
+}
+
+impl OperatorHandle {
+    pub(crate) fn new(engine: &Arc<Engine>, by: &str) -> Self {
+        Self {
+            engine: Arc::clone(engine),
+            by: printable_name(by),
+        }
+    }
+
+    /// Wakes a schema as its father would.
+    ///
+    /// # Errors
+    /// Why it was refused, in words; likewise below.
+    pub fn play(&self, schema: usize) -> Result<(), String> {
+        self.operate(schema, Operator::Play)
+    }
+
+    /// Puts a schema to sleep until it is released.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
+        self.operate(schema, Operator::Stop)
+    }
+
+    /// Ends the instance of a schema and keeps the schema asleep. Its memory is lost, its device is released,
+    /// and its exported values are retracted; its modulations and its period stay. The instance ends between
+    /// two iterations, soon after this function has returned.
+    ///
+    /// # Errors
+    /// It is a perceptive schema or a driver that an awake schema needs.
+    pub fn unload(&self, schema: usize) -> Result<(), String> {
+        self.engine.unload(&self.by, schema)
+    }
+
+    /// Releases a schema that was unloaded, or permits one that faulted to start again, with all restarts
+    /// that its restart policy grants. It gets a fresh instance when it wakes: at once if anything requires
+    /// it awake.
+    ///
+    /// # Errors
+    /// It is neither unloaded nor faulted, or has not come to rest since.
+    pub fn load(&self, schema: usize) -> Result<(), String> {
+        self.engine.load(&self.by, schema)
+    }
+
+    /// Has another build of a schema's type take over, between two iterations. The schema keeps its state in
+    /// the hierarchy, its authority and its variables; it keeps its memory if both builds support that. If
+    /// the takeover fails, the build before stays.
+    ///
+    /// # Errors
+    /// Every reason why the build cannot take over; nothing has changed then.
+    pub fn replace(
+        &self,
+        schema: usize,
+        with: &LoadedPlugin,
+        how: ReloadOptions,
+    ) -> Result<PendingReload, Vec<String>> {
+        self.engine.replace(&self.by, schema, with, how)
+    }
+
+    /// Checks whether a build could take over by [`Self::replace`]. Returns the parts of it that would not be
+    /// in force.
+    ///
+    /// # Errors
+    /// Every reason why it cannot take over.
+    pub fn check_build(&self, schema: usize, build: &LoadedPlugin) -> Result<Vec<String>, Vec<String>> {
+        self.engine.check_build(schema, build).map(|(_, notes)| notes)
+    }
+
+    /// Whether a schema runs exactly this build.
+    pub(crate) fn is_running_build(&self, schema: usize, build: &LoadedPlugin) -> bool {
+        self.engine.is_running_build(schema, build)
+    }
+
+    /// Whether a schema has faulted and has not been restarted since.
+    pub(crate) fn is_faulted(&self, schema: usize) -> bool {
+        self.engine.is_faulted(schema)
+    }
+
+    /// Makes a schema the winner of its group while it is awake.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn force(&self, schema: usize) -> Result<(), String> {
+        self.operate(schema, Operator::Force)
+    }
+
+    /// Undoes what any operators did to a schema.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn release(&self, schema: usize) -> Result<(), String> {
+        self.operate(schema, Operator::Release)
+    }
+
+    /// Stops everything at once: every root sleeps with everything below it, and every command is neutral. A
+    /// schema inside an iteration can command nothing more in it, even if it is released meanwhile. The stop
+    /// lasts until [`Self::release_all`], or until operators have played or released the roots one by one.
+    ///
+    /// # Errors
+    /// The application has not started, or has ended.
+    pub fn stop_all(&self) -> Result<(), String> {
+        self.engine.stop_all(&self.by)
+    }
+
+    /// Undoes [`Self::stop_all`], whoever called it. Other actions on single schemas, such as a stop or an
+    /// unload, stay in force.
+    ///
+    /// # Errors
+    /// The application has not started, or has ended.
+    pub fn release_all(&self) -> Result<(), String> {
+        self.engine.release_all(&self.by)
+    }
+
+    /// Undoes what this operator did to a schema, unless another operator has done it anew: the end of a
+    /// lease. Actions of other operators stay in force.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn release_own(&self, schema: usize) -> Result<(), String> {
+        self.engine.release_own(&self.by, schema)
+    }
+
+    /// Changes the period of a schema, ns.
+    ///
+    /// # Errors
+    /// The period is out of [range](crate::period::RANGE).
+    pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
+        self.engine.retime(&self.by, schema, period)
+    }
+
+    /// Writes a modulation of a schema by name.
+    ///
+    /// # Errors
+    /// There is no modulation of that name, or the value does not fit.
+    pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
+        self.engine.modulate(&self.by, schema, name, value)
+    }
+
+    fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<(), String> {
+        self.engine.check_schema(schema)?;
+        self.engine.operate(&self.by, act(SchemaId(schema as u32)))
+    }
+}
+
+/// Returns a name that is safe to show on terminals and in recordings: trimmed, of limited length, without
+/// control characters.
+pub(crate) fn printable_name(by: &str) -> String {
+    let printable = |c: char| if c.is_control() { '?' } else { c };
+    let name: String = by.trim().chars().take(MAX_NAME_LENGTH).map(printable).collect();
+    if name.is_empty() {
+        String::from("somebody")
+    } else {
+        name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::printable_name;
+
+    #[test]
+    fn r14_an_operator_has_a_name_that_a_terminal_can_bear() {
+        assert_eq!(printable_name(" ana@laptop "), "ana@laptop");
+        assert_eq!(printable_name("\u{1b}[2Jana\n"), "?[2Jana");
+        assert_eq!(printable_name(""), "somebody");
+        assert_eq!(printable_name(&"a".repeat(1000)).len(), 64);
+    }
+}

@@ -1,0 +1,235 @@
+//! Pairs selections with their takeovers: a record arrives first, and the time to the winner's first
+//! iteration later.
+//!
+//! A selection is held back only while that time can still arrive, and for [`WAIT`] at most. So a winner that
+//! does not begin never hides a decision from readers.
+
+use std::collections::VecDeque;
+
+use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
+
+use super::{CandidateRecord, Decision, seconds};
+use crate::app::Application;
+use crate::engine::decider_name;
+use crate::event::Event;
+
+#[cfg(test)]
+mod tests;
+
+/// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
+/// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
+/// reported as late, or as a fault.
+const MAX_WAIT: Nanos = 5_000_000_000;
+/// How many selections of one group wait behind an open one: while a winner does not begin, the readiness of
+/// a sibling may change at any rate.
+const MAX_QUEUED: usize = 256;
+
+/// Turns records into [`Decision`]s, in the order of each group. Each is complete once its takeover time is
+/// known or can no longer arrive.
+pub struct DecisionTracker {
+    names: Vec<String>,
+    /// The group in which each schema competes.
+    group_of: Vec<Option<usize>>,
+    groups: Vec<PendingGroup>,
+    /// Selections that began to wait, in the order of their times: the group, the record's number, and until
+    /// when. Those that wait no longer are skipped.
+    waiting: VecDeque<(usize, u64, Nanos)>,
+}
+
+struct PendingGroup {
+    name: String,
+    /// The selection whose winner has not begun yet.
+    open: Option<Record>,
+    /// The selections after it.
+    queued: Vec<Record>,
+}
+
+impl DecisionTracker {
+    /// Returns the pairing for an application.
+    #[must_use]
+    pub fn new(application: &Application) -> Self {
+        let group = |name: &String| PendingGroup {
+            name: name.clone(),
+            open: None,
+            queued: Vec::new(),
+        };
+        let instances = application.instances.iter();
+        Self {
+            names: instances.clone().map(|instance| instance.name.clone()).collect(),
+            group_of: instances.map(|instance| instance.group).collect(),
+            groups: application.groups.iter().map(|of| group(&of.name)).collect(),
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Processes an event. Returns the selections that are complete now.
+    pub fn process(&mut self, event: &Event) -> Vec<Decision> {
+        match event {
+            Event::Decided(record) => {
+                let mut told = self.take_overdue(record.time);
+                self.push_record(record, &mut told);
+                told
+            }
+            Event::TookOver {
+                time,
+                group,
+                record,
+                latency,
+                ..
+            } => {
+                let mut told = self.take_overdue(*time);
+                if self.is_open(*group, |open| open.number == *record) {
+                    self.close(*group, Some(*latency), &mut told);
+                }
+                told
+            }
+            Event::StateChanged {
+                time,
+                schema,
+                from,
+                to,
+            } => {
+                let mut told = self.take_overdue(*time);
+                // It lost before it began, or fell asleep before it was promoted.
+                let is_lost = *from == State::Winner || *to == State::Slept;
+                if let Some(group) = self.group_of[*schema].filter(|_| is_lost)
+                    && self.is_open(group, |open| open.choice == Some(SchemaId(*schema as u32)))
+                {
+                    self.close(group, None, &mut told);
+                }
+                told
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Returns the selections whose takeover did not occur, in their order.
+    pub fn drain(&mut self) -> Vec<Decision> {
+        let mut told = Vec::new();
+        for group in 0..self.groups.len() {
+            self.close(group, None, &mut told);
+        }
+        self.waiting.clear();
+        told.sort_by_key(|decision| decision.number);
+        told
+    }
+
+    fn push_record(&mut self, record: &Record, told: &mut Vec<Decision>) {
+        let number = record.group.index();
+        if record.changed || self.groups[number].queued.len() >= MAX_QUEUED {
+            // A choice that was not carried out gets no takeover time.
+            self.close(number, None, told);
+        }
+        // A present winner that is chosen again was about to hand over, and now does not; there is no
+        // takeover to wait for.
+        let holds = |id| {
+            let mut candidates = record.candidates.iter();
+            candidates.any(|candidate| candidate.id == id && candidate.state == State::Winner)
+        };
+        let group = &mut self.groups[number];
+        if record.changed && record.choice.is_some_and(|choice| !holds(choice)) {
+            group.open = Some(record.clone());
+            let until = record.time.saturating_add(MAX_WAIT);
+            self.waiting.push_back((number, record.number, until));
+        } else if group.open.is_some() {
+            group.queued.push(record.clone());
+        } else {
+            told.push(self.decision(record, None));
+        }
+    }
+
+    fn is_open(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
+        self.groups[group].open.as_ref().is_some_and(which)
+    }
+
+    /// Completes the open selection of a group and those behind it.
+    fn close(&mut self, number: usize, takeover: Option<Nanos>, told: &mut Vec<Decision>) {
+        let group = &mut self.groups[number];
+        let Some(open) = group.open.take() else {
+            return;
+        };
+        let behind = std::mem::take(&mut group.queued);
+        told.push(self.decision(&open, takeover));
+        told.extend(behind.iter().map(|record| self.decision(record, None)));
+        // Every selection that waited is skipped once.
+        while let Some((group, number, _)) = self.waiting.front()
+            && !self.is_open(*group, |open| open.number == *number)
+        {
+            self.waiting.pop_front();
+        }
+    }
+
+    /// Completes the selections that have waited too long.
+    fn take_overdue(&mut self, now: Nanos) -> Vec<Decision> {
+        let mut told = Vec::new();
+        while let Some((group, _, _)) = self.waiting.front().filter(|(_, _, until)| *until <= now) {
+            self.close(*group, None, &mut told);
+        }
+        told
+    }
+
+    fn decision(&self, record: &Record, takeover: Option<Nanos>) -> Decision {
+        let name = |id: SchemaId| self.names[id.index()].clone();
+        Decision {
+            number: record.number,
+            time_s: seconds(record.time),
+            group: self.groups[record.group.index()].name.clone(),
+            case: case_name(record.case).to_owned(),
+            candidates: record
+                .candidates
+                .iter()
+                .map(|candidate| CandidateRecord {
+                    name: name(candidate.id),
+                    state: state_name(candidate.state).to_owned(),
+                    ready: candidate.ready,
+                    urgency: Some(candidate.urgency).filter(|urgency| urgency.is_finite()),
+                })
+                .collect(),
+            before: record.before.map(name),
+            choice: record.choice.map(name),
+            decider: decider_name(record.decider).to_owned(),
+            reason: record.reason.to_string(),
+            cause: cause_words(record.cause, name),
+            changed: record.changed,
+            takeover_us: takeover.map(|latency| latency as f64 / 1e3),
+        }
+    }
+}
+
+/// Returns a state's name as it is written in messages.
+#[must_use]
+pub fn state_name(state: State) -> &'static str {
+    match state {
+        State::Slept => "slept",
+        State::Checking => "checking",
+        State::Ready => "ready",
+        State::Winner => "winner",
+    }
+}
+
+fn case_name(case: Case) -> &'static str {
+    match case {
+        Case::Alone => "alone",
+        Case::Collision => "collision",
+        Case::Absence => "absence",
+        Case::Forced => "forced",
+    }
+}
+
+fn cause_words(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
+    match cause {
+        Cause::Start => String::from("the application started"),
+        Cause::Readiness(id) => format!("the readiness of {} changed", name(id)),
+        Cause::Woken(id) => format!("{} was woken", name(id)),
+        Cause::Slept(id) => format!("{} was put to sleep", name(id)),
+        Cause::Faulted(id) => format!("{} faulted", name(id)),
+        Cause::Iterated(id) => format!("{} ended an iteration", name(id)),
+        Cause::PolicyChanged => String::from("the father changed the policy"),
+        Cause::Operator(id) => format!("an operator acted on {}", name(id)),
+        Cause::Timer(Timer::Patience(_)) => String::from("the patience with the loser is over"),
+        Cause::Timer(Timer::Arbitration(_)) => String::from("the father's time to arbitrate is over"),
+        Cause::Timer(Timer::Turn(_)) => String::from("a dwell time or turn is over"),
+        Cause::Timer(Timer::Hold(_)) => String::from("the last command has stood long enough"),
+        Cause::Timer(Timer::Restart(id)) => format!("the back-off of {} is over", name(id)),
+    }
+}

@@ -1,0 +1,92 @@
+//! The messages of a story, as programs write, send, store and read them. Data only.
+
+use jde_panel::Gesture;
+use serde::{Deserialize, Serialize};
+
+/// A selection with its why-record (R15).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Decision {
+    /// Counts the selections of the run, from 1.
+    pub number: u64,
+    /// When, s since the application's start.
+    pub time_s: f64,
+    /// The group: `roots`, `example/base`.
+    pub group: String,
+    /// `alone`, `collision`, `absence`, `forced`.
+    pub case: String,
+    /// The candidates that were awake, in the father's order, as they were before the selection.
+    pub candidates: Vec<CandidateRecord>,
+    /// The choice before.
+    pub before: Option<String>,
+    /// The choice.
+    pub choice: Option<String>,
+    /// `nobody`, `father`, `arbitration-failed`, `absence-policy`, `operator`, or a policy.
+    pub decider: String,
+    /// The reason, in words.
+    pub reason: String,
+    /// The cause, in words.
+    pub cause: String,
+    /// Whether the choice differs from the one before.
+    pub changed: bool,
+    /// Time from the cause to the winner's first iteration, us; `None` if the choice was not carried out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub takeover_us: Option<f64>,
+}
+
+/// A candidate that was awake at a selection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CandidateRecord {
+    /// Its name.
+    pub name: String,
+    /// `checking`, `ready`, `winner`.
+    pub state: String,
+    /// Whether its precondition held at its last check.
+    pub ready: bool,
+    /// The urgency that it offered; `None` if that was not finite.
+    pub urgency: Option<f64>,
+}
+
+/// A schema changed its state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StateRecord {
+    /// When, s since the application's start.
+    pub time_s: f64,
+    /// The schema.
+    pub schema: String,
+    /// Its state before.
+    pub from: String,
+    /// Its new state.
+    pub to: String,
+}
+
+/// Any other event.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EventRecord {
+    /// When, s since the application's start.
+    pub time_s: f64,
+    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `left-behind`, `came-back`, `late`,
+    /// `chatters`, `calmed`, `stalled`, `refused`, `operator`, `drag`, `retracted`, `trigger`,
+    /// `reloaded`, `reload-undone`, `ended`.
+    pub kind: String,
+    /// The schema concerned, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
+    /// The operator who acted, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
+    /// The event in words.
+    pub text: String,
+    /// The gesture on a panel, if the event is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub touched: Option<GestureRecord>,
+}
+
+/// A gesture on a panel, with its exact data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GestureRecord {
+    /// The number of the gesture among those delivered in this run, from 1.
+    pub number: u64,
+    /// The gesture.
+    #[serde(flatten)]
+    pub gesture: Gesture,
+}

@@ -1,0 +1,184 @@
+//! The values that schemas read in a replay: those of drivers and other applications from the past, all
+//! others from the schemas that produce them now. It takes no step.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Weak};
+
+use jde_abi::describe::{Kind, Role};
+use jde_board::{Reader, Stamp, Variable, Watch, Writer};
+use jde_core::Nanos;
+
+use super::recorded_run::{RecordedRun, RecordedValue};
+use super::slot::ReplaySlot;
+use crate::app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
+use crate::engine::Engine;
+use crate::history::History;
+use crate::turn::{RecordedTurn, Turn};
+
+/// The values that can be read.
+pub(super) struct RecordedInputs {
+    sources: Vec<RecordedExport>,
+    histories: BTreeMap<String, Arc<History>>,
+    /// Held so that the histories keep growing.
+    watches: Vec<Watch>,
+}
+
+/// An export of a driver or of another application.
+struct RecordedExport {
+    origin: Origin,
+    writer: Writer,
+    history: Arc<History>,
+}
+
+/// Returns the importable variables that no schema of the replay produces: those of drivers and of other
+/// applications.
+pub(super) fn recorded_origins(application: &Application) -> Vec<Origin> {
+    let instances = application.instances.iter().enumerate();
+    let drivers = instances.filter(|(_, instance)| is_driver(instance));
+    let exports = drivers.flat_map(|(number, instance)| {
+        let ports = instance.schema.ports.iter().enumerate();
+        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export));
+        exports.map(move |(port, _)| Origin::Local(number, port))
+    });
+    let remotes = (0..application.remotes.len()).map(Origin::Remote);
+    exports.chain(remotes).collect()
+}
+
+pub(super) fn is_driver(instance: &InstanceConfig) -> bool {
+    instance.schema.kind == Kind::Driver
+}
+
+/// Whether a schema other than a driver imports it.
+pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
+    let others = application.instances.iter().filter(|other| !is_driver(other));
+    let mut bindings = others.flat_map(|other| &other.bindings);
+    bindings
+        .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == origin))
+}
+
+impl RecordedInputs {
+    /// Makes every input of the schemas read from a history.
+    pub(super) fn new<'s>(
+        engine: &Engine,
+        seats: impl Iterator<Item = &'s mut ReplaySlot>,
+    ) -> Result<Self, String> {
+        let mut scenery = Self {
+            sources: Vec::new(),
+            histories: BTreeMap::new(),
+            watches: Vec::new(),
+        };
+        for origin in recorded_origins(&engine.application) {
+            let variable = engine.variables.source(origin);
+            let (writer, name) = match origin {
+                Origin::Local(instance, _) => (instance as u32, engine.name(instance)),
+                Origin::Remote(_) => (RemoteVariable::WRITER, "elsewhere"),
+            };
+            let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;
+            let history = History::of(variable);
+            let name = variable.describe().full_name();
+            scenery.histories.insert(name, Arc::clone(&history));
+            scenery.sources.push(RecordedExport {
+                origin,
+                writer,
+                history,
+            });
+        }
+        for seat in seats {
+            seat.runner.read_from_history(|reader| scenery.history(reader));
+        }
+        Ok(scenery)
+    }
+
+    /// Publishes the recorded values of the sources up to `time`.
+    pub(super) fn publish(&mut self, past: &mut dyn RecordedRun, time: Nanos) {
+        for (place, export) in self.sources.iter_mut().enumerate() {
+            while let Some(old) = past.value_until(place, time) {
+                export.publish_value(&old);
+            }
+        }
+    }
+
+    /// Publishes the values that an instance read in a turn; they may have been published slightly later than
+    /// they were read.
+    pub(super) fn publish_inputs(
+        &mut self,
+        past: &mut dyn RecordedRun,
+        instance: &InstanceConfig,
+        turn: &RecordedTurn,
+    ) {
+        for (port, binding) in instance.bindings.iter().enumerate() {
+            let Binding::Import {
+                source: Some(source), ..
+            } = binding
+            else {
+                continue;
+            };
+            let mut sources = self.sources.iter_mut().enumerate();
+            let Some((place, export)) = sources.find(|(_, export)| export.origin == *source) else {
+                continue;
+            };
+            let wanted = turn.port(port);
+            if matches!(wanted, Turn::UNUSED | Turn::NO_VALUE) || export.history.has_reached(wanted) {
+                continue;
+            }
+            while let Some(old) = past.value_up_to(place, wanted) {
+                export.publish_value(&old);
+            }
+        }
+    }
+
+    /// Returns how often requested values were missing, by variable.
+    pub(super) fn missed_values(&self) -> Vec<(String, u64)> {
+        let histories = self.histories.iter();
+        let missed = histories.map(|(name, history)| (name.clone(), history.missed()));
+        missed.filter(|(_, missed)| *missed > 0).collect()
+    }
+
+    /// Returns the history of the variable that an input reads.
+    fn history(&mut self, reader: &Reader) -> Arc<History> {
+        let variable = reader.variable();
+        let name = variable.describe().full_name();
+        let history = self.histories.entry(name).or_insert_with(|| {
+            let history = History::of(variable);
+            self.watches.push(record_into(variable, &history));
+            history
+        });
+        Arc::clone(history)
+    }
+}
+
+impl RecordedExport {
+    fn publish_value(&mut self, old: &RecordedValue) {
+        let Some(bytes) = &old.bytes else {
+            self.history.retract();
+            return self.writer.retract();
+        };
+        let room = self.writer.loan();
+        if room.len() != bytes.len() {
+            return self.writer.discard();
+        }
+        room.copy_from_slice(bytes);
+        if self.writer.publish(old.measured, old.published).is_ok() {
+            // Turns refer to the recorded number; the board counts from 1 again.
+            let stamp = Stamp {
+                time: old.measured,
+                sequence: u64::from(old.number),
+                writer: self.writer.id(),
+                valid_until: Nanos::MAX,
+            };
+            self.history.push(stamp, bytes);
+        }
+    }
+}
+
+/// Adds every value of a variable to a history.
+fn record_into(variable: &Arc<Variable>, history: &Arc<History>) -> Watch {
+    let history = Arc::clone(history);
+    // A strong reference in the variable's own watch would keep the variable for ever.
+    let weak: Weak<Variable> = Arc::downgrade(variable);
+    variable.watch(move || {
+        if let Some(variable) = weak.upgrade() {
+            history.record_newest(&variable);
+        }
+    })
+}

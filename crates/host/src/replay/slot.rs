@@ -1,0 +1,195 @@
+//! The state of one schema that takes its turns again: its completed steps, and the pending actions for which
+//! the past has not supplied a step yet.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
+
+use super::recorded_run::StepKind;
+use crate::engine::{Engine, FatherAction};
+use crate::instance::{self, ShownValue};
+use crate::runner::Runner;
+use crate::turn::{RecordedTurn, Turn};
+
+/// A schema that takes its turns again.
+pub(super) struct ReplaySlot {
+    pub(super) runner: Runner,
+    /// Its turns come from the past; otherwise it takes turns by its own period.
+    pub(super) follows_recording: bool,
+    /// It was awake in the past.
+    pub(super) was_awake: bool,
+    /// Pending transitions, each to awake (true) or asleep, and since when; they wait for their step of the
+    /// past.
+    pub(super) transitions: VecDeque<(bool, Nanos)>,
+    /// Pending arbitrations.
+    pub(super) arbitrations: Vec<PendingArbitration>,
+    /// When its next turn is due by its own period.
+    pub(super) due: Option<Nanos>,
+    /// The result of the check of its present turn.
+    pub(super) check_result: Option<Result<instance::CheckResult, String>>,
+    /// The turn whose iteration is permitted and not taken yet.
+    pub(super) permitted_turn: Option<Arc<RecordedTurn>>,
+    /// A turn of the past has begun, and its last step is still to be taken.
+    pub(super) in_turn: bool,
+    /// Actions on its children that the iteration requested and that are not carried out yet.
+    pub(super) father_actions: Vec<FatherAction>,
+    /// The result of the iteration.
+    pub(super) iteration_result: Option<Result<(), String>>,
+    /// The result of an arbitration that the rules have not received yet.
+    pub(super) arbitration_result: Option<(GroupId, u64, ArbitrationReply)>,
+    /// The error of a gesture that the rules have not received yet.
+    pub(super) gesture_error: Option<String>,
+    /// What it read at its last check.
+    pub(super) last_inputs: Vec<ShownValue>,
+}
+
+/// An arbitration requested of a father.
+pub(super) struct PendingArbitration {
+    pub(super) since: Nanos,
+    pub(super) group: GroupId,
+    pub(super) ticket: u64,
+    pub(super) level: Level,
+}
+
+impl ReplaySlot {
+    pub(super) fn new(runner: Runner) -> Self {
+        Self {
+            runner,
+            follows_recording: false,
+            was_awake: false,
+            transitions: VecDeque::new(),
+            arbitrations: Vec::new(),
+            due: None,
+            check_result: None,
+            permitted_turn: None,
+            in_turn: false,
+            father_actions: Vec::new(),
+            iteration_result: None,
+            arbitration_result: None,
+            gesture_error: None,
+            last_inputs: Vec::new(),
+        }
+    }
+
+    /// Returns since when the oldest pending action waits for the past.
+    pub(super) fn waiting_since(&self) -> Option<Nanos> {
+        let life = self.transitions.front().map(|(_, since)| *since);
+        let asked = self.arbitrations.iter().map(|asked| asked.since);
+        life.into_iter().chain(asked).min()
+    }
+
+    /// Carries out a transition.
+    pub(super) fn apply_transition(&mut self, awake: bool, now: Nanos) {
+        if awake {
+            self.runner.awake_now();
+            self.follows_recording = self.was_awake;
+            self.start_own_turns(now);
+        } else {
+            self.runner.sleep_now();
+            self.due = None;
+        }
+    }
+
+    /// Lets it take turns by its own period, if the past contains none of them.
+    pub(super) fn start_own_turns(&mut self, now: Nanos) {
+        self.due = None;
+        if !self.follows_recording && self.runner.is_awake() {
+            self.runner.start_own_turns(now);
+            self.due = Some(now);
+        }
+    }
+
+    /// Takes the pending arbitration that a recorded turn answered, or a newer one of the same group, since
+    /// the request may have been repeated before that turn. Older ones of the group are void.
+    pub(super) fn take_arbitration(&mut self, turn: &Turn) -> Option<PendingArbitration> {
+        let group = |asked: &PendingArbitration| u64::from(asked.group.0) == turn.detail;
+        let same = |asked: &PendingArbitration| group(asked) && asked.ticket == turn.ticket;
+        let place = self
+            .arbitrations
+            .iter()
+            .position(same)
+            .or_else(|| self.arbitrations.iter().rposition(group))?;
+        let question = self.arbitrations.remove(place);
+        self.arbitrations
+            .retain(|asked| !group(asked) || asked.ticket > question.ticket);
+        Some(question)
+    }
+
+    /// Answers every pending arbitration at once.
+    pub(super) fn arbitrate_all(&mut self) {
+        for PendingArbitration {
+            group, ticket, level, ..
+        } in std::mem::take(&mut self.arbitrations)
+        {
+            self.runner.arbitrate_now(group, ticket, &level);
+        }
+    }
+
+    /// Reports the error of a gesture to the rules, if there is one.
+    pub(super) fn report_gesture_error(&mut self) {
+        if let Some(reason) = self.gesture_error.take() {
+            self.runner.fault_now(reason);
+        }
+    }
+
+    /// Ends the present turn.
+    pub(super) fn end_turn(&mut self) {
+        (self.check_result, self.iteration_result, self.permitted_turn) = (None, None, None);
+        self.runner.end_recorded_turn();
+    }
+
+    /// Takes one step of a period.
+    pub(super) fn apply_cycle_step(&mut self, engine: &Engine, part: StepKind, turn: &Arc<RecordedTurn>) {
+        if !self.runner.is_awake() {
+            return;
+        }
+        match part {
+            StepKind::CheckCall => {
+                self.runner.show_recorded(Some(turn));
+                self.check_result = self.runner.repeat_check();
+                self.last_inputs = self.runner.shown_inputs();
+            }
+            StepKind::Checked | StepKind::Failed => {
+                if let Some(checked) = self.check_result.take() {
+                    self.runner.report_check(checked);
+                }
+            }
+            StepKind::Begun => {
+                let leave = self.runner.repeat_begin(turn);
+                if leave && !turn.acted.has_occurred() {
+                    // The iteration was not permitted in the past, so the past has no step for it.
+                    let acted = self.runner.repeat_iteration();
+                    self.runner.report_iteration(acted);
+                } else if leave {
+                    self.permitted_turn = Some(Arc::clone(turn));
+                }
+            }
+            StepKind::IterationCall => self.run_iteration(engine),
+            StepKind::Ended => {
+                self.run_iteration(engine);
+                self.apply_father_actions(engine);
+                if let Some(acted) = self.iteration_result.take() {
+                    self.runner.report_iteration(acted);
+                }
+            }
+        }
+    }
+
+    /// Takes the permitted iteration. Its actions on children are put off until their recorded steps.
+    pub(super) fn run_iteration(&mut self, engine: &Engine) {
+        if let Some(turn) = self.permitted_turn.take() {
+            self.runner.show_recorded(Some(&turn));
+            engine.defer_actions();
+            self.iteration_result = Some(self.runner.repeat_iteration());
+            self.father_actions = engine.take_deferred_actions();
+        }
+    }
+
+    /// Carries out the requested actions for which the past has no step.
+    pub(super) fn apply_father_actions(&mut self, engine: &Engine) {
+        for led in std::mem::take(&mut self.father_actions) {
+            engine.apply_father_action(led);
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Repeats a turn in a replay, a step at a time: each step at its original time, with the values that were
+//! seen then.
+
+use std::sync::Arc;
+
+use jde_board::{Reader, Variable};
+use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
+use jde_panel::Gesture;
+
+use super::{InstanceState, Runner};
+use crate::history::History;
+use crate::instance::{self, PortWrite, Ports, ShownValue};
+use crate::turn::{RecordedTurn, Turn};
+
+impl Runner {
+    /// Makes its inputs show values of the past.
+    pub(crate) fn read_from_history(&mut self, history: impl FnMut(&Reader) -> Arc<History>) {
+        self.port_access
+            .with_ports(|ports| ports.read_from_history(history));
+    }
+
+    /// Makes its inputs show what they showed in that turn; the newest values without a turn.
+    pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
+        self.port_access.with_ports(|ports| ports.show_recorded(turn));
+    }
+
+    pub(crate) fn is_awake(&self) -> bool {
+        matches!(self.state, InstanceState::Awake { .. })
+    }
+
+    /// Repeats the check. `None` if the instance is not awake.
+    pub(crate) fn repeat_check(&mut self) -> Option<Result<instance::CheckResult, String>> {
+        match &mut self.state {
+            InstanceState::Awake { instance, .. } => {
+                let checked = instance.check();
+                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
+                Some(checked)
+            }
+            InstanceState::Absent | InstanceState::Slept(_) | InstanceState::Changing => None,
+        }
+    }
+
+    /// What its inputs show.
+    pub(crate) fn shown_inputs(&mut self) -> Vec<ShownValue> {
+        self.port_access
+            .with_ports(|ports| ports.shown_values())
+            .unwrap_or_default()
+    }
+
+    /// What it has written since the last call of this function, in calls that turns record.
+    pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
+        std::mem::take(&mut self.overflow.wrote)
+    }
+
+    /// The variable that a port writes; `None` if it is not bound to one.
+    pub(crate) fn written_variable(&mut self, port: usize) -> Option<Arc<Variable>> {
+        let variable = |ports: &mut Ports| {
+            let written = ports.variable(port).filter(|(_, writes)| *writes);
+            written.map(|(variable, _)| Arc::clone(variable))
+        };
+        self.port_access.with_ports(variable).flatten()
+    }
+
+    /// Reports the result of that check to the rules.
+    pub(crate) fn report_check(&mut self, result: Result<instance::CheckResult, String>) {
+        if let Some(check) = self.handle_check_result(self.engine.clock.now(), result) {
+            self.turn_record.checked = self.engine.report_check(self.number, check);
+        }
+    }
+
+    /// Asks permission to iterate, in the way of that turn.
+    pub(crate) fn repeat_begin(&mut self, turn: &Turn) -> bool {
+        self.is_awake()
+            && match turn.way {
+                Turn::FIRST => self.engine.request_first_iteration(self.number).0,
+                _ => self.engine.request_iteration(self.number).0,
+            }
+    }
+
+    /// Repeats the iteration.
+    pub(crate) fn repeat_iteration(&mut self) -> Result<(), String> {
+        self.iterate()
+    }
+
+    /// Reports the end of that iteration to the rules.
+    pub(crate) fn report_iteration(&mut self, result: Result<(), String>) {
+        self.finish_iteration(result);
+    }
+
+    /// Repeats a gesture on its panel.
+    pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
+        match &mut self.state {
+            InstanceState::Slept(instance) | InstanceState::Awake { instance, .. } => {
+                let touched = instance.touch(by, gesture);
+                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
+                touched
+            }
+            InstanceState::Absent | InstanceState::Changing => Ok(()),
+        }
+    }
+
+    /// Handles a failed call.
+    pub(crate) fn fault_now(&mut self, reason: String) {
+        self.fault(reason);
+    }
+
+    /// Calls the father's own arbitration.
+    pub(crate) fn repeat_arbitration(&mut self, level: &Level) -> ArbitrationReply {
+        self.call_arbitration(level)
+    }
+
+    /// Calls the father's own arbitration, and reports the answer to the rules at once.
+    pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
+        self.arbitrate(group, ticket, level);
+    }
+
+    /// Ends the instance as soon as it sleeps.
+    pub(crate) fn unload_now(&mut self) {
+        self.unload();
+    }
+
+    /// Releases the values read, and shows the newest values again.
+    pub(crate) fn end_recorded_turn(&mut self) {
+        self.show_recorded(None);
+        self.release_values();
+    }
+
+    pub(crate) fn awake_now(&mut self) {
+        self.wake_up(self.engine.clock.now());
+    }
+
+    pub(crate) fn sleep_now(&mut self) {
+        self.fall_asleep();
+    }
+
+    pub(crate) fn retime_now(&mut self) {
+        self.retime();
+    }
+
+    pub(crate) fn give_up_now(&mut self) {
+        self.give_up();
+    }
+
+    /// From now on it takes its turns by its own period.
+    pub(crate) fn start_own_turns(&mut self, now: Nanos) {
+        self.set_due(now);
+    }
+}

@@ -1,0 +1,123 @@
+//! Reads a recording for pictures and pages: the stretch of time, the numbers by name, and the output. Layout
+//! and drawing belong to `jde-report`.
+
+mod output;
+mod series;
+
+use std::io::Write;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+use jde_log::Recording;
+use jde_report::{Analysis, Wanted};
+
+use crate::failure::{Failure, display_path};
+use crate::terminal::{self, FAINT};
+
+pub(crate) use output::Output;
+pub(crate) use series::{names, series};
+
+/// Time before the first progress line appears, and between two updates of it.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(300);
+
+/// A stretch of application time, ns since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TimeRange {
+    /// Its beginning; `None` means the beginning of the recording.
+    pub(crate) from: Option<Nanos>,
+    /// Its end; `None` means the end of the recording.
+    pub(crate) to: Option<Nanos>,
+}
+
+impl TimeRange {
+    /// Checks that the stretch overlaps the recording.
+    ///
+    /// # Errors
+    /// `from` is not before `to`, or the stretch lies outside the recording.
+    fn check(self, recording: &Recording) -> Result<(), Failure> {
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from >= to
+        {
+            return Err(Failure::usage(
+                "--from is not before --to",
+                "give --from the earlier time of the two",
+            ));
+        }
+        let said = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
+        let Some((first, last)) = recording.times() else {
+            return Ok(());
+        };
+        let start = said.and_then(|start| start.parse().ok()).unwrap_or(first);
+        let [first, last] = [first, last].map(|time: u64| time.saturating_sub(start));
+        if self.from.is_some_and(|from| from >= last) || self.to.is_some_and(|to| to <= first) {
+            return Err(Failure::usage(
+                format!(
+                    "there is nothing of {} in that time",
+                    display_path(recording.path())
+                ),
+                format!(
+                    "it goes from {:.3} s to {:.3} s",
+                    first as f64 / 1e9,
+                    last as f64 / 1e9
+                ),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Reads a recording, and shows the progress on a terminal.
+///
+/// # Errors
+/// The recording cannot be read, or does not cover the stretch. Damage is not an error.
+pub(crate) fn read(recording: &Recording, stretch: TimeRange, wanted: Wanted) -> Result<Analysis, Failure> {
+    stretch.check(recording)?;
+    let wanted = Wanted {
+        from: stretch.from,
+        to: stretch.to,
+        ..wanted
+    };
+    let mut progress = ReadProgress::new(recording.path());
+    let analysis = Analysis::read(recording, wanted, &mut |share| progress.update(share));
+    progress.clear();
+    Ok(analysis?)
+}
+
+/// The progress line on the terminal.
+struct ReadProgress {
+    file: String,
+    enabled: bool,
+    next: Instant,
+    printed: bool,
+}
+
+impl ReadProgress {
+    fn new(file: &Path) -> Self {
+        Self {
+            file: display_path(file),
+            enabled: terminal::err_is_terminal(),
+            next: Instant::now() + PROGRESS_INTERVAL,
+            printed: false,
+        }
+    }
+
+    fn update(&mut self, share: f64) {
+        if self.enabled && Instant::now() >= self.next {
+            (self.next, self.printed) = (Instant::now() + PROGRESS_INTERVAL, true);
+            let (file, percent) = (&self.file, share * 100.0);
+            // A closed standard error is not a reason to fail.
+            let _ = write!(
+                terminal::err(),
+                "\r{FAINT}reading {file}: {percent:.0} %{FAINT:#} "
+            );
+        }
+    }
+
+    fn clear(&self) {
+        if self.printed {
+            let blank = " ".repeat(self.file.chars().count() + 20);
+            let _ = write!(terminal::err(), "\r{blank}\r");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Numbers of a recording by name, such as `pioneer.odometry.twist.twist.linear.x`. Recordings by other
+//! programs work too: their topics serve as variables if their types are described in the recording or are
+//! standard ones.
+
+use std::collections::BTreeMap;
+
+use jde_abi::describe::{FieldKind, Form, Type};
+use jde_link::message::{Range, VariableInfo};
+use jde_log::{Channel, Recording};
+use jde_report::Series;
+use jde_ros::{cdr, definition};
+use jde_types::{
+    BatteryState, Image, LaserScan, Odometry, Path, Pose, Pose2D, PoseStamped, Range as Distance, Twist,
+    Value as _,
+};
+
+use crate::failure::{Failure, display_path};
+use crate::remote::field::VariableField;
+use crate::remote::name;
+use crate::replay::{RecordedVariable, variables};
+
+/// Most names offered for completion.
+const MAX_NAMES: usize = 2000;
+
+/// Returns the series of the named numbers.
+///
+/// # Errors
+/// There is no such variable or field, in which case the error suggests the nearest; or the value is not a
+/// number.
+pub(crate) fn series(recording: &Recording, asked: &[String]) -> Result<Vec<Series>, Failure> {
+    let known = known_variables(recording);
+    asked
+        .iter()
+        .map(|asked| resolve_series(recording, &known, asked))
+        .collect()
+}
+
+/// Returns the names of all numbers, each with the doc text of its variable; at most `MOST_NAMES`.
+pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
+    let mut names = Vec::new();
+    for recorded in known_variables(recording).into_values() {
+        visit_fields(&recorded.value_type, &recorded.name, &mut |name| {
+            names.push((name, recorded.doc.clone()));
+        });
+        if names.len() >= MAX_NAMES {
+            break;
+        }
+    }
+    names.truncate(MAX_NAMES);
+    names
+}
+
+fn resolve_series(
+    recording: &Recording,
+    known: &BTreeMap<String, RecordedVariable>,
+    asked: &str,
+) -> Result<Series, Failure> {
+    if known.is_empty() {
+        return Err(Failure::usage(
+            format!(
+                "{} holds no variables that can be drawn",
+                display_path(recording.path())
+            ),
+            "`jde info` shows what it holds",
+        ));
+    }
+    // Accepts a topic name as ROS writes it: `/odom.pose.pose.position.x`.
+    let asked = asked.trim_start_matches('/').replace('/', ".");
+    let names = known.values().map(|recorded| recorded.name.as_str());
+    let (variable, path) = name::split_variable(&asked, names)?;
+    let named = known.iter().find(|(_, recorded)| recorded.name == variable);
+    let Some((topic, recorded)) = named else {
+        return Err(Failure::usage(
+            format!("there is no variable `{asked}`"),
+            "`jde info` shows what there is",
+        ));
+    };
+    let part = VariableField::resolve(&variable_info(recorded), path)?;
+    if !part.is_number() {
+        return Err(Failure::usage(
+            format!("`{asked}` is no number, and only numbers are drawn"),
+            format!("name a field, such as {}", example_field(recorded)),
+        ));
+    }
+    let value_type = recorded.value_type.clone();
+    Ok(Series {
+        topic: topic.clone(),
+        variable: variable.to_owned(),
+        name: part.name().to_owned(),
+        unit: part.unit.clone(),
+        number: Box::new(move |message| part.decode_number(&cdr::decode(&value_type, message).ok()?)),
+    })
+}
+
+/// Returns one number of a variable as an example.
+fn example_field(recorded: &RecordedVariable) -> String {
+    let mut first = None;
+    visit_fields(&recorded.value_type, &recorded.name, &mut |name| {
+        first.get_or_insert(name);
+    });
+    first.unwrap_or_else(|| format!("{}.FIELD", recorded.name))
+}
+
+/// Returns the variables and topics whose type is known, by topic.
+fn known_variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
+    let mut known = variables(recording);
+    for channel in recording.channels().filter(|channel| channel.encoding == "cdr") {
+        if !known.contains_key(&channel.topic)
+            && let Some(recorded) = as_standard_type(channel)
+        {
+            known.insert(channel.topic.clone(), recorded);
+        }
+    }
+    known
+}
+
+/// Reads a foreign topic as a standard type of the same name. This covers definitions with unbounded strings
+/// or lists.
+fn as_standard_type(channel: &Channel) -> Option<RecordedVariable> {
+    let types = [
+        BatteryState::describe(),
+        Image::describe(),
+        LaserScan::describe(),
+        Odometry::describe(),
+        Path::describe(),
+        Pose::describe(),
+        Pose2D::describe(),
+        PoseStamped::describe(),
+        Distance::describe(),
+        Twist::describe(),
+    ];
+    let value_type = types
+        .into_iter()
+        .find(|value_type| definition::name(value_type) == channel.type_name)?;
+    Some(RecordedVariable::of(channel, value_type))
+}
+
+/// Returns the description that a running application would send.
+fn variable_info(recorded: &RecordedVariable) -> VariableInfo {
+    VariableInfo {
+        name: recorded.name.clone(),
+        owner: String::new(),
+        variable: String::new(),
+        access: recorded.access.clone(),
+        type_name: definition::name(&recorded.value_type),
+        definition: definition::definition(&recorded.value_type),
+        unit: recorded.unit.clone(),
+        doc: recorded.doc.clone(),
+        range: Range::default(),
+        fixed: false,
+        status: None,
+    }
+}
+
+/// Calls `tell` with the name of each number of a type. Elements of lists are left out.
+fn visit_fields(value_type: &Type, name: &str, tell: &mut dyn FnMut(String)) {
+    if let [alone] = value_type.fields.as_slice()
+        && matches!(alone.kind, FieldKind::Scalar(_))
+        && alone.form == Form::One
+    {
+        tell(name.to_owned());
+        return;
+    }
+    for field in &value_type.fields {
+        let name = format!("{name}.{}", field.name);
+        match (&field.kind, field.form) {
+            (FieldKind::Scalar(_), Form::One) => tell(name),
+            (FieldKind::Struct(inner), Form::One) => visit_fields(inner, &name, tell),
+            (FieldKind::Scalar(_) | FieldKind::Struct(_), _) => {}
+        }
+    }
+}

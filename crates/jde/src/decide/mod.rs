@@ -1,0 +1,176 @@
+//! Replays a recorded drive with the present schemas: loads the application, shows the progress, and prints
+//! the comparison.
+
+mod words;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use jde_core::Nanos;
+use jde_host::app::Override;
+use jde_log::replay::{Drive, ReplayError, Span, Tolerance, ToleranceEntry};
+
+use crate::cli::print_json;
+use crate::failure::{Failure, display_path};
+use crate::interrupt::SignalListener;
+use crate::load::{self, LoadedApplication, Trust};
+use crate::log::Log;
+use crate::terminal;
+
+/// What to replay, and how.
+pub(crate) struct DecideOptions {
+    /// The recording.
+    pub(crate) file: PathBuf,
+    /// The application to run instead of the one in the recording.
+    pub(crate) application: Option<PathBuf>,
+    /// Whether plugins are loaded from the folders that the recording names.
+    pub(crate) trust: Trust,
+    /// Modulations that differ from the recording.
+    pub(crate) sets: Vec<Override>,
+    /// The times that are compared.
+    pub(crate) span: Span,
+    /// How far apart two numbers may be and still count as equal.
+    pub(crate) tolerance: Vec<ToleranceEntry>,
+    /// Whether the output ends with a line of JSON.
+    pub(crate) json: bool,
+}
+
+/// Replays a drive and prints what differs.
+///
+/// # Errors
+/// [`Failure::Different`] if a selection or a value differs, otherwise the reason why the replay failed.
+pub(crate) fn run(
+    how: DecideOptions,
+    log: impl FnOnce(&LoadedApplication) -> Result<Log, Failure>,
+) -> Result<(), Failure> {
+    let drive = Drive::open(&how.file)?;
+    let loaded = match &how.application {
+        Some(application) => load::load_application(application, &how.sets),
+        None => load::load_attached(&drive.application()?, &how.sets, how.trust),
+    };
+    let mut loaded = loaded.map_err(treat_missing_as_unusable)?;
+    let set = |name: &str| {
+        let mut sets = how.sets.iter();
+        sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
+    };
+    if how.application.is_none() {
+        // The values given by --set at the original start are in the recording, not in the application's
+        // file.
+        drive.restore(&mut loaded.application, set);
+    }
+    if let Some(seed) = drive.seed() {
+        loaded.application.seed = seed;
+    }
+    let tolerance = Tolerance::new(&how.tolerance, &loaded.application)?;
+    let _log = log(&loaded)?;
+    let mut words = if how.json {
+        terminal::err()
+    } else {
+        terminal::out()
+    };
+    let name = display_path(&how.file);
+    let differs = drive.differences(&loaded.application);
+    words::print_header(&mut words, &name, &drive, &loaded.application.name, &differs)?;
+    words::print_plugins(&mut words, &loaded, how.trust)?;
+    words.flush()?;
+
+    let stopped = Arc::new(AtomicBool::new(false));
+    let _interrupts = {
+        let stopped = Arc::clone(&stopped);
+        SignalListener::on_first(move || stopped.store(true, Ordering::Relaxed))?
+    };
+    let mut progress = DecideProgress::new();
+    let LoadedApplication {
+        application, plugins, ..
+    } = loaded;
+    let going_on = |time| {
+        progress.update(time);
+        !stopped.load(Ordering::Relaxed)
+    };
+    let verdict =
+        jde_log::replay::replay_and_compare(&drive, application, &plugins, how.span, &tolerance, going_on);
+    progress.clear();
+    let verdict = verdict?;
+    words::print_verdict(&mut words, &verdict, stopped.load(Ordering::Relaxed))?;
+    words.flush()?;
+    if how.json {
+        print_json(&words::json(&name, &drive, &differs, &verdict))?;
+    }
+    if verdict.is_same() {
+        Ok(())
+    } else {
+        Err(Failure::Mismatch)
+    }
+}
+
+/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once, so
+/// the missing plugin is what is wrong.
+fn treat_missing_as_unusable(failure: Failure) -> Failure {
+    match failure {
+        Failure::Application {
+            faults,
+            unusable,
+            missing,
+            skipped_folders: withheld,
+        } => Failure::Application {
+            faults,
+            unusable: unusable || missing,
+            missing,
+            skipped_folders: withheld,
+        },
+        other => other,
+    }
+}
+
+/// The progress on the last line of a terminal.
+struct DecideProgress {
+    output: Option<terminal::TextWriter>,
+    last_printed: Nanos,
+}
+
+impl DecideProgress {
+    fn new() -> Self {
+        Self {
+            output: terminal::err_is_terminal().then(terminal::err),
+            last_printed: 0,
+        }
+    }
+
+    fn update(&mut self, time: Nanos) {
+        // Once per second of the drive: most drives replay faster than anyone could read.
+        if time >= self.last_printed + 1_000_000_000
+            && let Some(words) = &mut self.output
+        {
+            self.last_printed = time;
+            // A closed terminal is not a reason to fail.
+            let _ = write!(words, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| words.flush());
+        }
+    }
+
+    fn clear(&mut self) {
+        if let Some(words) = &mut self.output
+            && self.last_printed > 0
+        {
+            let _ = write!(words, "\r            \r").and_then(|()| words.flush());
+        }
+    }
+}
+
+impl From<ReplayError> for Failure {
+    fn from(error: ReplayError) -> Self {
+        match error {
+            ReplayError::Read(error) => Self::Recording(error),
+            ReplayError::Start(error) => Self::Start(error),
+            error @ ReplayError::Tolerance { .. } => Self::usage(
+                error.to_string(),
+                "`jde vars` and `jde info` show the types of values",
+            ),
+            ReplayError::Incomplete { path, what } => Self::usage(
+                format!("{path} cannot be replayed: {what}"),
+                "a recording of a whole run has all that is needed: `jde run APP --record FILE`",
+            ),
+        }
+    }
+}

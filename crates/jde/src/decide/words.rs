@@ -1,0 +1,365 @@
+//! The result of a replay, as text and as JSON.
+
+use std::io::{self, Write};
+
+use jde_host::plugin::SearchPath;
+use jde_host::records::Decision;
+use jde_host::replay::PortReading;
+use jde_log::replay::{Deviation, Difference, Drive, ReplayReport, Values};
+use serde_json::{Value, json};
+
+use crate::failure::{describe_skipped_folders, display_path};
+use crate::load::{LoadedApplication, Trust};
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
+
+/// Differences that are shown. The rest is only counted.
+const MAX_SHOWN: usize = 5;
+
+/// Prints which recording is replayed, and how the application differs from the recorded one.
+pub(super) fn print_header(
+    words: &mut TextWriter,
+    file: &str,
+    drive: &Drive,
+    application: &str,
+    differs: &[String],
+) -> io::Result<()> {
+    let clock = if drive.hierarchy().lockstep {
+        "lockstep"
+    } else {
+        "real time"
+    };
+    writeln!(
+        words,
+        "{TITLE}{file}{TITLE:#}: {}, recorded in {clock}",
+        drive.name()
+    )?;
+    if drive.name() != application {
+        writeln!(
+            words,
+            "{WARN}differs{WARN:#}: the application is called {application}"
+        )?;
+    }
+    for difference in differs {
+        writeln!(words, "{WARN}differs{WARN:#}: {difference}")?;
+    }
+    Ok(())
+}
+
+/// Prints where plugins are loaded from, as far as the recording determines that.
+pub(super) fn print_plugins(
+    words: &mut TextWriter,
+    loaded: &LoadedApplication,
+    trust: Trust,
+) -> io::Result<()> {
+    let here: Vec<_> = loaded
+        .skipped_folders
+        .iter()
+        .filter(|folder| {
+            let mut there = SearchPath::default();
+            there.push(*folder, "");
+            let mut plugins = loaded.application.plugins.iter();
+            plugins.any(|plugin| there.find(&plugin.name).is_some())
+        })
+        .cloned()
+        .collect();
+    if !here.is_empty() {
+        writeln!(
+            words,
+            "{WARN}not trusted{WARN:#}: {}",
+            describe_skipped_folders(&here)
+        )?;
+    }
+    if trust == Trust::Trusted {
+        for plugin in &loaded.application.plugins {
+            if let Some(file) = loaded.plugins.file_of(plugin) {
+                writeln!(
+                    words,
+                    "{FAINT}{} from {}{FAINT:#}",
+                    plugin.name,
+                    display_path(&file)
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints the result of the comparison.
+pub(super) fn print_verdict(words: &mut TextWriter, verdict: &ReplayReport, stopped: bool) -> io::Result<()> {
+    let comparison = &verdict.comparison;
+    // Shows the first difference, and then those with a takeover on either side: the others follow from
+    // these.
+    let first = comparison.first.iter().enumerate();
+    let telling = first.filter(|(place, difference)| *place == 0 || has_takeover(difference));
+    for (_, difference) in telling.take(MAX_SHOWN) {
+        print_difference(words, difference)?;
+    }
+    let values = verdict.values.as_ref();
+    for deviation in values.iter().flat_map(|values| &values.first).take(MAX_SHOWN) {
+        print_deviation(words, deviation)?;
+    }
+    if let Some(damage) = &verdict.damage {
+        writeln!(
+            words,
+            "{WARN}damaged{WARN:#}: {damage}; it was replayed up to there"
+        )?;
+    }
+    if verdict.lost_steps > 0 {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {} steps of schemas are not in the recording, so the replay may differ by itself",
+            verdict.lost_steps
+        )?;
+    }
+    for (variable, missed) in &verdict.missed {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {missed} values of {variable} that were seen then are not there; the newest were shown instead"
+        )?;
+    }
+    for (variable, unknown) in values.iter().flat_map(|values| &values.unknown) {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {unknown} values of {variable} that were written then are not in the recording, and not compared"
+        )?;
+    }
+    if values.is_none() {
+        writeln!(
+            words,
+            "{WARN}not compared{WARN:#}: what schemas wrote; the recording, of an older version, does not tell"
+        )?;
+    }
+    for variable in &verdict.unknown {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: operators wrote {variable}, and the recording does not have what"
+        )?;
+    }
+    for (schema, time) in &verdict.reloads {
+        writeln!(
+            words,
+            "{WARN}reloaded{WARN:#}: the build of {schema} changed at {:.3} s, so it decided by two builds then and by one now",
+            *time as f64 / 1e9
+        )?;
+    }
+    let until = verdict.until as f64 / 1e9;
+    let stopped = if stopped { ", where it was stopped" } else { "" };
+    let selections = format_share(comparison.different, comparison.same, "selection");
+    let values = values.map(|values: &Values| format_share(values.different, values.same, "value"));
+    let all: Vec<_> = [Some(selections), values].into_iter().flatten().collect();
+    let all = all.join(" and ");
+    if verdict.is_same() {
+        writeln!(
+            words,
+            "{GOOD}same{GOOD:#}: {all} are as they were, until {until:.1} s{stopped}"
+        )
+    } else {
+        let perhaps = if verdict.reloads.is_empty() {
+            ""
+        } else {
+            "; the builds that changed may be why"
+        };
+        writeln!(
+            words,
+            "{BAD}different{BAD:#}: {all} are not as they were, until {until:.1} s{stopped}{perhaps}"
+        )
+    }
+}
+
+/// "3 of 7 values", or "7 values" if none differs.
+fn format_share(different: u64, same: u64, what: &str) -> String {
+    let total = different + same;
+    let s = if total == 1 { "" } else { "s" };
+    if different == 0 {
+        format!("{total} {what}{s}")
+    } else {
+        format!("{different} of {total} {what}{s}")
+    }
+}
+
+fn print_deviation(words: &mut TextWriter, deviation: &Deviation) -> io::Result<()> {
+    let Deviation {
+        time_s,
+        schema,
+        port,
+        variable,
+        field,
+        recorded: then,
+        replayed: now,
+        count,
+    } = deviation;
+    let name = if *variable == format!("{schema}.{port}") {
+        String::new()
+    } else {
+        format!(" ({variable})")
+    };
+    let more = match count - 1 {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let field = if field.is_empty() {
+        String::new()
+    } else {
+        format!("{field} = ")
+    };
+    writeln!(
+        words,
+        "{TITLE}{time_s:9.3} s  {schema}.{port}{TITLE:#}{name}{more}"
+    )?;
+    writeln!(words, "      then  {field}{then}")?;
+    writeln!(words, "      now   {field}{now}")
+}
+
+fn print_difference(words: &mut TextWriter, difference: &Difference) -> io::Result<()> {
+    writeln!(
+        words,
+        "{TITLE}{:9.3} s  {}{TITLE:#}",
+        difference.time_s, difference.group
+    )?;
+    print_decision(words, "then", difference.recorded.as_ref())?;
+    print_decision(words, "now", difference.replayed.as_ref())?;
+    for (name, saw) in &difference.inputs {
+        if is_explained_by(difference, name) && !saw.is_empty() {
+            let saw: Vec<_> = saw.iter().map(format_input).collect();
+            writeln!(words, "      {name} saw {}", saw.join(", "))?;
+        }
+    }
+    Ok(())
+}
+
+fn print_decision(words: &mut TextWriter, when: &str, decision: Option<&Decision>) -> io::Result<()> {
+    let Some(decision) = decision else {
+        return writeln!(words, "      {when:<5} no selection");
+    };
+    let choice = decision.choice.as_deref().unwrap_or("nobody");
+    writeln!(
+        words,
+        "      {when:<5} {choice} by {}: {} {FAINT}({}; {}){FAINT:#}",
+        decision.decider, decision.reason, decision.case, decision.cause
+    )?;
+    let candidates = decision.candidates.iter().map(|candidate| {
+        let urgency = candidate.urgency.filter(|urgency| *urgency != 0.0);
+        let urgency = urgency.map_or(String::new(), |urgency| format!(" {urgency}"));
+        let ready = if candidate.ready { ", ready" } else { "" };
+        format!("{} {}{ready}{urgency}", candidate.name, candidate.state)
+    });
+    writeln!(
+        words,
+        "            {FAINT}{}{FAINT:#}",
+        candidates.collect::<Vec<_>>().join("; ")
+    )
+}
+
+fn has_takeover(difference: &Difference) -> bool {
+    let sides = [&difference.recorded, &difference.replayed];
+    sides.into_iter().flatten().any(|decision| decision.changed)
+}
+
+/// Whether the inputs of candidate `name` explain a difference. They do if its own entry differs between the
+/// two selections. If all entries are equal, or one selection is missing, they do if it was chosen.
+fn is_explained_by(difference: &Difference, name: &str) -> bool {
+    let chosen = |decision: &Decision| decision.choice.as_deref() == Some(name);
+    let (Some(then), Some(now)) = (&difference.recorded, &difference.replayed) else {
+        let either = difference.recorded.as_ref().or(difference.replayed.as_ref());
+        return either.is_some_and(chosen);
+    };
+    if then.candidates == now.candidates {
+        return chosen(then) || chosen(now);
+    }
+    let of = |decision: &Decision| {
+        let mut candidates = decision.candidates.iter();
+        candidates.find(|candidate| candidate.name == name).cloned()
+    };
+    of(then) != of(now)
+}
+
+fn format_input(sight: &PortReading) -> String {
+    match &sight.value {
+        None => format!("no {}", sight.port),
+        Some((0, _, Some(value))) => format!("{} = {value}", sight.port),
+        Some((number, time, Some(value))) => {
+            format!(
+                "{} = {value} (value {number}, of {:.3} s)",
+                sight.port,
+                *time as f64 / 1e9
+            )
+        }
+        Some((number, time, None)) => {
+            format!("{} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
+        }
+    }
+}
+
+/// Returns the complete result as JSON.
+pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &ReplayReport) -> Value {
+    let first = verdict.comparison.first.iter().map(|difference| {
+        let saw = difference.inputs.iter().map(|(schema, saw)| {
+            let inputs = saw.iter().map(|sight| {
+                let (number, time, value) = sight
+                    .value
+                    .clone()
+                    .map_or((None, None, None), |(number, time, value)| {
+                        (Some(number), Some(time as f64 / 1e9), value)
+                    });
+                json!({ "port": sight.port, "number": number, "measured_s": time, "value": value })
+            });
+            json!({ "schema": schema, "inputs": inputs.collect::<Vec<_>>() })
+        });
+        json!({
+            "time_s": difference.time_s,
+            "group": difference.group,
+            "recorded": difference.recorded,
+            "replayed": difference.replayed,
+            "saw": saw.collect::<Vec<_>>(),
+        })
+    });
+    let missed: Vec<_> = verdict
+        .missed
+        .iter()
+        .map(|(variable, values)| json!({ "variable": variable, "values": values }))
+        .collect();
+    let values = verdict.values.as_ref().map(|values| {
+        let first = values.first.iter().map(|deviation| {
+            json!({
+                "time_s": deviation.time_s,
+                "schema": deviation.schema,
+                "port": deviation.port,
+                "variable": deviation.variable,
+                "field": deviation.field,
+                "then": deviation.recorded,
+                "now": deviation.replayed,
+                "different": deviation.count,
+            })
+        });
+        json!({
+            "same": values.same,
+            "different": values.different,
+            "unknown": values
+                .unknown
+                .iter()
+                .map(|(variable, values)| json!({ "variable": variable, "values": values }))
+                .collect::<Vec<_>>(),
+            "first": first.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "file": file,
+        "application": drive.name(),
+        "lockstep": drive.hierarchy().lockstep,
+        "differs": differs,
+        "same": verdict.comparison.same,
+        "different": verdict.comparison.different,
+        "values": values,
+        "until_s": verdict.until as f64 / 1e9,
+        "lost_steps": verdict.lost_steps,
+        "missed": missed,
+        "unknown": verdict.unknown,
+        "reloads": verdict
+            .reloads
+            .iter()
+            .map(|(schema, time)| json!({ "schema": schema, "time_s": *time as f64 / 1e9 }))
+            .collect::<Vec<_>>(),
+        "damage": verdict.damage,
+        "first": first.collect::<Vec<_>>(),
+    })
+}

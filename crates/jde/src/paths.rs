@@ -1,0 +1,88 @@
+//! Finds applications and worlds by name: in the working directory, in the checkout of this build, or in the
+//! installation.
+
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// The checkout that this program was built from. It may no longer exist.
+pub(crate) fn checkout() -> PathBuf {
+    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above.nth(2).unwrap_or(Path::new("/")).to_owned()
+}
+
+/// The folders that may hold `apps` and `worlds`, in search order.
+fn search_folders() -> Vec<PathBuf> {
+    let mut homes = vec![PathBuf::new(), checkout()];
+    if let Some(prefix) = std::env::current_exe()
+        .ok()
+        .and_then(|exe| Some(exe.parent()?.parent()?.to_owned()))
+    {
+        homes.push(prefix.join("share/jde"));
+    }
+    homes
+}
+
+/// Returns the file of an application, given as a file or by name.
+///
+/// # Errors
+/// There is no application of this name. The error lists the known names.
+pub(crate) fn find_application(given: &Path) -> Result<PathBuf, Failure> {
+    find(given, "apps", "application")
+}
+
+/// Returns the file of a world, given as a file or by name.
+///
+/// # Errors
+/// There is no world of this name. The error lists the known names.
+pub(crate) fn find_world(given: &Path) -> Result<PathBuf, Failure> {
+    find(given, "worlds", "world")
+}
+
+/// Returns a given file, or finds it by name in a folder of one of the homes.
+fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
+    let text = given.to_string_lossy();
+    let is_a_name = !text.contains('/') && !text.ends_with(".toml");
+    if !is_a_name || given.is_file() {
+        return Ok(given.to_owned());
+    }
+    let homes = search_folders();
+    let found = homes
+        .iter()
+        .map(|home| home.join(format!("{folder}/{text}.toml")))
+        .find(|file| file.is_file());
+    found.ok_or_else(|| {
+        let names = list_names(&homes, folder);
+        let near = names
+            .iter()
+            .map(|name| (strsim::damerau_levenshtein(name, &text), name))
+            .filter(|(distance, name)| *distance <= (name.len() / 3).max(1))
+            .min();
+        let help = match near {
+            Some((_, near)) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "give the path of its file".to_owned(),
+            None => format!("give the path of its file, or one of: {}", names.join(", ")),
+        };
+        Failure::usage(format!("there is no {what} `{text}`"), help)
+    })
+}
+
+/// The names of all files in a folder of the homes.
+fn list_names(homes: &[PathBuf], folder: &str) -> Vec<String> {
+    let mut names: Vec<String> = homes
+        .iter()
+        .filter_map(|home| std::fs::read_dir(home.join(folder)).ok())
+        .flatten()
+        .filter_map(|entry| {
+            entry
+                .ok()?
+                .file_name()
+                .to_str()?
+                .strip_suffix(".toml")
+                .map(str::to_owned)
+        })
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}

@@ -1,0 +1,140 @@
+//! The hierarchy of an application at one instant, as a table in the order of a tree.
+
+use std::io::{self, Write};
+
+use jde_core::{Health, State};
+use jde_host::snapshot::{ReloadView, SchemaView, Snapshot};
+
+use super::table::{Alignment, Cell, Table};
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+use crate::top::{self, Row, text};
+
+/// Writes the table.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn write(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()> {
+    let mut table = Table::new([
+        ("schema", Alignment::Left),
+        ("type", Alignment::Left),
+        ("state", Alignment::Left),
+        ("health", Alignment::Left),
+        ("cycle", Alignment::Right),
+        ("measured", Alignment::Right),
+        ("load", Alignment::Right),
+        ("iterations", Alignment::Right),
+        ("overruns", Alignment::Right),
+        ("refused", Alignment::Right),
+        ("faults", Alignment::Right),
+        ("process", Alignment::Right),
+        ("build", Alignment::Left),
+        ("operator", Alignment::Left),
+    ]);
+    for row in top::rows(snapshot) {
+        match row {
+            Row::Group { branch, group } => {
+                let group = &snapshot.groups[group];
+                let winner = group
+                    .winner
+                    .map_or("nobody", |winner| &snapshot.schemas[winner].name);
+                table.add_row([
+                    Cell::from(format!("{branch}[{}]", group.name)).styled(TITLE),
+                    Cell::from(format!("{} → {winner}", group.policy)).styled(FAINT),
+                    match group.chatter {
+                        Some(_) => Cell::from("chatters").styled(WARN),
+                        None => Cell::from(""),
+                    },
+                ]);
+            }
+            Row::Schema { branch, schema } => table.add_row(cells(&branch, &snapshot.schemas[schema])),
+            Row::Heading(title) => table.add_row([Cell::from(title).styled(TITLE)]),
+        }
+    }
+    table.write(words)
+}
+
+fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
+    let (state, style) = match view.state {
+        State::Winner => ("WINNER", GOOD),
+        State::Ready => ("READY", WARN),
+        State::Checking => ("CHECKING", TITLE),
+        State::Slept => ("SLEPT", FAINT),
+    };
+    let (health, of_health) = match &view.health {
+        Health::Ok => ("ok".to_owned(), FAINT),
+        Health::Overrun => ("overrun".to_owned(), WARN),
+        Health::ArbitrationFailed(_) => ("arbitration failed".to_owned(), WARN),
+        Health::Faulted(_) => (format!("faulted, {}", restarts(view.restarts_left)), BAD),
+    };
+    let health = match view.left {
+        0 => Cell::from(health).styled(of_health),
+        left => Cell::from(format!("{health}, {left} left behind")).styled(BAD),
+    };
+    let bad = |count: u64| match count {
+        0 => Cell::from(0).styled(FAINT),
+        count => Cell::from(count).styled(WARN),
+    };
+    let operator = view.operator.as_ref();
+    vec![
+        format!("{branch}{}", view.name).into(),
+        Cell::from(&view.type_name).styled(FAINT),
+        Cell::from(state).styled(style),
+        health,
+        text::format_setting(view.period).into(),
+        view.measured
+            .map_or(Cell::from("-"), |measured| text::format_duration(measured).into()),
+        format!("{:.0} %", view.load * 100.0).into(),
+        view.iterations.into(),
+        bad(view.overruns),
+        bad(view.refused),
+        bad(view.faults),
+        view.process.map_or(Cell::default(), Cell::from),
+        view.reload.as_ref().map_or(Cell::default(), build_cell),
+        operator.map_or(Cell::default(), |hold| {
+            Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
+        }),
+    ]
+}
+
+/// Describes how many restarts a schema has left after a fault.
+fn restarts(left: Option<u32>) -> String {
+    match left {
+        None => "never restarted".to_owned(),
+        Some(0) => "no restart left".to_owned(),
+        Some(1) => "1 restart left".to_owned(),
+        Some(left) => format!("{left} restarts left"),
+    }
+}
+
+/// Describes the build of the last reload. `jde ps --json` has the reason why a build was given up.
+fn build_cell(reload: &ReloadView) -> Cell {
+    let version = &reload.build.version;
+    match (reload.on_trial, &reload.undone) {
+        (true, _) => Cell::from(format!("{version} on trial")).styled(WARN),
+        (false, Some(_)) => Cell::from(format!("{version}, a newer one was given up")).styled(WARN),
+        (false, None) => Cell::from(version),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::tests::navigation;
+
+    #[test]
+    fn a_hierarchy_reads_like_a_tree() {
+        let mut out = Vec::new();
+        write(&navigation(), &mut out).unwrap();
+        let text = anstream::adapter::strip_str(&String::from_utf8(out).unwrap()).to_string();
+        let first: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.split("  ").find(|part| !part.is_empty()))
+            .collect();
+        assert_eq!(
+            first[..4],
+            ["schema", "[roots]", "├ teleop", "└ example"],
+            "{text}"
+        );
+        assert!(text.lines().all(|line| !line.ends_with(' ')), "{text}");
+    }
+}

@@ -1,0 +1,98 @@
+//! Parses names on a command line: `[APPLICATION:]SCHEMA.VARIABLE[.FIELD]`, `[APPLICATION:]SCHEMA`.
+
+use crate::failure::Failure;
+
+/// Splits a name into its application, if it has one, and the rest.
+pub(crate) fn split_application(name: &str) -> (Option<&str>, &str) {
+    match name.split_once(':') {
+        Some((application, rest)) if !application.is_empty() => (Some(application), rest),
+        Some(_) | None => (None, name),
+    }
+}
+
+/// Splits a name into one of the known variables and the path of a field, which may be empty.
+///
+/// # Errors
+/// There is no such variable. The error contains the nearest name.
+pub(crate) fn split_variable<'v, 'n>(
+    name: &'n str,
+    known: impl Iterator<Item = &'v str> + Clone,
+) -> Result<(&'v str, &'n str), Failure> {
+    let begins = |variable: &&str| {
+        name.strip_prefix(*variable)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    // The longest match is meant if the name of one variable begins with another's.
+    if let Some(variable) = known.clone().filter(begins).max_by_key(|variable| variable.len()) {
+        let rest = &name[variable.len()..];
+        return Ok((variable, rest.strip_prefix('.').unwrap_or(rest)));
+    }
+    let mut parts = name.splitn(3, '.');
+    let asked = match (parts.next(), parts.next()) {
+        (Some(owner), Some(variable)) => format!("{owner}.{variable}"),
+        _ => name.to_owned(),
+    };
+    if !asked.contains('.') {
+        let prefix = format!("{asked}.");
+        let of_it: Vec<_> = known
+            .clone()
+            .filter(|variable| variable.starts_with(&prefix))
+            .collect();
+        if !of_it.is_empty() {
+            return Err(Failure::usage(
+                format!("`{asked}` is a schema, not a variable"),
+                format!("its variables: {}", of_it.join(", ")),
+            ));
+        }
+    }
+    Err(Failure::unknown("variable", &asked, known))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: [&str; 3] = ["pioneer.laser", "pioneer.odometry", "goon.fast"];
+
+    fn find(name: &str) -> Result<(&str, &str), String> {
+        split_variable(name, KNOWN.into_iter()).map_err(|failure| match failure {
+            Failure::Usage { message, help } => format!("{message}; {help}"),
+            other => other.to_string(),
+        })
+    }
+
+    #[test]
+    fn a_name_may_say_its_application() {
+        assert_eq!(split_application("robot2:goon"), (Some("robot2"), "goon"));
+        assert_eq!(split_application("goon.fast"), (None, "goon.fast"));
+        assert_eq!(split_application(":goon"), (None, ":goon"));
+    }
+
+    #[test]
+    fn behind_a_variable_stands_a_field() {
+        assert_eq!(find("pioneer.laser"), Ok(("pioneer.laser", "")));
+        assert_eq!(
+            find("pioneer.odometry.pose.pose.position.x"),
+            Ok(("pioneer.odometry", "pose.pose.position.x"))
+        );
+        assert_eq!(
+            find("pioneer.laser.ranges[3]"),
+            Ok(("pioneer.laser", "ranges[3]"))
+        );
+    }
+
+    #[test]
+    fn a_slip_is_answered_with_the_nearest_name() {
+        assert_eq!(
+            find("pioneer.lasr.ranges"),
+            Err("there is no variable `pioneer.lasr`; did you mean `pioneer.laser`?".to_owned())
+        );
+        assert_eq!(
+            find("pioneer"),
+            Err(
+                "`pioneer` is a schema, not a variable; its variables: pioneer.laser, pioneer.odometry"
+                    .to_owned()
+            )
+        );
+    }
+}

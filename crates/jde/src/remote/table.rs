@@ -1,0 +1,153 @@
+//! A table of text. Each column is as wide as its content; numbers are aligned right, words left. Defines no
+//! colours.
+
+use std::io::{self, Write};
+
+use anstyle::Style;
+
+use crate::escape::escape;
+use crate::terminal::FAINT;
+
+/// The alignment of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Alignment {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A text in a table, with its style.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cell {
+    text: String,
+    style: Style,
+}
+
+/// A table: titles above rows.
+pub(crate) struct Table {
+    titles: Vec<(&'static str, Alignment)>,
+    rows: Vec<Vec<Cell>>,
+}
+
+impl Cell {
+    /// Adds a style.
+    pub(crate) fn styled(mut self, style: Style) -> Self {
+        self.style = style;
+        self
+    }
+}
+
+impl<T: ToString> From<T> for Cell {
+    fn from(text: T) -> Self {
+        Self {
+            // Escape now, so that the width is that of the shown text.
+            text: escape(&text.to_string()),
+            style: Style::new(),
+        }
+    }
+}
+
+impl Table {
+    /// Creates an empty table.
+    pub(crate) fn new(titles: impl IntoIterator<Item = (&'static str, Alignment)>) -> Self {
+        Self {
+            titles: titles.into_iter().collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row; a short one leaves its last columns empty.
+    pub(crate) fn add_row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// Writes the table, without the columns that are empty in every row.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
+        // `None` for a column that is left out. A table without rows shows all titles.
+        let widths: Vec<Option<usize>> = (0..self.titles.len())
+            .map(|column| {
+                let cells = self.rows.iter().filter_map(|row| row.get(column));
+                let widest = cells.map(|cell| display_width(&cell.text)).max()?;
+                (widest > 0).then(|| widest.max(display_width(self.titles[column].0)))
+            })
+            .collect();
+        let titles: Vec<Cell> = self
+            .titles
+            .iter()
+            .map(|(title, _)| Cell::from(title).styled(FAINT))
+            .collect();
+        for row in std::iter::once(&titles).chain(&self.rows) {
+            let mut gap = 0;
+            for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(&self.titles) {
+                let Some(width) = width.or_else(|| self.rows.is_empty().then(|| display_width(&cell.text)))
+                else {
+                    continue;
+                };
+                let Cell { text, style } = cell;
+                let room = width - display_width(text);
+                let (before, after) = match side {
+                    Alignment::Left => (0, room),
+                    Alignment::Right => (room, 0),
+                };
+                if !text.is_empty() {
+                    // Write spaces only before text, so that no line ends in spaces.
+                    write!(words, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
+                    gap = after + 2;
+                } else {
+                    gap += width + 2;
+                }
+            }
+            writeln!(words)?;
+        }
+        Ok(())
+    }
+}
+
+/// Number of terminal columns that a text takes.
+fn display_width(text: &str) -> usize {
+    ratatui::text::Span::raw(text).width()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(table: &Table) -> String {
+        let mut text = Vec::new();
+        table.write(&mut text).unwrap();
+        anstream::adapter::strip_str(&String::from_utf8(text).unwrap()).to_string()
+    }
+
+    #[test]
+    fn columns_that_no_row_fills_are_left_out() {
+        let mut table = Table::new([
+            ("name", Alignment::Left),
+            ("note", Alignment::Left),
+            ("rate", Alignment::Right),
+        ]);
+        assert_eq!(text(&table), "name  note  rate\n");
+        table.add_row(["laser".into(), "".into(), 20.into()]);
+        assert_eq!(text(&table), "name   rate\nlaser    20\n");
+    }
+
+    #[test]
+    fn numbers_stand_right_words_left_and_no_line_ends_in_spaces() {
+        let mut table = Table::new([
+            ("name", Alignment::Left),
+            ("rate", Alignment::Right),
+            ("note", Alignment::Left),
+        ]);
+        table.add_row(["pioneer.laser".into(), 20.into(), "fresh".into()]);
+        table.add_row(["走行".into(), Cell::from("0.5").styled(FAINT)]);
+        let expected = "\
+name           rate  note
+pioneer.laser    20  fresh
+走行            0.5
+";
+        assert_eq!(text(&table), expected);
+    }
+}

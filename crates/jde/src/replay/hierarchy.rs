@@ -1,0 +1,302 @@
+//! The hierarchy of a recording at any time, reconstructed from its lines: states, winners, health.
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, Nanos, State};
+use jde_host::records::{Decision, RunRecord};
+use jde_host::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
+use jde_log::RecordedHierarchy;
+
+use super::index::Cycle;
+
+/// The schemas and groups of a recording: from its own list, or else from all names in its lines.
+pub(super) struct HierarchyNames {
+    /// Whether the recording has a list of its own.
+    has_list: bool,
+    /// Schemas, with their types if known.
+    schemas: Vec<(String, String)>,
+    /// Groups, with their members.
+    groups: Vec<(String, Vec<String>)>,
+}
+
+/// The hierarchy after the lines so far.
+#[derive(Clone)]
+pub(super) struct Hierarchy {
+    snapshot: Snapshot,
+}
+
+impl HierarchyNames {
+    pub(super) fn new(cast: Option<&RecordedHierarchy>) -> Self {
+        let schemas = cast.into_iter().flat_map(|cast| &cast.schemas);
+        let groups = cast.into_iter().flat_map(|cast| &cast.groups);
+        Self {
+            has_list: cast.is_some(),
+            schemas: schemas
+                .map(|one| (one.name.clone(), one.type_name.clone()))
+                .collect(),
+            groups: groups
+                .map(|one| (one.name.clone(), one.members.clone()))
+                .collect(),
+        }
+    }
+
+    /// Adds the names in a line.
+    pub(super) fn add_line(&mut self, line: &RunRecord) {
+        match line {
+            RunRecord::State(change) => add_schema(&mut self.schemas, &change.schema),
+            RunRecord::Decision(decision) => {
+                let known = self.groups.iter_mut().find(|(name, _)| *name == decision.group);
+                let names = decision.candidates.iter().map(|candidate| candidate.name.clone());
+                match known {
+                    Some(_) if self.has_list => {}
+                    Some((_, members)) => {
+                        for name in names.filter(|name| !members.contains(name)).collect::<Vec<_>>() {
+                            members.push(name);
+                        }
+                    }
+                    None => self.groups.push((decision.group.clone(), names.collect())),
+                }
+                for candidate in &decision.candidates {
+                    add_schema(&mut self.schemas, &candidate.name);
+                }
+            }
+            RunRecord::Event(_) => {}
+        }
+    }
+
+    /// Returns the hierarchy before the first line: only names, groups and fathers are known.
+    pub(super) fn hierarchy(&self) -> Hierarchy {
+        let Self { schemas, groups, .. } = self;
+        let place = |name: &str| schemas.iter().position(|(known, _)| known == name);
+        // A group's name begins with its father's: `example/base`.
+        let father = |group: &str| group.split_once('/').and_then(|(father, _)| place(father));
+        let mut views: Vec<_> = schemas
+            .iter()
+            .map(|(name, type_name)| initial_view(name, type_name))
+            .collect();
+        for (number, (group, members)) in groups.iter().enumerate() {
+            for member in members.iter().filter_map(|name| place(name)) {
+                views[member].group = Some(number);
+                views[member].father = father(group);
+                views[member].kind = Kind::Motor;
+            }
+        }
+        let groups = groups.iter().map(|(name, members)| GroupView {
+            name: name.clone(),
+            father: father(name),
+            members: members.iter().filter_map(|name| place(name)).collect(),
+            winner: None,
+            policy: String::new(),
+            switches: 0,
+            last: None,
+            worst: 0,
+            allowed: 0,
+            late: 0,
+            chatter: None,
+        });
+        Hierarchy {
+            snapshot: Snapshot {
+                time: 0,
+                groups: groups.collect(),
+                schemas: views,
+            },
+        }
+    }
+}
+
+impl Hierarchy {
+    /// Applies the next line.
+    pub(super) fn apply(&mut self, line: &RunRecord) {
+        self.snapshot.time = self.snapshot.time.max(line.time());
+        match line {
+            RunRecord::State(change) => {
+                if let Some(schema) = self.schema_mut(&change.schema) {
+                    schema.state = parse_state(&change.to);
+                }
+            }
+            RunRecord::Decision(decision) => self.apply_decision(decision),
+            RunRecord::Event(happening) => {
+                let Some(schema) = happening.schema.clone().and_then(|name| self.schema_mut(&name)) else {
+                    return;
+                };
+                match happening.kind.as_str() {
+                    "ok" => schema.health = Health::Ok,
+                    "overrun" => {
+                        schema.overruns += 1;
+                        schema.health = Health::Overrun;
+                    }
+                    "faulted" => {
+                        schema.faults += 1;
+                        schema.health = Health::Faulted(happening.text.clone());
+                    }
+                    "arbitration-failed" => schema.health = Health::ArbitrationFailed(happening.text.clone()),
+                    "refused" => schema.refused += 1,
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Applies a cycle.
+    pub(super) fn apply_cycle(&mut self, cycle: &Cycle) {
+        if let Some(schema) = self.snapshot.schemas.get_mut(cycle.schema) {
+            schema.iterations += u64::from(cycle.iterated);
+        }
+    }
+
+    /// Returns the hierarchy at a time. A schema has authority if it and all its fathers are WINNER.
+    pub(super) fn snapshot(&self, time: Nanos) -> Snapshot {
+        let mut snapshot = self.snapshot.clone();
+        snapshot.time = time;
+        let mut authority = vec![false; snapshot.schemas.len()];
+        for (place, granted) in authority.iter_mut().enumerate() {
+            let mut next = Some(place);
+            // At most as many steps as there are schemas: a damaged file could contain a loop of fathers.
+            *granted = (0..snapshot.schemas.len()).all(|_| match next {
+                Some(one) if snapshot.schemas[one].state == State::Winner => {
+                    next = snapshot.schemas[one].father;
+                    true
+                }
+                Some(_) => false,
+                None => true,
+            });
+        }
+        for (schema, granted) in snapshot.schemas.iter_mut().zip(authority) {
+            schema.authority = granted;
+        }
+        snapshot
+    }
+
+    /// Returns the schemas and groups, as far as they are known.
+    pub(super) fn schemas(&self) -> Schemas {
+        let Snapshot { schemas, groups, .. } = &self.snapshot;
+        let name = |place: usize| schemas[place].name.clone();
+        Schemas {
+            schemas: schemas
+                .iter()
+                .map(|schema| SchemaInfo {
+                    type_name: schema.type_name.clone(),
+                    kind: schema.kind.to_string(),
+                    father: schema.father.map(name),
+                    group: schema.group.map(|group| groups[group].name.clone()),
+                    period_s: schema.period as f64 / 1e9,
+                    ..unknown_schema(&schema.name)
+                })
+                .collect(),
+            groups: groups
+                .iter()
+                .map(|group| GroupInfo {
+                    name: group.name.clone(),
+                    father: group.father.map(name),
+                    members: group.members.iter().copied().map(name).collect(),
+                    policy: group.policy.clone(),
+                })
+                .collect(),
+        }
+    }
+
+    fn apply_decision(&mut self, decision: &Decision) {
+        let place = |name: &Option<String>| {
+            let name = name.as_deref()?;
+            self.snapshot
+                .schemas
+                .iter()
+                .position(|schema| schema.name == name)
+        };
+        let (from, to) = (place(&decision.before), place(&decision.choice));
+        let latency = decision.takeover_us.map(|us| (us * 1e3) as Nanos);
+        let Some(group) = self
+            .snapshot
+            .groups
+            .iter_mut()
+            .find(|group| group.name == decision.group)
+        else {
+            return;
+        };
+        group.winner = to;
+        if matches!(
+            decision.decider.as_str(),
+            "priority" | "urgency" | "sticky" | "round-robin" | "father"
+        ) {
+            group.policy.clone_from(&decision.decider);
+        }
+        if decision.changed {
+            group.switches += 1;
+            group.worst = group.worst.max(latency.unwrap_or(0));
+            group.last = Some(Switch {
+                time: (decision.time_s * 1e9) as Nanos,
+                from,
+                to,
+                decider: decision.decider.clone(),
+                reason: decision.reason.clone(),
+                latency,
+            });
+        }
+    }
+
+    fn schema_mut(&mut self, name: &str) -> Option<&mut SchemaView> {
+        self.snapshot
+            .schemas
+            .iter_mut()
+            .find(|schema| schema.name == name)
+    }
+}
+
+/// A schema of which only the name is known.
+pub(super) fn unknown_schema(name: &str) -> SchemaInfo {
+    SchemaInfo {
+        name: name.to_owned(),
+        type_name: String::new(),
+        kind: Kind::Perceptive.to_string(),
+        doc: String::new(),
+        father: None,
+        group: None,
+        period_s: 0.0,
+        budget_s: 0.0,
+        children: Vec::new(),
+        ports: Vec::new(),
+        panel: false,
+    }
+}
+
+fn add_schema(schemas: &mut Vec<(String, String)>, name: &str) {
+    if schemas.iter().all(|(known, _)| known != name) {
+        schemas.push((name.to_owned(), String::new()));
+    }
+}
+
+fn parse_state(name: &str) -> State {
+    match name {
+        "winner" => State::Winner,
+        "ready" => State::Ready,
+        "checking" => State::Checking,
+        _ => State::Slept,
+    }
+}
+
+fn initial_view(name: &str, type_name: &str) -> SchemaView {
+    SchemaView {
+        name: name.to_owned(),
+        type_name: type_name.to_owned(),
+        kind: Kind::Perceptive,
+        father: None,
+        group: None,
+        state: State::Slept,
+        health: Health::Ok,
+        authority: false,
+        period: 0,
+        measured: None,
+        longest: 0,
+        load: 0.0,
+        iterations: 0,
+        overruns: 0,
+        refused: 0,
+        faults: 0,
+        restarts_left: None,
+        left: 0,
+        operator: None,
+        panel: false,
+        process: None,
+        reload: None,
+    }
+}

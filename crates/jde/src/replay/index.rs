@@ -1,0 +1,301 @@
+//! The contents of a recording, found by reading it once: variables, schemas, and the values of topics that
+//! seldom change. Publishes nothing. Its memory does not grow with the length of the recording.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_abi::describe::Type;
+use jde_core::Nanos;
+use jde_host::records::{RecordKind, RunRecord};
+use jde_host::turn::{Call, Turn};
+use jde_log::{Channel, Message, Messages, RecordedHierarchy, Recording};
+use jde_ros::{cdr, definition};
+use jde_types::Value as _;
+
+use super::hierarchy::{Hierarchy, HierarchyNames};
+use crate::failure::{Failure, display_path};
+
+/// The topic of the schemas' turns.
+const TURNS_TOPIC: &str = "/jde/turns";
+/// The most values of a seldom topic. The values of such a topic are all kept and are in force until the next
+/// one.
+const MAX_SELDOM_VALUES: usize = 1000;
+/// The most bytes of a seldom topic. A topic with a few pictures is larger.
+const MAX_SELDOM_BYTES: usize = 16 << 20;
+/// How far before a place the newest values of all other topics are searched.
+const LOOK_BACK: Nanos = 5_000_000_000;
+
+/// A recording that can be played from any place.
+pub(super) struct Index {
+    recording: Recording,
+    /// The time of the application's clock zero, in ns since 1970.
+    pub(super) start_ns: u64,
+    /// The time of the first message, in ns since the application's start. A recording that was started
+    /// later, or that waited for a condition, begins in the middle of a run.
+    pub(super) begin: Nanos,
+    /// The time of the last message, in ns since the application's start.
+    pub(super) end: Nanos,
+    /// Its variables, by topic.
+    pub(super) variables: BTreeMap<String, RecordedVariable>,
+    /// The schemas whose panels it contains, by topic.
+    pub(super) panels: BTreeMap<String, String>,
+    /// Its schemas and groups, before the first event.
+    pub(super) initial: Hierarchy,
+    /// The name of the application.
+    pub(super) application: String,
+    seldom: BTreeMap<String, Vec<RecordedValue>>,
+}
+
+/// Everything from some place on.
+pub(super) type Entries = Box<dyn Iterator<Item = Entry> + Send>;
+
+/// A cycle of a schema.
+#[derive(Clone, Copy)]
+pub(super) struct Cycle {
+    /// When it ended.
+    pub(super) time: Nanos,
+    /// The schema's index in the cast.
+    pub(super) schema: usize,
+    /// Whether the schema iterated.
+    pub(super) iterated: bool,
+}
+
+/// A variable of a recording.
+pub(crate) struct RecordedVariable {
+    /// Its full name.
+    pub(crate) name: String,
+    /// `export`, `modulation` or `command`.
+    pub(crate) access: String,
+    /// Its type.
+    pub(crate) value_type: Arc<Type>,
+    /// What it means.
+    pub(crate) doc: String,
+    /// Unit of a plain number.
+    pub(crate) unit: String,
+}
+
+/// A value of a variable, or a drawing of a panel.
+#[derive(Clone)]
+pub(super) struct RecordedValue {
+    /// Its topic.
+    pub(super) topic: String,
+    /// When it was published, and when it was measured.
+    pub(super) published: Nanos,
+    pub(super) measured: Nanos,
+    /// The message, in the encoding of its topic.
+    pub(super) message: Vec<u8>,
+}
+
+/// An entry of the recording that playback uses.
+pub(super) enum Entry {
+    Value(RecordedValue),
+    Line(Nanos, RunRecord),
+    Cycle(Cycle),
+}
+
+impl Entry {
+    /// Returns its time.
+    pub(super) fn time(&self) -> Nanos {
+        match self {
+            Self::Value(value) => value.published,
+            Self::Line(time, _) => *time,
+            Self::Cycle(cycle) => cycle.time,
+        }
+    }
+}
+
+impl RecordedVariable {
+    /// Reads a channel's metadata. `value_type` is the type of its values.
+    pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
+        let said = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
+        let name = match said("variable") {
+            // Recordings of other programs have topics instead of variables.
+            name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
+            name => name,
+        };
+        let access = match said("access") {
+            access if access.is_empty() => "export".to_owned(),
+            access => access,
+        };
+        Self {
+            name,
+            access,
+            value_type: Arc::new(value_type),
+            doc: said("doc"),
+            unit: said("unit"),
+        }
+    }
+}
+
+impl Index {
+    /// Reads a recording, up to its damage if it has any.
+    pub(super) fn read(file: &Path) -> Result<Self, Failure> {
+        let recording = Recording::open(file)?;
+        let Some((first, _)) = recording.times() else {
+            return Err(Failure::usage(
+                format!("{} holds no messages", display_path(file)),
+                "`jde run APP --record FILE` records them",
+            ));
+        };
+        let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
+        // A recording of another program begins with its first message.
+        let start_ns = said("start_ns")
+            .and_then(|start| start.parse().ok())
+            .unwrap_or(first);
+        let application = said("application").cloned().unwrap_or_else(|| {
+            let stem = file.file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
+        });
+        let cast = recording
+            .channels()
+            .find_map(|channel| RecordedHierarchy::read(&channel.metadata));
+        let mut names = HierarchyNames::new(cast.as_ref());
+        let mut index = Self {
+            variables: variables(&recording),
+            panels: panels(&recording),
+            initial: names.hierarchy(),
+            start_ns,
+            begin: first.saturating_sub(start_ns),
+            end: 0,
+            application,
+            seldom: BTreeMap::new(),
+            recording,
+        };
+        index.scan(&mut names)?;
+        index.initial = names.hierarchy();
+        // Possibly no message can be read.
+        index.end = index.end.max(index.begin);
+        Ok(index)
+    }
+
+    /// Describes the damage of the file, if it has any.
+    pub(super) fn damage(&self) -> Option<String> {
+        let damage = self.recording.damage()?;
+        Some(format!(
+            "it ends too soon, at byte {}: {}",
+            damage.offset, damage.reason
+        ))
+    }
+
+    /// Returns everything from a place on.
+    pub(super) fn entries_from(&self, place: Nanos) -> Result<Entries, Failure> {
+        let messages = self
+            .recording
+            .messages_from(self.start_ns.saturating_add(place))?;
+        let topics = self.topics();
+        let start = self.start_ns;
+        let messages = messages.map_while(Result::ok);
+        Ok(Box::new(
+            messages.filter_map(move |message| read_entry(message, start, &topics)),
+        ))
+    }
+
+    /// Returns the newest value before a place: of every seldom topic, and of other topics with a value in
+    /// the last [`LOOK_BACK`].
+    pub(super) fn latest_values(&self, place: Nanos) -> Result<Vec<RecordedValue>, Failure> {
+        let mut newest = BTreeMap::new();
+        for values in self.seldom.values() {
+            let before = values.partition_point(|value| value.published < place);
+            if let Some(value) = before.checked_sub(1).map(|last| &values[last]) {
+                newest.insert(value.topic.clone(), value.clone());
+            }
+        }
+        for next in self.entries_from(place.saturating_sub(LOOK_BACK))? {
+            match next {
+                Entry::Value(value) if value.published < place => {
+                    newest.insert(value.topic.clone(), value);
+                }
+                Entry::Value(_) => break,
+                Entry::Line(..) | Entry::Cycle(_) => {}
+            }
+        }
+        Ok(newest.into_values().collect())
+    }
+
+    /// The topics of all variables and panels, sorted.
+    fn topics(&self) -> Vec<String> {
+        let mut topics: Vec<_> = self.variables.keys().chain(self.panels.keys()).cloned().collect();
+        topics.sort_unstable();
+        topics
+    }
+
+    fn scan(&mut self, names: &mut HierarchyNames) -> Result<(), Failure> {
+        let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+        let topics = self.topics();
+        let messages: Messages = self.recording.messages()?;
+        // The first unreadable message is the place of the damage, which has been reported.
+        for message in messages.map_while(Result::ok) {
+            self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
+            match read_entry(message, self.start_ns, &topics) {
+                Some(Entry::Line(_, line)) => names.add_line(&line),
+                Some(Entry::Cycle(_)) | None => {}
+                Some(Entry::Value(value)) => {
+                    let (count, bytes) = often.entry(value.topic.clone()).or_default();
+                    *count += 1;
+                    *bytes += value.message.len();
+                    if *count > MAX_SELDOM_VALUES || *bytes > MAX_SELDOM_BYTES {
+                        self.seldom.remove(&value.topic);
+                    } else {
+                        self.seldom.entry(value.topic.clone()).or_default().push(value);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Converts a message. Returns `None` if playback does not use it.
+fn read_entry(message: Message, start: u64, topics: &[String]) -> Option<Entry> {
+    let published = message.log_time.saturating_sub(start);
+    let topic = &message.channel.topic;
+    if let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+        // Skip a line of a newer version that cannot be read.
+        return Some(Entry::Line(
+            published,
+            RunRecord::parse(kind, &message.data).ok()?,
+        ));
+    }
+    if topic == TURNS_TOPIC {
+        let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;
+        let turn = Turn::from_bytes(&bytes)?;
+        return (turn.kind == Turn::CYCLED).then_some(Entry::Cycle(Cycle {
+            time: published,
+            schema: turn.schema as usize,
+            iterated: turn.acted != Call::default(),
+        }));
+    }
+    topics.binary_search(topic).ok()?;
+    Some(Entry::Value(RecordedValue {
+        topic: topic.clone(),
+        published,
+        measured: message.publish_time.saturating_sub(start),
+        message: message.data,
+    }))
+}
+
+/// The topics of all panels, with their schemas.
+fn panels(recording: &Recording) -> BTreeMap<String, String> {
+    let of = |channel: &Channel| {
+        let schema = jde_log::panel::schema(channel)?;
+        Some((channel.topic.clone(), schema.to_owned()))
+    };
+    recording.channels().filter_map(of).collect()
+}
+
+/// All topics whose values can be decoded. Other topics cannot be shown.
+pub(crate) fn variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
+    let of = |channel: &Channel| {
+        let text = std::str::from_utf8(&channel.definition).ok()?;
+        if channel.encoding != "cdr"
+            || channel.definition_encoding != "ros2msg"
+            || channel.topic == TURNS_TOPIC
+        {
+            return None;
+        }
+        let value_type = definition::read(&channel.type_name, text).ok()?;
+        Some((channel.topic.clone(), RecordedVariable::of(channel, value_type)))
+    };
+    recording.channels().filter_map(of).collect()
+}

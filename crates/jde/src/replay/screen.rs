@@ -1,0 +1,139 @@
+//! A recording on the terminal: the position, the schemas' states, the last decisions, and the control keys.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+use jde_host::records::RunRecord;
+use ratatui::Frame;
+use ratatui::crossterm::event::{KeyCode, KeyModifiers};
+use ratatui::layout::{Constraint, Layout};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Gauge, Paragraph};
+
+use super::player::Player;
+use crate::escape::escape;
+use crate::terminal;
+
+/// Time between two redraws.
+const REDRAW: Duration = Duration::from_millis(50);
+/// How far the arrow keys seek.
+const SEEK_STEP: Nanos = 5_000_000_000;
+
+/// Shows a recording until the user leaves.
+///
+/// Errors: standard input or output is not a terminal, or it was closed.
+pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
+    terminal::with_screen(|terminal| {
+        while !player.is_stopped() {
+            terminal.draw(|frame| draw(frame, player, title))?;
+            let redraw = Instant::now() + REDRAW;
+            if let Some(key) = terminal.read_key(redraw)? {
+                let ctrl_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+                if ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
+                    return Ok(());
+                }
+                handle_key(player, key.code);
+            }
+        }
+        Ok(())
+    })
+}
+
+fn handle_key(player: &Player, key: KeyCode) {
+    let wanted = player.controls();
+    let position = player.position();
+    match key {
+        KeyCode::Char(' ') => player.set_paused(!wanted.paused),
+        KeyCode::Left => player.seek(position.saturating_sub(SEEK_STEP)),
+        KeyCode::Right => player.seek(position + SEEK_STEP),
+        KeyCode::Home => player.seek(0),
+        KeyCode::End => player.seek(player.index.end),
+        KeyCode::Char('.') | KeyCode::Char('n') => player.step(),
+        KeyCode::Char('+' | '=') => player.set_speed(wanted.speed * 2.0),
+        KeyCode::Char('-') => player.set_speed(wanted.speed / 2.0),
+        KeyCode::Char('l') => player.set_looping(!wanted.looping),
+        _ => {}
+    }
+}
+
+fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
+    let [head, bar, acting, told, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Length(2),
+        Constraint::Min(1),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    let (bold, faint) = (
+        Style::new().add_modifier(Modifier::BOLD),
+        Style::new().add_modifier(Modifier::DIM),
+    );
+    let wanted = player.controls();
+    let position = player.position();
+    let state = match (player.at_end(), wanted.paused) {
+        (true, _) => "at its end",
+        (false, true) => "paused",
+        (false, false) => "playing",
+    };
+    frame.render_widget(Paragraph::new(Span::styled(escape(title), bold)), head);
+    let (begin, end) = (player.index.begin, player.index.end);
+    let played = position.saturating_sub(begin) as f64 / (end - begin).max(1) as f64;
+    let gauge = Gauge::default().ratio(played.min(1.0)).label(format!(
+        "{:.1} s of {:.1} s  {}x  {state}{}",
+        position as f64 / 1e9,
+        end as f64 / 1e9,
+        wanted.speed,
+        if wanted.looping { "  loop" } else { "" }
+    ));
+    frame.render_widget(gauge, bar);
+
+    let snapshot = player.hierarchy().snapshot(position);
+    let winners = snapshot.groups.iter().map(|group| {
+        let winner = group
+            .winner
+            .map_or("nobody", |winner| &snapshot.schemas[winner].name);
+        format!("{} ▸ {winner}", group.name)
+    });
+    let winners = winners.collect::<Vec<_>>().join("   ");
+    frame.render_widget(
+        Paragraph::new(vec![Line::default(), Line::from(escape(&winners))]),
+        acting,
+    );
+
+    let shown = player.recent(usize::from(told.height), line_text);
+    let shown: Vec<_> = shown.iter().map(|line| Line::from(escape(line))).collect();
+    frame.render_widget(Paragraph::new(shown), told);
+    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
+    frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);
+}
+
+/// Returns the text of a line, or `None` if it is not shown.
+fn line_text(line: &RunRecord) -> Option<String> {
+    match line {
+        RunRecord::Decision(decision) if decision.changed => {
+            let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
+            Some(format!(
+                "{:>9.3} s  {}: {} → {}  {}",
+                decision.time_s,
+                decision.group,
+                name(&decision.before),
+                name(&decision.choice),
+                decision.reason
+            ))
+        }
+        RunRecord::Event(happening) => {
+            let schema = happening
+                .schema
+                .as_ref()
+                .map_or(String::new(), |name| format!("{name} "));
+            Some(format!(
+                "{:>9.3} s  {schema}{}: {}",
+                happening.time_s, happening.kind, happening.text
+            ))
+        }
+        RunRecord::Decision(_) | RunRecord::State(_) => None,
+    }
+}

@@ -1,0 +1,170 @@
+//! The state before a place of a recording: the hierarchy and the last lines. Its memory is bounded for
+//! recordings of any length; the rest is read again.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use jde_core::Nanos;
+use jde_host::records::RunRecord;
+
+use super::hierarchy::Hierarchy;
+use super::index::{Entry, Index};
+use crate::failure::Failure;
+
+/// Number of times at which the hierarchy is kept. Going back reads up to two of the intervals between them.
+const CHECKPOINTS: Nanos = 64;
+/// Number of lines kept: as many as the link keeps of all three kinds together.
+const MAX_RECENT: usize = 3000;
+
+/// The state before a place.
+#[derive(Clone)]
+pub(super) struct PlaybackState {
+    /// The hierarchy before the first message of a time.
+    checkpoints: BTreeMap<Nanos, Arc<Hierarchy>>,
+    /// Time between two marks.
+    interval: Nanos,
+    /// The time of the last message.
+    last: Nanos,
+    hierarchy: Hierarchy,
+    recent: VecDeque<(Nanos, RunRecord)>,
+}
+
+impl PlaybackState {
+    /// Returns the state at the beginning.
+    pub(super) fn new(index: &Index) -> Self {
+        Self {
+            checkpoints: BTreeMap::from([(0, Arc::new(index.initial.clone()))]),
+            interval: (index.end / CHECKPOINTS).max(1),
+            last: 0,
+            hierarchy: index.initial.clone(),
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// Returns the hierarchy.
+    pub(super) fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
+    }
+
+    /// Returns the last lines, newest first.
+    pub(super) fn recent(&self) -> impl Iterator<Item = &RunRecord> {
+        self.recent.iter().rev().map(|(_, line)| line)
+    }
+
+    /// Applies the next entry.
+    pub(super) fn apply(&mut self, next: &Entry) {
+        let time = next.time();
+        if time / self.interval > self.last / self.interval {
+            self.checkpoints
+                .entry(time)
+                .or_insert_with(|| Arc::new(self.hierarchy.clone()));
+        }
+        self.last = self.last.max(time);
+        match next {
+            Entry::Value(_) => {}
+            Entry::Line(_, line) => {
+                self.hierarchy.apply(line);
+                if self.recent.len() == MAX_RECENT {
+                    self.recent.pop_front();
+                }
+                self.recent.push_back((time, line.clone()));
+            }
+            Entry::Cycle(cycle) => self.hierarchy.apply_cycle(cycle),
+        }
+    }
+
+    /// Moves to a place. Returns the last lines from `since` to that place.
+    ///
+    /// # Errors
+    /// The recording cannot be read.
+    pub(super) fn seek(
+        &mut self,
+        index: &Index,
+        place: Nanos,
+        since: Nanos,
+    ) -> Result<Vec<RunRecord>, Failure> {
+        // Start at the mark before the nearest one, so that some lines before any place are known.
+        let mut before = self.checkpoints.range(..=place.min(since)).rev();
+        let nearest = before.next();
+        let Some((&from, mark)) = before.next().or(nearest) else {
+            return Ok(Vec::new());
+        };
+        self.hierarchy = Hierarchy::clone(mark);
+        self.last = from;
+        self.recent.clear();
+        for next in index.entries_from(from)?.take_while(|next| next.time() < place) {
+            self.apply(&next);
+        }
+        let passed = self.recent.iter().filter(|(time, _)| *time >= since);
+        Ok(passed.map(|(_, line)| line.clone()).collect())
+    }
+
+    #[cfg(test)]
+    fn in_memory(&self) -> (usize, usize) {
+        (self.checkpoints.len(), self.recent.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use jde_host::records::RecordKind;
+    use mcap::records::MessageHeader;
+
+    use super::*;
+
+    /// A recording of a schema that is woken and put to sleep in turn, a hundred times per second.
+    fn recording(file: &Path, lines: u64) -> Index {
+        let mut writer = mcap::WriteOptions::new()
+            .chunk_size(Some(1 << 16))
+            .create(std::fs::File::create(file).unwrap())
+            .unwrap();
+        let channel_id = writer
+            .add_channel(0, RecordKind::State.topic(), "json", &BTreeMap::new())
+            .unwrap();
+        for number in 0..lines {
+            let (from, to) = if number % 2 == 0 {
+                ("slept", "winner")
+            } else {
+                ("winner", "slept")
+            };
+            let time_s = number as f64 / 100.0;
+            let line = serde_json::json!({ "time_s": time_s, "schema": "goon", "from": from, "to": to });
+            let header = MessageHeader {
+                channel_id,
+                sequence: u32::try_from(number).unwrap(),
+                log_time: number * 10_000_000,
+                publish_time: number * 10_000_000,
+            };
+            let text = serde_json::to_vec(&line).unwrap();
+            assert!(RunRecord::parse(RecordKind::State, &text).is_ok());
+            writer.write_to_known_channel(&header, &text).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        Index::read(file).unwrap_or_else(|failure| panic!("{failure}"))
+    }
+
+    #[test]
+    fn a_long_recording_is_known_everywhere_and_only_a_part_of_it_in_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let index = recording(&folder.path().join("long.mcap"), 20_000);
+        let mut past = PlaybackState::new(&index);
+        let state = |past: &PlaybackState, place| past.hierarchy().snapshot(place).schemas[0].state;
+        // Forward and back again: the state does not depend on the direction.
+        for number in [20_000, 3, 19_999, 12_346, 12_345, 12_344, 0, 7_000] {
+            let place = number * 10_000_000;
+            let told = past
+                .seek(&index, place, place.saturating_sub(50_000_000))
+                .unwrap();
+            assert_eq!(told.len() as u64, number.min(5), "{number}");
+            let asleep = number % 2 == 0;
+            assert_eq!(state(&past, place) == jde_core::State::Slept, asleep, "{number}");
+            let newest = past.recent().next().map(RunRecord::time);
+            assert_eq!(newest, number.checked_sub(1).map(|last| last * 10_000_000));
+            let (marks, recent) = past.in_memory();
+            assert!(marks as u64 <= CHECKPOINTS + 1 && recent <= MAX_RECENT);
+        }
+    }
+}

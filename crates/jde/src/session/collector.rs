@@ -1,0 +1,195 @@
+//! Observes a run, and keeps what its summary and its picture need.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jde_core::Nanos;
+use jde_host::Handle;
+use jde_host::app::Application;
+use jde_host::decision_writer::DecisionWriter;
+use jde_host::event::{Event, Observer};
+
+use super::digest::DigestWriter;
+use super::progress::ProgressPrinter;
+use super::sampler::{Observation, Sampler};
+use super::statistics::Statistics;
+use super::trace::DriveTrace;
+use crate::queue::{Popped, Queue};
+use crate::terminal::TextWriter;
+
+/// Time between two samples of the path, ns: at 0.4 m/s a robot moves 4 cm.
+pub(crate) const SAMPLE_INTERVAL: Nanos = 100_000_000;
+
+/// Most events in the queue: a minute of an application with a hundred selections per second.
+const MAX_QUEUED: usize = 8192;
+
+/// Collects the data of a run.
+pub(crate) struct Collector {
+    statistics: Statistics,
+    trace: Option<DriveTrace>,
+    observation: Observation,
+    progress: ProgressPrinter,
+    decisions: DecisionWriter<DigestWriter>,
+    events: Arc<Queue<Event>>,
+    /// Events that were dropped because they occurred faster than they were processed.
+    missed: u64,
+    sampler: Option<Sampler>,
+    end_time: Option<Nanos>,
+}
+
+/// The data of a finished run.
+pub(crate) struct RunData {
+    /// The sums.
+    pub(crate) statistics: Statistics,
+    /// The drive, if a picture is wanted.
+    pub(crate) trace: Option<DriveTrace>,
+    /// The last sample of the variables.
+    pub(crate) observation: Observation,
+    /// The time at which the run ended, ns since its start.
+    pub(crate) end_time: Nanos,
+    /// The stream for text output.
+    pub(crate) output: TextWriter,
+    /// Events that were dropped because they occurred faster than they were processed. All sums lack them.
+    pub(crate) missed: u64,
+    /// Decisions that the reader of their file did not read in time.
+    pub(crate) unread: u64,
+}
+
+/// The observer. It is called under the application's lock, so it only appends to the queue.
+struct QueueObserver(Arc<Queue<Event>>);
+
+impl Observer for QueueObserver {
+    fn on_event(&mut self, event: &Event) {
+        self.0.push(event.clone());
+    }
+}
+
+impl Drop for QueueObserver {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
+
+impl Collector {
+    /// Creates a recorder, and the observer that feeds its queue. In lockstep one thread fills and empties the
+    /// queue, which has no bound there, so no event is dropped.
+    pub(crate) fn new(
+        application: &Application,
+        decisions: DigestWriter,
+        trace: Option<DriveTrace>,
+        progress: ProgressPrinter,
+        lockstep: bool,
+    ) -> (Self, Box<dyn Observer>) {
+        let heard = Queue::new(if lockstep { usize::MAX } else { MAX_QUEUED });
+        let hearing = QueueObserver(Arc::clone(&heard));
+        let recorder = Self {
+            statistics: Statistics::new(application),
+            trace,
+            observation: Observation::default(),
+            progress,
+            decisions: DecisionWriter::new(application, decisions),
+            events: heard,
+            missed: 0,
+            sampler: None,
+            end_time: None,
+        };
+        (recorder, Box::new(hearing))
+    }
+
+    /// Samples the variables of a running application from now on.
+    pub(crate) fn start_sampling(&mut self, handle: &Handle) {
+        self.sampler = Some(Sampler::new(handle));
+    }
+
+    /// Processes all pending events, and samples the variables once.
+    ///
+    /// # Errors
+    /// Output cannot be written.
+    pub(crate) fn process_pending(&mut self, now: Nanos) -> io::Result<()> {
+        while let Popped::Next {
+            item: what,
+            dropped: missed,
+        } = self.events.try_pop()
+        {
+            self.missed += missed;
+            self.handle_event(&what)?;
+        }
+        self.sample(now)
+    }
+
+    /// Processes the events of a run in real time until it has ended. If output fails, it stops the
+    /// application, continues to the end and returns the first error.
+    ///
+    /// # Errors
+    /// Output cannot be written.
+    pub(crate) fn process_until_end(&mut self, handle: &Handle, wait: Duration) -> io::Result<()> {
+        let mut next = 0;
+        let mut result = Ok(());
+        while self.end_time.is_none() {
+            let told = match self.events.pop_timeout(wait) {
+                Popped::Next {
+                    item: what,
+                    dropped: missed,
+                } => {
+                    self.missed += missed;
+                    self.handle_event(&what)
+                }
+                Popped::Empty => Ok(()),
+                Popped::Closed => break,
+            };
+            let now = handle.now();
+            let looked = if now >= next || self.end_time.is_some() {
+                next = now - now % SAMPLE_INTERVAL + SAMPLE_INTERVAL;
+                self.sample(now)
+            } else {
+                Ok(())
+            };
+            if let (Ok(()), Err(error)) = (&result, told.and(looked)) {
+                result = Err(error);
+                handle.stop();
+            }
+        }
+        result
+    }
+
+    /// Returns the data, and the digest of the decisions or the error that kept them from being written.
+    pub(crate) fn finish(self) -> (RunData, io::Result<String>) {
+        let decisions = self.decisions.finish();
+        let kept = RunData {
+            statistics: self.statistics,
+            trace: self.trace,
+            observation: self.observation,
+            end_time: self.end_time.unwrap_or_default(),
+            output: self.progress.into_output(),
+            missed: self.missed,
+            unread: decisions.as_ref().map_or(0, DigestWriter::lost),
+        };
+        (kept, decisions.map(DigestWriter::hex))
+    }
+
+    fn handle_event(&mut self, event: &Event) -> io::Result<()> {
+        if let Event::Ended { time, .. } = event {
+            self.end_time = Some(*time);
+        }
+        self.decisions.on_event(event);
+        if let Some(takeover) = self.statistics.add(event) {
+            if let Some(trace) = &mut self.trace {
+                trace.add_takeover(&takeover, self.sampler.as_ref());
+            }
+            self.progress.print_takeover(&takeover)?;
+        }
+        self.progress.print_event(event)
+    }
+
+    fn sample(&mut self, now: Nanos) -> io::Result<()> {
+        let Some(sight) = &mut self.sampler else {
+            return Ok(());
+        };
+        self.observation = sight.sample();
+        if let Some(trace) = &mut self.trace {
+            trace.add(now, sight, &self.observation, &self.statistics.acting_schemas());
+        }
+        self.progress.update(now, &self.observation, &self.statistics)
+    }
+}

@@ -1,0 +1,86 @@
+//! The result of a recording.
+
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+/// The result of a recording.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordingSummary {
+    /// The file. With conditions, the name from which the numbered names are derived.
+    pub(crate) file: String,
+    /// The files written for conditions; `None` if there are no conditions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) files: Option<Vec<RecordedFile>>,
+    /// The files that the recording is split into.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) parts: Option<RecordedParts>,
+    /// Messages that were dropped from memory before the time to keep them had passed.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub(crate) short: u64,
+    /// Messages in the recording.
+    pub(crate) kept: u64,
+    /// Values and events that are missing in it.
+    pub(crate) lost: u64,
+    /// Its size, bytes.
+    pub(crate) bytes: u64,
+    /// The error that ended the writing, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) trouble: Option<String>,
+}
+
+/// The files that a recording is split into.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordedParts {
+    /// The name of the first file.
+    pub(crate) first: String,
+    /// The name of the last file.
+    pub(crate) last: String,
+    /// How many files were written.
+    pub(crate) count: u64,
+    /// How many files were deleted, those of earlier recordings included.
+    pub(crate) deleted: u64,
+    /// Files that should have been deleted and remain, because another recording is writing them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) left: Vec<String>,
+}
+
+/// A file written for a condition.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordedFile {
+    /// The name of the file.
+    pub(crate) file: String,
+    /// The condition that became true.
+    pub(crate) reason: String,
+    /// When it became true, s since the application's start.
+    pub(crate) time_s: f64,
+    /// How often conditions became true during the file's time.
+    pub(crate) fired: u64,
+    /// Messages in the file.
+    pub(crate) kept: u64,
+    /// Messages of its time that are missing.
+    pub(crate) lost: u64,
+    /// Its size, bytes.
+    pub(crate) bytes: u64,
+    /// The error that ended it too soon, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) trouble: Option<String>,
+}
+
+impl RecordingSummary {
+    /// Checks that the recording was written to its end.
+    ///
+    /// # Errors
+    /// The disk failed or was full.
+    pub(crate) fn check_complete(self) -> Result<(), Failure> {
+        let file = self.file;
+        self.trouble.map_or(Ok(()), |trouble| {
+            Err(Failure::Broken(format!("{file} ends too soon: {trouble}")))
+        })
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
+}

@@ -1,0 +1,236 @@
+//! Sums over the events of an application: how long each schema was WINNER, and every takeover with its
+//! reason.
+//!
+//! It has no clock and prints nothing.
+
+use std::collections::HashMap;
+
+use jde_core::{Nanos, Record, SchemaId, State};
+use jde_host::app::Application;
+use jde_host::decider_name;
+use jde_host::event::Event;
+
+/// The sums so far.
+pub(crate) struct Statistics {
+    schemas: Vec<SchemaStatistics>,
+    groups: Vec<GroupStatistics>,
+    /// Selections whose winner has not iterated yet, by group.
+    pending_selections: HashMap<usize, Record>,
+}
+
+#[derive(Clone, Default)]
+struct SchemaStatistics {
+    /// The group in which it competes.
+    group: Option<usize>,
+    /// The groups of its children, in the application's order.
+    groups: Vec<usize>,
+    /// The time at which it became WINNER, while it is WINNER.
+    winner_since: Option<Nanos>,
+    /// Time as WINNER before that, ns.
+    winner_time: Nanos,
+    takeovers: u64,
+}
+
+#[derive(Clone, Default)]
+struct GroupStatistics {
+    winner: Option<usize>,
+    worst: Option<Nanos>,
+}
+
+/// A change of winner.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Takeover {
+    /// The time of the new winner's first iteration, or of the selection without a choice, ns.
+    pub(crate) time: Nanos,
+    /// The group.
+    pub(crate) group: usize,
+    /// The previous winner.
+    pub(crate) from: Option<usize>,
+    /// The new winner.
+    pub(crate) to: Option<usize>,
+    /// The decider.
+    pub(crate) decider: &'static str,
+    /// The reason.
+    pub(crate) reason: String,
+    /// The time from the cause to the winner's first iteration, and the longest that the contract allows, ns.
+    pub(crate) latency: Option<(Nanos, Nanos)>,
+}
+
+impl Statistics {
+    /// Creates empty sums for an application.
+    pub(crate) fn new(application: &Application) -> Self {
+        let groups = application.groups.iter();
+        Self::with_groups(
+            application.instances.len(),
+            groups.map(|group| (group.father, group.members.as_slice())),
+        )
+    }
+
+    /// Creates empty sums for so many schemas and these groups, each a father and its members, the roots
+    /// first.
+    fn with_groups<'m>(schemas: usize, groups: impl Iterator<Item = (Option<usize>, &'m [usize])>) -> Self {
+        let mut schemas = vec![SchemaStatistics::default(); schemas];
+        let mut count = 0;
+        for (number, (father, members)) in groups.enumerate() {
+            count = number + 1;
+            for member in members {
+                schemas[*member].group = Some(number);
+            }
+            if let Some(father) = father {
+                schemas[father].groups.push(number);
+            }
+        }
+        Self {
+            schemas,
+            groups: vec![GroupStatistics::default(); count],
+            pending_selections: HashMap::new(),
+        }
+    }
+
+    /// Adds an event. Returns the takeover that it completes.
+    pub(crate) fn add(&mut self, event: &Event) -> Option<Takeover> {
+        match event {
+            Event::StateChanged {
+                time,
+                schema,
+                from,
+                to,
+            } => {
+                self.apply_change(*time, *schema, *from, *to);
+                None
+            }
+            Event::Decided(record) if record.changed => {
+                let group = record.group.index();
+                if record.choice.is_some() {
+                    self.pending_selections.insert(group, record.clone());
+                    return None;
+                }
+                // There is no first iteration to wait for. An earlier choice that was not carried out is
+                // void.
+                self.pending_selections.remove(&group);
+                Some(takeover(record, record.time, None))
+            }
+            Event::TookOver {
+                time,
+                group,
+                record,
+                schema,
+                latency,
+                allowed,
+            } => {
+                let worst = &mut self.groups[*group].worst;
+                *worst = (*worst).max(Some(*latency));
+                self.schemas[*schema].takeovers += 1;
+                let chosen = self
+                    .pending_selections
+                    .remove(group)
+                    .filter(|chosen| chosen.number == *record)?;
+                Some(takeover(&chosen, *time, Some((*latency, *allowed))))
+            }
+            Event::Decided(_)
+            | Event::HealthChanged { .. }
+            | Event::Overrun { .. }
+            | Event::Hung { .. }
+            | Event::CallAbandoned { .. }
+            | Event::TookOverLate { .. }
+            | Event::ChatteringStarted { .. }
+            | Event::ChatteringEnded { .. }
+            | Event::Stalled { .. }
+            | Event::AbandonedCallReturned { .. }
+            | Event::Refused { .. }
+            | Event::Operator { .. }
+            | Event::Reloaded { .. }
+            | Event::ReloadRolledBack { .. }
+            | Event::Ended { .. } => None,
+        }
+    }
+
+    /// Returns how long a schema was WINNER until `now`, ns.
+    pub(crate) fn winner_time(&self, schema: usize, now: Nanos) -> Nanos {
+        let SchemaStatistics {
+            winner_since: since,
+            winner_time: won,
+            ..
+        } = &self.schemas[schema];
+        won + since.map_or(0, |since| now.saturating_sub(since))
+    }
+
+    /// Returns how often a schema became WINNER.
+    pub(crate) fn takeovers(&self, schema: usize) -> u64 {
+        self.schemas[schema].takeovers
+    }
+
+    /// Returns how often any motor schema became WINNER.
+    pub(crate) fn total_takeovers(&self) -> u64 {
+        self.schemas.iter().map(|schema| schema.takeovers).sum()
+    }
+
+    /// Returns the longest takeover of a group so far, ns.
+    pub(crate) fn worst(&self, group: usize) -> Option<Nanos> {
+        self.groups[group].worst
+    }
+
+    /// Returns the schemas that act now: the winners without groups of their own, among the winners of the
+    /// roots and of the groups below winners. A winner whose groups have no winner adds none.
+    pub(crate) fn acting_schemas(&self) -> Vec<usize> {
+        let below = |group: &usize| self.groups[*group].winner;
+        let is_root = |number: &usize| !self.schemas.iter().any(|schema| schema.groups.contains(number));
+        let mut winning: Vec<usize> = (0..self.groups.len())
+            .filter(is_root)
+            .filter_map(|group| below(&group))
+            .collect();
+        let mut acting = Vec::new();
+        while let Some(winner) = winning.pop() {
+            let groups = &self.schemas[winner].groups;
+            if groups.is_empty() {
+                acting.push(winner);
+            }
+            winning.extend(groups.iter().filter_map(below));
+        }
+        acting
+    }
+
+    /// Returns the motor schemas without motor children, which are those that can act.
+    pub(crate) fn actors(&self) -> impl Iterator<Item = usize> {
+        let schemas = self.schemas.iter().enumerate();
+        schemas
+            .filter(|(_, schema)| schema.group.is_some() && schema.groups.is_empty())
+            .map(|(number, _)| number)
+    }
+
+    fn apply_change(&mut self, time: Nanos, schema: usize, from: State, to: State) {
+        let sums = &mut self.schemas[schema];
+        if from == State::Winner {
+            sums.winner_time += sums
+                .winner_since
+                .take()
+                .map_or(0, |since| time.saturating_sub(since));
+        }
+        if to == State::Winner {
+            sums.winner_since = Some(time);
+        }
+        let Some(group) = sums.group.map(|group| &mut self.groups[group]) else {
+            return;
+        };
+        if to == State::Winner {
+            group.winner = Some(schema);
+        } else if group.winner == Some(schema) {
+            group.winner = None;
+        }
+    }
+}
+
+fn takeover(record: &Record, time: Nanos, took: Option<(Nanos, Nanos)>) -> Takeover {
+    Takeover {
+        time,
+        group: record.group.index(),
+        from: record.before.map(SchemaId::index),
+        to: record.choice.map(SchemaId::index),
+        decider: decider_name(record.decider),
+        reason: record.reason.to_string(),
+        latency: took,
+    }
+}
+
+#[cfg(test)]
+mod tests;

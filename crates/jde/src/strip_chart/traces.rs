@@ -1,0 +1,174 @@
+//! The numbers of all traces, up to the longest time that can be shown.
+
+use std::collections::VecDeque;
+
+use super::Sample;
+
+/// Numbers kept for a trace: half an hour at 50 per second.
+const MAX_POINTS: usize = 90_000;
+
+/// The numbers of all traces.
+pub(super) struct Traces {
+    pub(super) names: Vec<String>,
+    points: Vec<VecDeque<(f64, f64)>>,
+    now: f64,
+    /// The time at the right edge while the picture is paused.
+    paused: Option<f64>,
+}
+
+impl Traces {
+    pub(super) fn new(names: Vec<String>) -> Self {
+        Self {
+            points: vec![VecDeque::new(); names.len()],
+            names,
+            now: 0.0,
+            paused: None,
+        }
+    }
+
+    /// Adds a number. If time goes back by more than 1 s, all traces start anew: the application was
+    /// restarted, or a recording was moved back.
+    pub(super) fn add(&mut self, sample: Sample) {
+        if sample.time + 1.0 < self.now {
+            self.clear();
+        }
+        self.now = self.now.max(sample.time);
+        let Some(points) = self.points.get_mut(sample.trace) else {
+            return;
+        };
+        points.push_back((sample.time, sample.value));
+        if points.len() > MAX_POINTS {
+            points.pop_front();
+        }
+    }
+
+    pub(super) fn pause(&mut self) {
+        self.paused = match self.paused {
+            Some(_) => None,
+            None => Some(self.now),
+        };
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.paused.is_some()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.points.iter_mut().for_each(VecDeque::clear);
+        (self.now, self.paused) = (0.0, None);
+    }
+
+    /// Returns the time at the right edge of the picture.
+    pub(super) fn end(&self) -> f64 {
+        self.paused.unwrap_or(self.now)
+    }
+
+    /// Returns the newest number of a trace.
+    pub(super) fn newest(&self, trace: usize) -> Option<f64> {
+        let end = self.end();
+        let mut shown = self.points[trace].iter().rev();
+        shown.find(|(time, _)| *time <= end).map(|(_, value)| *value)
+    }
+
+    /// Returns the finite numbers of a trace in the last `window` seconds, each as (seconds relative to the
+    /// end, number). A number that is not finite ends a piece.
+    pub(super) fn pieces(&self, trace: usize, window: f64) -> Vec<Vec<(f64, f64)>> {
+        let end = self.end();
+        let points = &self.points[trace];
+        let first = points.partition_point(|(time, _)| *time < end - window);
+        // One number before the window, so that the line reaches the left edge.
+        let shown = points.range(first.saturating_sub(1)..);
+        let mut pieces = vec![Vec::new()];
+        for (time, value) in shown.take_while(|(time, _)| *time <= end) {
+            match (value.is_finite(), pieces.last_mut()) {
+                (true, Some(piece)) => piece.push((time - end, *value)),
+                _ => pieces.push(Vec::new()),
+            }
+        }
+        pieces.retain(|piece| !piece.is_empty());
+        pieces
+    }
+
+    /// Returns the least and the greatest number shown, with a margin that also separates them if all numbers
+    /// are equal.
+    pub(super) fn range(&self, window: f64) -> (f64, f64) {
+        let pieces = (0..self.names.len()).flat_map(|trace| self.pieces(trace, window));
+        let values = pieces.flatten().map(|(_, value)| value);
+        let (least, greatest) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
+                (least.min(value), greatest.max(value))
+            });
+        if least > greatest {
+            return (0.0, 1.0);
+        }
+        let margin = ((greatest - least) * 0.05)
+            .max(greatest.abs().max(least.abs()) * 1e-3)
+            .max(1e-6);
+        (least - margin, greatest + margin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn traces(values: &[(f64, f64)]) -> Traces {
+        let mut traces = Traces::new(vec!["v".to_owned()]);
+        for (time, value) in values {
+            traces.add(Sample {
+                trace: 0,
+                time: *time,
+                value: *value,
+            });
+        }
+        traces
+    }
+
+    #[test]
+    fn a_picture_shows_the_last_seconds_and_the_line_up_to_its_edge() {
+        let traces = traces(&[(0.0, 1.0), (1.0, 2.0), (9.0, 3.0), (10.0, 4.0)]);
+        assert_eq!(traces.pieces(0, 2.0), [[(-9.0, 2.0), (-1.0, 3.0), (0.0, 4.0)]]);
+        assert_eq!(traces.newest(0), Some(4.0));
+    }
+
+    #[test]
+    fn a_number_that_is_none_breaks_the_line() {
+        let traces = traces(&[(0.0, 1.0), (1.0, f64::INFINITY), (2.0, 3.0)]);
+        assert_eq!(traces.pieces(0, 5.0), [[(-2.0, 1.0)], [(0.0, 3.0)]]);
+        let (least, greatest) = traces.range(5.0);
+        assert!(least < 1.0 && least > 0.8 && greatest > 3.0 && greatest < 3.2);
+    }
+
+    #[test]
+    fn a_paused_picture_stands_while_numbers_come() {
+        let mut traces = traces(&[(0.0, 1.0), (1.0, 2.0)]);
+        traces.pause();
+        traces.add(Sample {
+            trace: 0,
+            time: 1.5,
+            value: 9.0,
+        });
+        assert_eq!(traces.newest(0), Some(2.0));
+        assert_eq!(traces.pieces(0, 5.0), [[(-1.0, 1.0), (0.0, 2.0)]]);
+        traces.pause();
+        assert_eq!(traces.newest(0), Some(9.0));
+    }
+
+    #[test]
+    fn time_that_goes_back_begins_anew() {
+        let mut traces = traces(&[(100.0, 1.0), (101.0, 2.0)]);
+        traces.add(Sample {
+            trace: 0,
+            time: 0.1,
+            value: 5.0,
+        });
+        assert_eq!(traces.pieces(0, 10.0), [[(0.0, 5.0)]]);
+    }
+
+    #[test]
+    fn nothing_yet_has_a_range_all_the_same() {
+        assert_eq!(traces(&[]).range(10.0), (0.0, 1.0));
+        let (least, greatest) = traces(&[(0.0, 5.0)]).range(10.0);
+        assert!(least < 5.0 && greatest > 5.0);
+    }
+}

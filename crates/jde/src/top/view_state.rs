@@ -1,0 +1,191 @@
+//! The state of the view between two redraws: the last snapshot, the history, the selection and the mode.
+//!
+//! It refuses to draw and to read keys: `draw` and `keys` do.
+
+use jde_core::{Health, Nanos};
+use jde_host::event::Outcome;
+use jde_host::snapshot::{SchemaView, Snapshot};
+
+use super::history::History;
+use super::switches::Switches;
+use super::theme::Theme;
+use super::tree::{self, Row};
+use super::{ObservedApplication, RobotView};
+use crate::escape::escape;
+
+/// The time that one cell of a strip can cover, ns: from what a redraw can resolve to an hour on a wide
+/// terminal.
+pub(super) const TIME_BASES: [Nanos; 6] = [
+    100_000_000,
+    250_000_000,
+    500_000_000,
+    1_000_000_000,
+    5_000_000_000,
+    20_000_000_000,
+];
+
+/// The state of the view.
+#[derive(Debug)]
+pub(super) struct ViewState {
+    pub(super) title: String,
+    pub(super) theme: Theme,
+    pub(super) snapshot: Snapshot,
+    pub(super) rows: Vec<Row>,
+    pub(super) robot: Option<RobotView>,
+    pub(super) outcome: Option<Outcome>,
+    pub(super) log: Vec<String>,
+    pub(super) history: History,
+    pub(super) switches: Switches,
+    /// The place of the selected schema.
+    pub(super) selected: usize,
+    /// The first row that is drawn. Drawing changes it so that the selection is visible.
+    pub(super) first_row: usize,
+    /// An index into [`TIME_BASES`].
+    pub(super) time_base: usize,
+    pub(super) mode: Mode,
+    pub(super) status: Option<ActionResult>,
+}
+
+/// The meaning of the keys.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// The view is shown, and keys act on it.
+    Watch,
+    /// The help is shown. Any key closes it.
+    Help,
+    /// The operator is typing a period for a schema.
+    Period {
+        /// The place of the schema.
+        schema: usize,
+        /// The typed text.
+        typed: String,
+    },
+}
+
+/// The result of the last action.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum ActionResult {
+    /// The action was carried out.
+    Done(String),
+    /// The action was refused.
+    Refused(String),
+}
+
+impl ViewState {
+    pub(super) fn new(title: &str, paint: Theme, app: &dyn ObservedApplication) -> Self {
+        let snapshot = app.snapshot();
+        let rows = tree::rows(&snapshot);
+        let first = rows.iter().find_map(|row| match row {
+            Row::Schema { schema, .. } => Some(*schema),
+            Row::Group { .. } | Row::Heading(_) => None,
+        });
+        let mut screen = Self {
+            title: escape(title),
+            theme: paint,
+            rows,
+            snapshot,
+            robot: None,
+            outcome: None,
+            log: Vec::new(),
+            history: History::default(),
+            switches: Switches::default(),
+            selected: first.unwrap_or(0),
+            first_row: 0,
+            time_base: 1,
+            mode: Mode::Watch,
+            status: None,
+        };
+        screen.observe(app);
+        screen
+    }
+
+    /// Reads the present state of the application.
+    pub(super) fn observe(&mut self, app: &dyn ObservedApplication) {
+        self.snapshot = escape_texts(app.snapshot());
+        self.rows = tree::rows(&self.snapshot);
+        self.robot = app.robot();
+        self.outcome = app.outcome();
+        self.log = app.log_lines().iter().map(|line| escape(line)).collect();
+        self.history.observe(&self.snapshot);
+        self.switches.observe(&self.snapshot);
+    }
+
+    /// Returns the selected schema, if there is one.
+    pub(super) fn selection(&self) -> Option<&SchemaView> {
+        self.snapshot.schemas.get(self.selected)
+    }
+
+    /// Returns the row of the selected schema.
+    pub(super) fn selected_row(&self) -> Option<usize> {
+        self.rows
+            .iter()
+            .position(|row| matches!(row, Row::Schema { schema, .. } if *schema == self.selected))
+    }
+
+    /// Moves the selection by a number of schemas, in the order of the rows, and stops at the ends.
+    pub(super) fn select(&mut self, by: isize) {
+        let order: Vec<usize> = self
+            .rows
+            .iter()
+            .filter_map(|row| match row {
+                Row::Schema { schema, .. } => Some(*schema),
+                Row::Group { .. } | Row::Heading(_) => None,
+            })
+            .collect();
+        let Some(last) = order.len().checked_sub(1) else {
+            return;
+        };
+        let place = order
+            .iter()
+            .position(|schema| *schema == self.selected)
+            .unwrap_or(0);
+        self.selected = order[place.saturating_add_signed(by).min(last)];
+    }
+
+    /// Returns the name of a schema by its place.
+    pub(super) fn name(&self, schema: usize) -> &str {
+        self.snapshot
+            .schemas
+            .get(schema)
+            .map_or("?", |schema| schema.name.as_str())
+    }
+
+    /// Returns the time that one cell of a strip covers, ns.
+    pub(super) fn slice(&self) -> Nanos {
+        TIME_BASES[self.time_base]
+    }
+}
+
+/// Escapes the control characters in the texts of a snapshot, which may come from any application.
+fn escape_texts(mut snapshot: Snapshot) -> Snapshot {
+    let show = |text: &mut String| *text = escape(text);
+    for schema in &mut snapshot.schemas {
+        show(&mut schema.name);
+        show(&mut schema.type_name);
+        match &mut schema.health {
+            Health::ArbitrationFailed(reason) | Health::Faulted(reason) => show(reason),
+            Health::Ok | Health::Overrun => {}
+        }
+        schema.operator.iter_mut().for_each(|hold| show(&mut hold.by));
+    }
+    for group in &mut snapshot.groups {
+        show(&mut group.name);
+        show(&mut group.policy);
+        if let Some(switch) = &mut group.last {
+            show(&mut switch.decider);
+            show(&mut switch.reason);
+        }
+    }
+    snapshot
+}
+
+/// Returns a text for how an application ended.
+pub(super) fn outcome_text(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Done => "done".to_owned(),
+        Outcome::Failed => "failed".to_owned(),
+        Outcome::TimeUp => "time is up".to_owned(),
+        Outcome::Stopped => "stopped".to_owned(),
+        Outcome::Broken(reason) => format!("broken: {}", escape(reason)),
+    }
+}

@@ -1,0 +1,93 @@
+//! Publishes the panel of one schema at one rate. The panel is drawn while the lane exists, and each new
+//! drawing is sent.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use jde_host::MAX_PANEL_RATE;
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+
+use super::inbox::Demand;
+use super::publications::{PublishContext, period};
+use super::subject::{PanelViewer, Subject};
+use crate::attachment::PanelTag;
+
+/// The lane of one panel.
+pub(super) struct PanelPublisher {
+    viewer: Box<dyn PanelViewer>,
+    publisher: Publisher<'static>,
+    period: Option<Duration>,
+    /// Earliest time of the next message.
+    earliest: Instant,
+    /// When to check again without waiting for a new drawing.
+    due: Option<Instant>,
+    /// Sequence number of the last drawing sent.
+    sent: Option<u64>,
+}
+
+impl PanelPublisher {
+    pub(super) fn open(want: &Demand, schema: &str, yard: &PublishContext<'_>) -> Option<Self> {
+        let publisher = yard
+            .session(want.origin)?
+            .declare_publisher(yard.keys.panel(schema, want.rate))
+            .congestion_control(CongestionControl::Drop)
+            .wait()
+            .inspect_err(|error| tracing::warn!("the panel of {schema} cannot be sent: {error}"))
+            .ok()?;
+        let period = period(want);
+        let rate = period.map_or(MAX_PANEL_RATE, |period| 1.0 / period.as_secs_f64());
+        let inbox = Arc::clone(yard.inbox);
+        let looking = yard
+            .subject
+            .view_panel(schema, rate, Arc::new(move || inbox.mark_fresh()))
+            .inspect_err(|refusal| tracing::warn!("{}", refusal.error))
+            .ok()?;
+        let now = Instant::now();
+        Some(Self {
+            viewer: looking,
+            publisher,
+            period,
+            earliest: now,
+            due: Some(now),
+            sent: None,
+        })
+    }
+
+    pub(super) fn resend(&mut self) {
+        let now = Instant::now();
+        (self.sent, self.earliest, self.due) = (None, now, Some(now));
+    }
+
+    /// Sends the newest drawing if it is new and not too early; returns when to check again.
+    pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
+        if !fresh && self.due.is_none_or(|due| due > now) {
+            return self.due;
+        }
+        self.due = None;
+        let newest = self.viewer.newest();
+        let newest = newest.filter(|newest| self.sent != Some(newest.sequence))?;
+        if now < self.earliest {
+            self.due = Some(self.earliest);
+            return self.due;
+        }
+        self.sent = Some(newest.sequence);
+        self.earliest = now + self.period.unwrap_or_default();
+        let tag = PanelTag {
+            sequence: newest.sequence,
+            time: newest.time,
+            age: subject.now().saturating_sub(newest.time),
+            is_error: newest.list.is_err(),
+        };
+        let message = match &newest.list {
+            Ok(list) => ZBytes::from(jde_panel::encode(list)),
+            Err(reason) => ZBytes::from(reason.as_str()),
+        };
+        if let Err(error) = self.publisher.put(message).attachment(tag.bytes()).wait() {
+            tracing::debug!("{} was not sent: {error}", self.publisher.key_expr());
+        }
+        None
+    }
+}

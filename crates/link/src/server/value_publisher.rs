@@ -1,0 +1,126 @@
+//! Publishes the values of one variable at one rate. It polls the variable when a value is due. Only at full
+//! rate does the writer wake it.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use jde_board::{Reader, Variable, Watch};
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+
+use super::inbox::Demand;
+use super::publications::{PublishContext, period};
+use super::subject::Subject;
+use crate::attachment::Tag;
+
+/// The lane of one variable.
+pub(super) struct ValuePublisher {
+    reader: Reader,
+    publisher: Publisher<'static>,
+    period: Option<Duration>,
+    /// When the variable is read next; none at full rate, where the writer wakes the lane.
+    due: Option<Instant>,
+    /// Sequence number of the last value sent, and whether there was a value.
+    sent: Option<(u64, bool)>,
+    _watch: Option<Watch>,
+}
+
+impl ValuePublisher {
+    pub(super) fn open(want: &Demand, variable: &Arc<Variable>, yard: &PublishContext<'_>) -> Option<Self> {
+        let declared = variable.describe();
+        let key = yard.keys.values(&declared.owner, &declared.name, want.rate);
+        let publisher = yard
+            .session(want.origin)?
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Drop)
+            .wait()
+            .inspect_err(|error| tracing::warn!("{} cannot be sent: {error}", declared.full_name()))
+            .ok()?;
+        let period = period(want);
+        let watch = period.is_none().then(|| {
+            let inbox = Arc::clone(yard.inbox);
+            variable.watch(move || inbox.mark_fresh())
+        });
+        Some(Self {
+            reader: variable.reader("link"),
+            publisher,
+            period,
+            due: Some(Instant::now()),
+            sent: None,
+            _watch: watch,
+        })
+    }
+
+    pub(super) fn resend(&mut self) {
+        (self.sent, self.due) = (None, Some(Instant::now()));
+    }
+
+    /// Sends the newest value if it is due; returns when the next is due.
+    pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
+        if self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
+            self.send(subject);
+            // From now, not from the due time: the rate is a bound, not a rhythm.
+            self.due = self.period.map(|period| now + period);
+        }
+        self.due
+    }
+
+    fn send(&mut self, subject: &dyn Subject) {
+        let (tag, value) = newest(&mut self.reader, subject, self.sent);
+        let Some(tag) = tag else { return };
+        self.sent = Some((tag.sequence, !tag.retracted));
+        if let Err(error) = self.publisher.put(value).attachment(tag.bytes()).wait() {
+            tracing::debug!("a value of {} was not sent: {error}", self.publisher.key_expr());
+        }
+    }
+}
+
+/// The newest value with its attachment; none if it was sent before.
+pub(super) fn newest(
+    reader: &mut Reader,
+    subject: &dyn Subject,
+    sent: Option<(u64, bool)>,
+) -> (Option<Tag>, ZBytes) {
+    if sent.is_some_and(|(sequence, shown)| shown && sequence == reader.newest())
+        && !reader.variable().is_retracted()
+    {
+        return (None, ZBytes::new());
+    }
+    let newest = reader.newest();
+    let value_type = Arc::clone(&reader.variable().describe().value_type);
+    let (tag, value) = match reader.latch() {
+        Some(latched) => {
+            let stamp = latched.stamp;
+            let mut message = Vec::new();
+            jde_ros::cdr::encode(&value_type, latched.bytes, &mut message);
+            let tag = Tag {
+                sequence: stamp.sequence,
+                time: stamp.time,
+                age: subject.now().saturating_sub(stamp.time),
+                valid_until: stamp.valid_until,
+                retracted: false,
+                writer: subject.writer(stamp.writer),
+            };
+            (tag, ZBytes::from(message))
+        }
+        None => {
+            let now = subject.now();
+            let tag = Tag {
+                sequence: newest,
+                time: now,
+                age: 0,
+                valid_until: u64::MAX,
+                retracted: true,
+                writer: String::new(),
+            };
+            (tag, ZBytes::new())
+        }
+    };
+    reader.release();
+    if sent == Some((tag.sequence, !tag.retracted)) {
+        return (None, ZBytes::new());
+    }
+    (Some(tag), value)
+}

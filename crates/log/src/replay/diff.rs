@@ -1,0 +1,69 @@
+//! Describes the differences between two applications for the user.
+
+use crate::turns::RecordedHierarchy;
+
+/// Describes how the second application differs from the first.
+pub(super) fn diff_hierarchies(then: &RecordedHierarchy, now: &RecordedHierarchy) -> Vec<String> {
+    let mut differences = Vec::new();
+    for member in &then.schemas {
+        match now.schemas.iter().find(|other| other.name == member.name) {
+            None => differences.push(format!(
+                "`{}` ({}) is not in the application any more",
+                member.name, member.type_name
+            )),
+            Some(other) if other.type_name != member.type_name => differences.push(format!(
+                "`{}` is a {}, and was a {}",
+                member.name, other.type_name, member.type_name
+            )),
+            Some(other) if other.ports != member.ports => {
+                differences.push(format!(
+                    "`{}` has other ports: {}",
+                    member.name,
+                    ports(&member.ports, &other.ports)
+                ));
+            }
+            Some(_) => {}
+        }
+    }
+    for member in &now.schemas {
+        if !then.schemas.iter().any(|other| other.name == member.name) {
+            differences.push(format!("`{}` ({}) is new", member.name, member.type_name));
+        }
+    }
+    for group in &then.groups {
+        match now.groups.iter().find(|other| other.name == group.name) {
+            None => differences.push(format!("there is no group {} any more", group.name)),
+            Some(other) if other.members != group.members => differences.push(format!(
+                "in {} compete {}, and did {}",
+                group.name,
+                other.members.join(", "),
+                group.members.join(", ")
+            )),
+            Some(_) => {}
+        }
+    }
+    for group in &now.groups {
+        if !then.groups.iter().any(|other| other.name == group.name) {
+            differences.push(format!("the group {} is new", group.name));
+        }
+    }
+    differences
+}
+
+fn ports(then: &[String], now: &[String]) -> String {
+    let without = |these: &[String], those: &[String], words: &str| {
+        let names: Vec<_> = these
+            .iter()
+            .filter(|port| !those.contains(port))
+            .cloned()
+            .collect();
+        (!names.is_empty()).then(|| format!("{words} {}", names.join(", ")))
+    };
+    let parts = [without(now, then, "with"), without(then, now, "without")];
+    let parts: Vec<_> = parts.into_iter().flatten().collect();
+    if parts.is_empty() {
+        "in another order".to_owned()
+    } else {
+        parts.join(" and ")
+    }
+}

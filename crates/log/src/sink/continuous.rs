@@ -1,0 +1,191 @@
+//! Writes all messages, from the beginning of the recording to its end or until the disk accepts no more, to
+//! one file or to parts.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use jde_board::Nanos;
+
+use super::file::{ClosedFile, OpenFile};
+use super::{Effect, PartSequence, Sink, SinkChannel};
+use crate::recorder::OnError;
+use crate::topic::{Shared, lock};
+use crate::trigger::Firing;
+use crate::writer::Times;
+
+/// The sink of a recording of everything, in one file or in parts.
+pub(crate) struct ContinuousSink {
+    shared: Arc<Shared>,
+    /// `None` once the disk accepts no more.
+    file: Option<OpenFile>,
+    channels: Vec<SinkChannel>,
+    on_trouble: OnError,
+    split: Option<PartSequence>,
+    /// Ended parts that the disk has not confirmed yet.
+    ending: Vec<ClosedFile>,
+    /// The numbers of messages and bytes of the parts that the disk has confirmed.
+    confirmed: (u64, u64),
+    is_error_reported: bool,
+}
+
+impl ContinuousSink {
+    pub(crate) fn new(
+        shared: &Arc<Shared>,
+        file: OpenFile,
+        split: Option<PartSequence>,
+        on_trouble: OnError,
+    ) -> Self {
+        let whole = Self {
+            shared: Arc::clone(shared),
+            file: Some(file),
+            channels: Vec::new(),
+            on_trouble,
+            split,
+            ending: Vec::new(),
+            confirmed: (0, 0),
+            is_error_reported: false,
+        };
+        whole.update_status();
+        whole
+    }
+
+    /// Performs an operation on the file. After the first error there are no further operations.
+    fn write(&mut self, act: impl FnOnce(&mut OpenFile) -> io::Result<()>) {
+        let Some(file) = &mut self.file else {
+            return;
+        };
+        let done = act(file);
+        self.update_status();
+        self.handle_result(done);
+    }
+
+    /// Ends the recording if the operation failed.
+    fn handle_result(&mut self, done: io::Result<()>) {
+        let Err(error) = done else {
+            return;
+        };
+        // What is in no chunk yet is lost, and so is what the disk had not stored when it failed.
+        self.ending.extend(self.file.take().map(OpenFile::into_closed));
+        let mut lost = 0;
+        for mut ended in self.ending.drain(..) {
+            let _ = ended.wait();
+            lost += ended.unwritten();
+            self.confirmed.0 += ended.written();
+            self.confirmed.1 += ended.bytes();
+        }
+        self.shared.dropped.fetch_add(lost, Ordering::Relaxed);
+        self.update_status();
+        if !std::mem::replace(&mut self.is_error_reported, true) {
+            let words = error.to_string();
+            *lock(&self.shared.error) = Some(words.clone());
+            (self.on_trouble)(&words);
+        }
+    }
+
+    /// Starts the next part at this time.
+    fn part(&mut self, time: Nanos) {
+        let (Some(split), Some(mut file)) = (&mut self.split, self.file.take()) else {
+            return;
+        };
+        let closed = file.close(&split.take_lost(self.shared.lost_by_topic()));
+        let ended = file.into_closed();
+        let next = closed.and_then(|()| split.next(&ended, &self.channels, time));
+        self.ending.push(ended);
+        let done = next.map(|next| self.file = Some(next));
+        self.update_status();
+        self.handle_result(done);
+    }
+
+    /// Collects the results of the disk for ended parts, and deletes parts beyond the limit.
+    fn poll_parts(&mut self) -> io::Result<()> {
+        let mut said = Ok(());
+        for mut ended in std::mem::take(&mut self.ending) {
+            match ended.poll() {
+                Some(Ok(())) => {
+                    self.confirmed.0 += ended.written();
+                    self.confirmed.1 += ended.bytes();
+                }
+                None => self.ending.push(ended),
+                Some(Err(error)) => {
+                    said = Err(error);
+                    self.ending.push(ended);
+                }
+            }
+        }
+        let under_way = self.file.as_ref().map_or(0, OpenFile::bytes);
+        said.and_then(|()| self.split.as_mut().map_or(Ok(()), |split| split.prune(under_way)))
+    }
+
+    /// Updates the status.
+    fn update_status(&self) {
+        let (mut kept, mut bytes) = self.confirmed;
+        for ended in &self.ending {
+            kept += ended.written();
+            bytes += ended.bytes();
+        }
+        if let Some(file) = &self.file {
+            kept += file.written();
+            bytes += file.bytes();
+        }
+        self.shared.bytes.store(bytes, Ordering::Relaxed);
+        self.shared.written.store(kept, Ordering::Release);
+    }
+
+    fn update_parts(&self) {
+        if let Some(split) = &self.split {
+            lock(&self.shared.parts).clone_from(split.parts());
+        }
+    }
+}
+
+impl Sink for ContinuousSink {
+    fn open(&mut self, channel: SinkChannel) {
+        self.write(|file| file.open(&channel));
+        self.channels.push(channel);
+    }
+
+    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
+        if let (Some(split), Some(file)) = (&mut self.split, &self.file)
+            && split.is_over(times.log, file.bytes())
+        {
+            self.part(times.log);
+        }
+        if self.file.is_none() {
+            return self.channels[channel].add_lost(1, &self.shared);
+        }
+        if let Some(split) = &mut self.split {
+            split.update_in_force(channel, times, data, says);
+        }
+        self.write(|file| file.write_message(channel, times, data));
+    }
+
+    fn fired(&mut self, _: &Firing, _: &str) {}
+
+    fn poll(&mut self, _: Nanos) -> bool {
+        self.write(OpenFile::flush_if_due);
+        if self.split.is_some() && self.file.is_some() {
+            let tended = self.poll_parts();
+            self.handle_result(tended);
+            self.update_parts();
+        }
+        false
+    }
+
+    fn finish(&mut self) {
+        let mut lost = self.shared.lost_by_topic();
+        if let Some(split) = &mut self.split {
+            lost = split.take_lost(lost);
+        }
+        // This waits until the disk has stored the file.
+        self.write(|file| file.finish(&lost));
+        let ended: Vec<_> = self.ending.iter_mut().map(ClosedFile::wait).collect();
+        self.handle_result(ended.into_iter().collect());
+        if self.file.is_some() {
+            let tended = self.poll_parts();
+            self.handle_result(tended);
+        }
+        self.update_parts();
+        self.file = None;
+    }
+}

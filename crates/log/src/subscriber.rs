@@ -1,0 +1,237 @@
+//! Watches a variable for a recording. It runs on the thread of the variable's publisher and never waits for
+//! another thread.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+
+use jde_board::{Access, Nanos, Reader, Variable, Watch};
+
+use crate::recorder::Clock;
+use crate::topic::{FetchFlag, Notice, Shared, Stamps, Topic, TopicContent, TopicQueue};
+
+/// Larger values, in bytes, are fetched by the writing thread instead of copied by their publisher. Copying
+/// this many bytes takes a few microseconds.
+const LARGE: usize = 32 << 10;
+
+/// The state of a variable's watch.
+struct Subscriber {
+    topic: Topic,
+    clock: Clock,
+    /// Publications that are not yet processed. The thread that increments it from zero processes them,
+    /// including those that are added meanwhile.
+    pending: AtomicU32,
+    /// Never contended, because of `pending`.
+    state: Mutex<ReaderState>,
+}
+
+struct ReaderState {
+    reader: Reader,
+    tracker: SequenceTracker,
+}
+
+/// The values of a variable that have been seen. It detects gaps and retractions.
+pub(crate) struct SequenceTracker {
+    /// The number of the first value that could be seen.
+    first: u64,
+    last: Option<u64>,
+    has_value: bool,
+}
+
+/// What has changed since the last look at a variable.
+pub(crate) enum ValueChange {
+    /// Nothing has changed.
+    Unchanged,
+    /// A new value, with the number of values between it and the last one seen, which were missed.
+    Value(u64),
+    /// The value was retracted.
+    Retracted,
+}
+
+/// Copies every value of a variable to a topic, including the present one, until the watch is dropped. Files
+/// contain them only if `kept` is true.
+pub(crate) fn watch(
+    variable: &Arc<Variable>,
+    shared: &Arc<Shared>,
+    clock: Clock,
+    kept: bool,
+) -> (Topic, Watch) {
+    let declared = variable.describe();
+    let about = BTreeMap::from([
+        ("variable".to_owned(), declared.full_name()),
+        ("access".to_owned(), access(declared.access).to_owned()),
+        ("doc".to_owned(), declared.doc.clone()),
+        ("unit".to_owned(), declared.unit.clone()),
+    ]);
+    let note = (declared.value_type.bytes > LARGE && !shared.lossless).then(|| FetchFlag {
+        variable: Arc::clone(variable),
+        first: variable.newest(),
+        is_new: true.into(),
+        published: clock().into(),
+    });
+    let name = topic_name(&declared.full_name());
+    let value_type = Arc::clone(&declared.value_type);
+    let topic = Topic {
+        queue: Arc::new(TopicQueue::new(
+            name,
+            TopicContent::Values(value_type),
+            about,
+            note,
+            kept,
+        )),
+        shared: Arc::clone(shared),
+    };
+    let watch = if topic.queue.fetch_flag.is_some() {
+        let topic = topic.clone();
+        variable.watch(move || {
+            if let Some(note) = &topic.queue.fetch_flag {
+                note.published.store(clock(), Ordering::Relaxed);
+                note.is_new.store(true, Ordering::Release);
+                topic.shared.wake();
+            }
+        })
+    } else {
+        let tap = Arc::new(Subscriber {
+            topic: topic.clone(),
+            clock,
+            pending: AtomicU32::new(0),
+            state: Mutex::new(ReaderState {
+                reader: variable.reader("recording"),
+                tracker: SequenceTracker::starting_at(variable.newest()),
+            }),
+        });
+        let called = Arc::clone(&tap);
+        let watch = variable.watch(move || called.poll());
+        tap.poll();
+        watch
+    };
+    (topic, watch)
+}
+
+/// Converts `owner.name` to a topic name of ROS 2, `/owner/name`.
+#[must_use]
+pub fn topic_name(variable: &str) -> String {
+    format!("/{}", variable.replace('.', "/"))
+}
+
+fn access(access: Access) -> &'static str {
+    match access {
+        Access::Export => "export",
+        Access::Modulation => "modulation",
+        Access::Command { .. } => "command",
+    }
+}
+
+impl Subscriber {
+    fn poll(&self) {
+        if self.pending.fetch_add(1, Ordering::AcqRel) != 0 {
+            return;
+        }
+        let mut looked_for = 1;
+        loop {
+            if let Ok(mut eye) = self.state.try_lock() {
+                self.read_value(&mut eye);
+            }
+            match self
+                .pending
+                .compare_exchange(looked_for, 0, Ordering::AcqRel, Ordering::Acquire)
+            {
+                Ok(_) => return,
+                Err(more) => looked_for = more,
+            }
+        }
+    }
+
+    fn read_value(&self, eye: &mut ReaderState) {
+        let now = (self.clock)();
+        let latched = eye.reader.latch();
+        match eye.tracker.update(latched.map(|latched| latched.stamp.sequence)) {
+            ValueChange::Unchanged => {}
+            ValueChange::Value(missed) => {
+                self.topic.add_lost(missed);
+                if let Some(latched) = latched {
+                    let stamps = Stamps {
+                        published: now,
+                        measured: latched.stamp.time,
+                        sequence: latched.stamp.sequence,
+                    };
+                    self.topic.put(latched.bytes, stamps);
+                }
+            }
+            ValueChange::Retracted => self
+                .topic
+                .shared
+                .push_notice(retraction_notice(now, &self.topic.queue)),
+        }
+        eye.reader.release();
+    }
+}
+
+/// Returns the notice that the value of a topic was retracted.
+pub(crate) fn retraction_notice(time: Nanos, lane: &TopicQueue) -> Notice {
+    let variable = lane.metadata.get("variable").unwrap_or(&lane.name).clone();
+    Notice::Retracted { time, variable }
+}
+
+impl SequenceTracker {
+    /// Starts with nothing seen of a variable whose newest value has this number.
+    pub(crate) fn starting_at(newest: u64) -> Self {
+        Self {
+            // Numbers start at 1.
+            first: newest.max(1),
+            last: None,
+            has_value: false,
+        }
+    }
+
+    /// Compares the number of the newest value, if there is one, with what has been seen.
+    pub(crate) fn update(&mut self, newest: Option<u64>) -> ValueChange {
+        let Some(newest) = newest else {
+            return if std::mem::take(&mut self.has_value) {
+                ValueChange::Retracted
+            } else {
+                ValueChange::Unchanged
+            };
+        };
+        self.has_value = true;
+        let last = self.last.replace(newest);
+        match last {
+            None => ValueChange::Value(newest.saturating_sub(self.first)),
+            Some(last) if newest > last => ValueChange::Value(newest - last - 1),
+            Some(_) => ValueChange::Unchanged,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_came_before_the_first_look_is_counted() {
+        assert!(matches!(
+            SequenceTracker::starting_at(0).update(Some(0)),
+            ValueChange::Value(0)
+        ));
+        assert!(matches!(
+            SequenceTracker::starting_at(0).update(Some(4)),
+            ValueChange::Value(3)
+        ));
+        assert!(matches!(
+            SequenceTracker::starting_at(2).update(Some(4)),
+            ValueChange::Value(2)
+        ));
+    }
+
+    #[test]
+    fn gaps_are_counted_and_a_value_taken_back_is_told_once() {
+        let mut seen = SequenceTracker::starting_at(3);
+        assert!(matches!(seen.update(None), ValueChange::Unchanged));
+        assert!(matches!(seen.update(Some(3)), ValueChange::Value(0)));
+        assert!(matches!(seen.update(Some(3)), ValueChange::Unchanged));
+        assert!(matches!(seen.update(Some(6)), ValueChange::Value(2)));
+        assert!(matches!(seen.update(None), ValueChange::Retracted));
+        assert!(matches!(seen.update(None), ValueChange::Unchanged));
+        assert!(matches!(seen.update(Some(7)), ValueChange::Value(0)));
+    }
+}

@@ -1,0 +1,434 @@
+//! The path of values from their publishers to the writing thread: preallocated slots that circulate between
+//! a queue of full ones and a queue of empty ones. Publishing a value allocates nothing, and never waits in
+//! real time.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::Thread;
+use std::time::Duration;
+
+use crossbeam_queue::ArrayQueue;
+use jde_abi::describe::Type;
+use jde_board::{Nanos, Variable};
+use jde_host::event::Event;
+use jde_host::records::RunRecord;
+use jde_panel::List;
+
+use crate::panel;
+use crate::recorder::{Clock, Parts, TriggeredFile};
+use crate::subscriber::retraction_notice;
+
+/// Bytes of the slots of one topic. With it, no value of a laser of 1088 beams at 40 Hz is lost while a disk
+/// blocks for more than a second.
+const TOPIC_BYTES: usize = 512 << 10;
+/// Slots of a panel: half a second of one that is drawn at the highest rate.
+const PANELS: usize = 16;
+/// Upper limit of the bytes of a panel's drawings that are not yet written: some seconds of one that contains
+/// a picture, or one of the largest.
+const PANEL_BYTES: usize = 16 << 20;
+/// The fewest slots, for the largest values, and the most, for the smallest.
+const SLOTS: (usize, usize) = (4, 1024);
+/// How long a lossless publisher waits before it looks for an empty slot without a notification.
+const ROOM_TIMEOUT: Duration = Duration::from_millis(10);
+
+/// The times of a value, and its number within the topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamps {
+    /// The time of publication, in ns of the application's clock. It determines the order of messages in the
+    /// recording.
+    pub published: Nanos,
+    /// The time of measurement, in ns of the same clock.
+    pub measured: Nanos,
+    /// The number of the value within the topic. A gap means that a value was lost.
+    pub sequence: u64,
+}
+
+/// A topic of a recording. Any thread may write it: for variables of an application, or for values from
+/// elsewhere.
+#[derive(Clone)]
+pub struct Topic {
+    pub(crate) queue: Arc<TopicQueue>,
+    pub(crate) shared: Arc<Shared>,
+}
+
+/// A value that is not yet written.
+pub(crate) struct Slot {
+    /// Its position in the order of all values and notices.
+    pub(crate) order: u64,
+    pub(crate) stamps: Stamps,
+    pub(crate) form: SlotForm,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// The format of a slot's bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SlotForm {
+    /// A value in the layout of its type.
+    Value,
+    /// An encoded message, written without change.
+    Message,
+}
+
+/// The contents of a lane.
+#[derive(Clone)]
+pub(crate) enum TopicContent {
+    /// Values of a type.
+    Values(Arc<Type>),
+    /// The drawings of a panel.
+    Panel,
+}
+
+/// The two queues of a topic.
+pub(crate) struct TopicQueue {
+    pub(crate) name: String,
+    pub(crate) content: TopicContent,
+    pub(crate) metadata: BTreeMap<String, String>,
+    pub(crate) free: ArrayQueue<Box<Slot>>,
+    pub(crate) full: ArrayQueue<Box<Slot>>,
+    /// Bytes of a panel's drawings that are not yet written. Values need no such limit: their slots limit
+    /// them.
+    pending_bytes: AtomicUsize,
+    /// Set for values that are too large to be copied by their publisher. The writing thread then fetches the
+    /// value.
+    pub(crate) fetch_flag: Option<FetchFlag>,
+    /// Whether the values are written to files. If not, only conditions read them.
+    pub(crate) is_recorded: bool,
+    pub(crate) lost: AtomicU64,
+}
+
+/// A note that a new value can be fetched.
+pub(crate) struct FetchFlag {
+    pub(crate) variable: Arc<Variable>,
+    /// The number of the variable's newest value when the watch started.
+    pub(crate) first: u64,
+    pub(crate) is_new: AtomicBool,
+    pub(crate) published: AtomicU64,
+}
+
+/// A notice to the writing thread: everything except values.
+pub(crate) enum Notice {
+    /// An event of the application.
+    Event(Event),
+    /// A message of the story of an application elsewhere.
+    Record(RunRecord),
+    /// A message about something that occurred elsewhere before this time, at which the recording began.
+    EarlierRecord(RunRecord, Nanos),
+    /// The value of a variable was retracted.
+    Retracted {
+        /// The time of the retraction.
+        time: Nanos,
+        /// The full name of the variable.
+        variable: String,
+    },
+}
+
+/// The state that publishers and the writing thread share.
+pub(crate) struct Shared {
+    pub(crate) topics: Mutex<Vec<Arc<TopicQueue>>>,
+    notices: SyncSender<(u64, Notice)>,
+    /// Counts the values and notices.
+    order: AtomicU64,
+    /// Whether publishers wait instead of losing values.
+    pub(crate) lossless: bool,
+    pub(crate) closed: AtomicBool,
+    pub(crate) writer_thread: OnceLock<Thread>,
+    pub(crate) lost_events: AtomicU64,
+    pub(crate) written: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+    pub(crate) bytes: AtomicU64,
+    /// Messages that left the ring before their time ended.
+    pub(crate) evicted: AtomicU64,
+    pub(crate) error: Mutex<Option<String>>,
+    pub(crate) files: Mutex<Vec<TriggeredFile>>,
+    pub(crate) parts: Mutex<Parts>,
+    /// The application's clock, once it has been provided.
+    pub(crate) clock: OnceLock<Clock>,
+    room_lock: Mutex<()>,
+    room_condvar: Condvar,
+}
+
+impl TopicQueue {
+    pub(crate) fn new(
+        name: String,
+        holds: TopicContent,
+        about: BTreeMap<String, String>,
+        note: Option<FetchFlag>,
+        kept: bool,
+    ) -> Self {
+        let bytes = match &holds {
+            TopicContent::Values(value_type) => value_type.bytes,
+            // The slots of a panel grow as needed.
+            TopicContent::Panel => 0,
+        };
+        let slots = match (&holds, &note) {
+            (_, Some(_)) => 1,
+            (TopicContent::Values(_), None) => (TOPIC_BYTES / bytes).clamp(SLOTS.0, SLOTS.1),
+            (TopicContent::Panel, None) => PANELS,
+        };
+        let free = ArrayQueue::new(slots);
+        if note.is_none() {
+            for _ in 0..slots {
+                let slot = Slot {
+                    order: 0,
+                    stamps: Stamps {
+                        published: 0,
+                        measured: 0,
+                        sequence: 0,
+                    },
+                    form: SlotForm::Value,
+                    bytes: vec![0; bytes],
+                };
+                // There are exactly as many slots as the queue can hold.
+                let _ = free.push(Box::new(slot));
+            }
+        }
+        Self {
+            name,
+            content: holds,
+            metadata: about,
+            free,
+            full: ArrayQueue::new(slots),
+            pending_bytes: AtomicUsize::new(0),
+            fetch_flag: note,
+            is_recorded: kept,
+            lost: AtomicU64::new(0),
+        }
+    }
+
+    /// Returns a written slot to the empty ones. A slot that a large drawing has enlarged is shrunk.
+    pub(crate) fn recycle(&self, mut slot: Box<Slot>) {
+        self.release_bytes(slot.bytes.len());
+        if matches!(self.content, TopicContent::Panel) && slot.bytes.capacity() > TOPIC_BYTES {
+            slot.bytes = Vec::new();
+        }
+        // The slot was taken from this queue, so there is room.
+        let _ = self.free.push(slot);
+    }
+
+    /// Counts bytes that wait to be written. Returns whether they fit. A single drawing always fits, whatever
+    /// its size.
+    fn reserve_bytes(&self, bytes: usize) -> bool {
+        if !matches!(self.content, TopicContent::Panel) {
+            return true;
+        }
+        let before = self.pending_bytes.fetch_add(bytes, Ordering::Relaxed);
+        before == 0 || before + bytes <= PANEL_BYTES
+    }
+
+    fn release_bytes(&self, bytes: usize) {
+        if matches!(self.content, TopicContent::Panel) {
+            self.pending_bytes.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Topic {
+    /// Records a value of this topic. Returns whether there was room. It never waits and never allocates,
+    /// except that in a lossless recording the caller waits for room. Any thread may call it. Lost values are
+    /// counted.
+    ///
+    /// # Panics
+    /// If the number of bytes is not that of the type, or if the topic is that of a panel.
+    pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
+        let TopicContent::Values(value_type) = &self.queue.content else {
+            panic!("a panel has no values");
+        };
+        assert_eq!(bytes.len(), value_type.bytes, "a value of {}", self.queue.name);
+        self.fill(bytes, SlotForm::Value, stamps)
+    }
+
+    /// Records an encoded message: CDR, little endian, with its header. Like [`Self::put`], but the first few
+    /// calls may allocate. The contents are not checked; `jde_ros::cdr::decode` checks them against the type.
+    pub fn put_message(&self, message: &[u8], stamps: Stamps) -> bool {
+        self.fill(message, SlotForm::Message, stamps)
+    }
+
+    /// Records the drawing of a panel, or the reason why there is none. It may allocate.
+    pub fn put_panel(&self, shown: &Result<List, String>, stamps: Stamps) -> bool {
+        self.fill(&panel::message(shown), SlotForm::Message, stamps)
+    }
+
+    fn fill(&self, bytes: &[u8], form: SlotForm, stamps: Stamps) -> bool {
+        if self.shared.closed.load(Ordering::Acquire) {
+            return false;
+        }
+        let lane = &*self.queue;
+        // For publishers that wait instead of losing values, the number of slots is the limit.
+        let fits = lane.reserve_bytes(bytes.len()) || self.shared.lossless;
+        let slot = fits.then(|| lane.free.pop().or_else(|| self.shared.wait_for_room(lane)));
+        let Some(mut slot) = slot.flatten() else {
+            lane.release_bytes(bytes.len());
+            lane.lost.fetch_add(1, Ordering::Relaxed);
+            return false;
+        };
+        slot.order = self.shared.assign_order();
+        (slot.stamps, slot.form) = (stamps, form);
+        slot.bytes.clear();
+        slot.bytes.extend_from_slice(bytes);
+        // There are no more slots than the queue can hold.
+        let _ = lane.full.push(slot);
+        if lane.free.len() < lane.free.capacity() / 4 {
+            self.shared.wake();
+        }
+        true
+    }
+
+    /// Records that the value was retracted at this time, in ns of the application's clock. There is no value
+    /// until the next one.
+    pub fn retract(&self, time: Nanos) {
+        self.shared.push_notice(retraction_notice(time, &self.queue));
+    }
+
+    /// Counts values that were lost before they arrived here.
+    pub fn add_lost(&self, count: u64) {
+        self.queue.lost.fetch_add(count, Ordering::Relaxed);
+    }
+}
+
+impl Shared {
+    pub(crate) fn new(tell: SyncSender<(u64, Notice)>, lossless: bool) -> Self {
+        Self {
+            topics: Mutex::default(),
+            notices: tell,
+            order: AtomicU64::new(0),
+            lossless,
+            closed: AtomicBool::new(false),
+            writer_thread: OnceLock::new(),
+            lost_events: AtomicU64::new(0),
+            written: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+            bytes: AtomicU64::new(0),
+            evicted: AtomicU64::new(0),
+            error: Mutex::default(),
+            files: Mutex::default(),
+            parts: Mutex::default(),
+            clock: OnceLock::new(),
+            room_lock: Mutex::new(()),
+            room_condvar: Condvar::new(),
+        }
+    }
+
+    /// Sends a notice to the writing thread. A notice for which there is no room is counted as lost.
+    pub(crate) fn push_notice(&self, told: Notice) {
+        if self.closed.load(Ordering::Acquire) {
+            return;
+        }
+        match self.notices.try_send((self.assign_order(), told)) {
+            Ok(()) => {}
+            Err(TrySendError::Full(told)) if self.lossless => {
+                self.wake();
+                // This fails only after the recording was closed.
+                let _ = self.notices.send(told);
+            }
+            Err(TrySendError::Full(_)) => {
+                self.lost_events.fetch_add(1, Ordering::Relaxed);
+            }
+            Err(TrySendError::Disconnected(_)) => {}
+        }
+    }
+
+    /// Returns the number of the next value or notice.
+    fn assign_order(&self) -> u64 {
+        self.order.fetch_add(1, Ordering::AcqRel)
+    }
+
+    /// Returns the number that is assigned next: all lower numbers have been assigned. If a single thread
+    /// publishes everything, all of these except the last have arrived.
+    pub(crate) fn next_order(&self) -> u64 {
+        self.order.load(Ordering::Acquire)
+    }
+
+    /// Returns the number of values that were lost before they were written, by topic.
+    pub(crate) fn lost_by_topic(&self) -> BTreeMap<String, u64> {
+        let lanes = lock(&self.topics);
+        lanes
+            .iter()
+            .filter(|lane| lane.is_recorded)
+            .map(|lane| (lane.name.clone(), lane.lost.load(Ordering::Relaxed)))
+            .filter(|(_, lost)| *lost > 0)
+            .collect()
+    }
+
+    pub(crate) fn wake(&self) {
+        if let Some(scribe) = self.writer_thread.get() {
+            scribe.unpark();
+        }
+    }
+
+    /// Notifies publishers that wait for room, after the writing thread has emptied slots.
+    pub(crate) fn notify_room(&self) {
+        if self.lossless {
+            drop(lock(&self.room_lock));
+            self.room_condvar.notify_all();
+        }
+    }
+
+    fn wait_for_room(&self, lane: &TopicQueue) -> Option<Box<Slot>> {
+        let mut waiting = self.lossless.then(|| lock(&self.room_lock))?;
+        loop {
+            if let Some(slot) = lane.free.pop() {
+                return Some(slot);
+            }
+            if self.closed.load(Ordering::Acquire) {
+                return None;
+            }
+            self.wake();
+            waiting = self
+                .room_condvar
+                .wait_timeout(waiting, ROOM_TIMEOUT)
+                .map_or_else(|poisoned| poisoned.into_inner().0, |(guard, _)| guard);
+        }
+    }
+}
+
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use super::*;
+
+    #[test]
+    fn the_drawings_of_a_panel_are_bounded_in_bytes_and_leave_no_large_slots() {
+        let (tell, _told) = sync_channel(1);
+        let lane = TopicQueue::new(
+            "/panels/goon".to_owned(),
+            TopicContent::Panel,
+            BTreeMap::new(),
+            None,
+            true,
+        );
+        let topic = Topic {
+            queue: Arc::new(lane),
+            shared: Arc::new(Shared::new(tell, false)),
+        };
+        let stamps = Stamps {
+            published: 0,
+            measured: 0,
+            sequence: 0,
+        };
+        let put = |bytes: usize| topic.put_message(&vec![0; bytes], stamps);
+        let write = || {
+            topic
+                .queue
+                .recycle(topic.queue.full.pop().expect("one is on its way"))
+        };
+        assert!(put(2 * PANEL_BYTES), "one may always go");
+        assert!(!put(1), "and nothing beside it");
+        write();
+        assert!(put(PANEL_BYTES / 2) && put(PANEL_BYTES / 2));
+        assert!(!put(1));
+        write();
+        assert!(put(1));
+        assert_eq!(topic.queue.lost.load(Ordering::Relaxed), 2);
+        write();
+        write();
+        let slots = std::iter::from_fn(|| topic.queue.free.pop());
+        assert!(slots.fold(0, |largest, slot| largest.max(slot.bytes.capacity())) <= TOPIC_BYTES);
+    }
+}

@@ -1,0 +1,207 @@
+//! The fixed things of a world file: walls, boxes and circles. `movers` reads the things that move on their
+//! own, `loose` those that can be pushed.
+//!
+//! Each reader reports every fault of its things, and returns `None` if there is one.
+
+use super::document::{Document, Table};
+use super::loose;
+use super::values;
+use crate::color::Color;
+use crate::scene::Fixture;
+use crate::shape::Outline;
+
+/// The appearance of a thing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Appearance {
+    pub(crate) color: Color,
+    /// Metres above the floor.
+    pub(crate) height: f64,
+}
+
+/// The default look of walls and of the blocks of a map: plaster, up to an invisible ceiling.
+pub(crate) const WALL: Appearance = Appearance {
+    color: Color::new(226, 221, 208),
+    height: 2.5,
+};
+/// The default look of boxes: a desk.
+pub(crate) const BOX: Appearance = Appearance {
+    color: Color::new(176, 136, 92),
+    height: 0.75,
+};
+/// The default look of circles: a painted thing.
+const CIRCLE: Appearance = Appearance {
+    color: Color::new(96, 134, 128),
+    height: 0.75,
+};
+
+/// A fixed or a movable box.
+enum Kind {
+    Fixed(Fixture),
+    Loose(loose::PlacedBody),
+}
+
+/// Reads the fixed things, and the boxes that are movable.
+pub(crate) fn read(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<(Vec<Fixture>, Vec<loose::PlacedBody>)> {
+    let walls = each(
+        document,
+        root,
+        "walls",
+        "wall",
+        &["name", "points", "closed", "color", "height"],
+        wall,
+    );
+    let boxes = each(
+        document,
+        root,
+        "boxes",
+        "box",
+        &[
+            "name",
+            "center",
+            "size",
+            "angle_deg",
+            "color",
+            "height",
+            "movable",
+            "mass",
+        ],
+        |table, name| match table.optional("movable", false, values::flag)? {
+            true => loose::movable(table, name).map(Kind::Loose),
+            false => fixed(table, name).map(Kind::Fixed),
+        },
+    );
+    let circles = each(
+        document,
+        root,
+        "circles",
+        "circle",
+        &["name", "center", "radius", "color", "height"],
+        circle,
+    );
+    let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
+    for kind in boxes? {
+        match kind {
+            Kind::Fixed(fixture) => fixtures.push(fixture),
+            Kind::Loose(body) => movable.push(body),
+        }
+    }
+    fixtures.extend(circles?);
+    Some((fixtures, movable))
+}
+
+/// Reads the `color` and the `height` of a thing.
+pub(crate) fn read_appearance(table: &Table<'_>, default: Appearance) -> Option<Appearance> {
+    let color = table.optional("color", default.color, values::color);
+    let height = table.optional("height", default.height, values::positive);
+    Some(Appearance {
+        color: color?,
+        height: height?,
+    })
+}
+
+/// Reads every item of an array of tables, each with its name; `None` if any has a fault.
+pub(crate) fn each<'a, T>(
+    document: &'a Document<'a>,
+    root: &Table<'a>,
+    key: &str,
+    kind: &str,
+    known: &[&str],
+    read: impl Fn(&Table<'a>, String) -> Option<T>,
+) -> Option<Vec<T>> {
+    let faulty = root.get(key).is_some_and(|item| !item.get_ref().is_array());
+    let things: Vec<_> = (1..)
+        .zip(root.array(key))
+        .map(|(number, item)| {
+            let table = Table::item(document, item, kind, number, known)?;
+            let name = table.optional("name", format!("{kind} {number}"), values::text);
+            let thing = read(&table, name.clone().unwrap_or_default());
+            name.and(thing)
+        })
+        .collect();
+    if faulty {
+        None
+    } else {
+        things.into_iter().collect()
+    }
+}
+
+fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
+    let look = read_appearance(table, WALL);
+    let points = table.required("points", values::points);
+    let closed = table.optional("closed", false, values::flag);
+    let (look, mut points, closed) = (look?, points?, closed?);
+    if closed {
+        if points.len() < 3 {
+            table.fault(
+                table.span(),
+                "is `closed` with two points: expected three or more",
+            );
+            return None;
+        }
+        if points[0] == points[points.len() - 1] {
+            table.fault(
+                table.span(),
+                "is `closed` and ends where it starts: drop the last point",
+            );
+            return None;
+        }
+        points.push(points[0]);
+    }
+    let sides = points.windows(2).map(|pair| Outline::Segment {
+        from: pair[0],
+        to: pair[1],
+    });
+    Some(
+        sides
+            .map(|outline| fixture(name.clone(), outline, look))
+            .collect(),
+    )
+}
+
+fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
+    if let Some(mass) = table.get("mass") {
+        table.fault(
+            &mass.span(),
+            "has a `mass` and is not `movable`: add `movable = true`, or drop it",
+        );
+        return None;
+    }
+    let (look, place) = (read_appearance(table, BOX), rectangle(table));
+    let (center, size, angle) = place?;
+    Some(fixture(name, Outline::Box { center, size, angle }, look?))
+}
+
+/// Reads the place of a box: its middle, its size and its angle in radians.
+pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> {
+    let (center, size) = (
+        table.required("center", values::point),
+        table.required("size", values::size),
+    );
+    let angle = table.optional("angle_deg", 0.0, values::number);
+    Some((center?, size?, angle?.to_radians()))
+}
+
+fn circle(table: &Table<'_>, name: String) -> Option<Fixture> {
+    let look = read_appearance(table, CIRCLE);
+    let (center, radius) = (
+        table.required("center", values::point),
+        table.required("radius", values::positive),
+    );
+    let outline = Outline::Circle {
+        center: center?,
+        radius: radius?,
+    };
+    Some(fixture(name, outline, look?))
+}
+
+pub(crate) fn fixture(name: String, outline: Outline, Appearance { color, height }: Appearance) -> Fixture {
+    Fixture {
+        name,
+        outline,
+        color,
+        height,
+    }
+}

@@ -1,0 +1,217 @@
+//! The YAML file of a ROS map: its keys, their lines, and the image that it names.
+//!
+//! Trinary maps only. Unknown keys are ignored, as by a map server.
+
+use std::path::{Path, PathBuf};
+
+use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
+
+use super::picture::{self, Picture};
+use crate::error::Fault;
+use crate::geometry::Pose2;
+
+/// The contents of the file, image included.
+pub(crate) struct MapInfo {
+    pub(crate) picture: Picture,
+    /// The length of a cell's side in metres.
+    pub(crate) resolution: f64,
+    /// The lower left corner of the image in the world.
+    pub(crate) origin: Pose2,
+    /// Whether white is occupied.
+    pub(crate) negate: bool,
+    /// The likelihood above which a cell is occupied.
+    pub(crate) occupied: f64,
+    /// The likelihood below which a cell is free.
+    pub(crate) free: f64,
+}
+
+struct MapYaml<'a> {
+    path: &'a Path,
+    root: MarkedYaml<'a>,
+    faults: Vec<Fault>,
+}
+
+/// Reads the file and its image. Returns all faults of both.
+pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
+    let single = |line, message| {
+        vec![Fault {
+            file: path.to_owned(),
+            line: Some(line),
+            message,
+        }]
+    };
+    let documents = MarkedYaml::load_from_str(text)
+        .map_err(|error| single(error.marker().line(), format!("not sound YAML: {}", error.info())))?;
+    let Some(root) = documents.into_iter().next().filter(|root| root.data.is_mapping()) else {
+        return Err(single(
+            1,
+            "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
+        ));
+    };
+    let mut sheet = MapYaml {
+        path,
+        root,
+        faults: Vec::new(),
+    };
+    let likelihood = |value: f64| (0.0..=1.0).contains(&value);
+    let image = sheet.image();
+    let resolution = sheet.number("resolution", None, "more than 0 m", |value| {
+        value > 0.0 && value <= 1e3
+    });
+    let origin = sheet.origin();
+    let negate = sheet.negate();
+    // The default thresholds classify the usual shade of unknown cells, 205, as unknown.
+    let occupied = sheet.number("occupied_thresh", Some(0.65), "0 to 1", likelihood);
+    let free = sheet.number("free_thresh", Some(0.196), "0 to 1", likelihood);
+    sheet.mode();
+    if let (Some(occupied), Some(free)) = (occupied, free)
+        && free > occupied
+    {
+        sheet.fault(
+            "free_thresh",
+            format!("is {free}: expected at most `occupied_thresh`, {occupied}"),
+        );
+    }
+    let picture = image.and_then(|image| {
+        picture::read(&image)
+            .map_err(|fault| sheet.faults.push(fault))
+            .ok()
+    });
+    match (picture, resolution, origin, negate, occupied, free) {
+        (Some(picture), Some(resolution), Some(origin), Some(negate), Some(occupied), Some(free))
+            if sheet.faults.is_empty() =>
+        {
+            Ok(MapInfo {
+                picture,
+                resolution,
+                origin,
+                negate,
+                occupied,
+                free,
+            })
+        }
+        _ => Err(sheet.faults),
+    }
+}
+
+impl MapYaml<'_> {
+    fn image(&mut self) -> Option<PathBuf> {
+        let name = match &self.get("image")?.data {
+            YamlData::Value(Scalar::String(name)) if !name.is_empty() => name.to_string(),
+            _ => {
+                self.fault("image", "is not the name of a file");
+                return None;
+            }
+        };
+        Some(self.path.parent().unwrap_or(Path::new("")).join(name))
+    }
+
+    fn origin(&mut self) -> Option<Pose2> {
+        let node = self.get("origin")?;
+        let values: Option<Vec<f64>> = node
+            .data
+            .as_sequence()
+            .and_then(|items| items.iter().map(float).collect());
+        match values.as_deref() {
+            Some(&[x, y, yaw]) if [x, y, yaw].iter().all(|value| value.abs() <= 1e5) => {
+                Some(Pose2::new(x, y, yaw))
+            }
+            _ => {
+                self.fault("origin", "is not [x, y, yaw] in metres and radians");
+                None
+            }
+        }
+    }
+
+    fn negate(&mut self) -> Option<bool> {
+        match self.find("negate").map(|node| &node.data) {
+            None => Some(false),
+            Some(YamlData::Value(Scalar::Boolean(negate))) => Some(*negate),
+            Some(YamlData::Value(Scalar::Integer(value @ 0..=1))) => Some(*value == 1),
+            Some(_) => {
+                self.fault("negate", "is neither 0 nor 1");
+                None
+            }
+        }
+    }
+
+    fn mode(&mut self) {
+        let trinary = match self.find("mode").map(|node| &node.data) {
+            None => true,
+            Some(data) => data.as_str() == Some("trinary"),
+        };
+        if !trinary {
+            self.fault(
+                "mode",
+                "is not `trinary`: scaled and raw maps say how likely, a world needs to know",
+            );
+        }
+    }
+
+    fn number(
+        &mut self,
+        key: &str,
+        default: Option<f64>,
+        expected: &str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let node = match (self.find(key), default) {
+            (None, Some(default)) => return Some(default),
+            (None, None) => return self.get(key).and(None),
+            (Some(node), _) => node,
+        };
+        match float(node) {
+            Some(value) if fits(value) => Some(value),
+            Some(value) => {
+                self.fault(key, format!("is {value}: expected {expected}"));
+                None
+            }
+            None => {
+                self.fault(key, format!("is not a number: expected {expected}"));
+                None
+            }
+        }
+    }
+
+    fn find(&self, key: &str) -> Option<&MarkedYaml<'_>> {
+        let mapping = self.root.data.as_mapping()?;
+        mapping
+            .iter()
+            .find(|(name, _)| name.data.as_str() == Some(key))
+            .map(|(_, value)| value)
+    }
+
+    /// Returns a required key. If it is missing, the fault names the most similar key.
+    fn get(&mut self, key: &str) -> Option<&MarkedYaml<'_>> {
+        if self.find(key).is_none() {
+            let mapping = self.root.data.as_mapping()?;
+            let near = super::nearest(key, mapping.keys().filter_map(|name| name.data.as_str()));
+            let hint = near
+                .map(|near| format!("; is `{near}` meant for it?"))
+                .unwrap_or_default();
+            self.push(1, format!("`{key}` is missing{hint}"));
+        }
+        self.find(key)
+    }
+
+    fn fault(&mut self, key: &str, message: impl AsRef<str>) {
+        let line = self.find(key).map_or(1, |node| node.span.start.line());
+        self.push(line, format!("`{key}` {}", message.as_ref()));
+    }
+
+    fn push(&mut self, line: usize, message: String) {
+        self.faults.push(Fault {
+            file: self.path.to_owned(),
+            line: Some(line),
+            message,
+        });
+    }
+}
+
+fn float(node: &MarkedYaml<'_>) -> Option<f64> {
+    match &node.data {
+        YamlData::Value(Scalar::Integer(value)) => Some(*value as f64),
+        YamlData::Value(Scalar::FloatingPoint(value)) => Some(value.0).filter(|value| value.is_finite()),
+        _ => None,
+    }
+}

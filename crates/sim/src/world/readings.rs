@@ -1,0 +1,203 @@
+//! Measurements of a world, and the ground truth.
+//!
+//! Nothing here changes the world.
+
+use parry2d_f64::math::Vector;
+
+use super::{RobotId, World};
+use crate::battery::Battery;
+use crate::cone::Cone;
+use crate::error::WorldError;
+use crate::head::Head;
+use crate::loose::LooseBody;
+use crate::mover::Mover;
+use crate::odometer::{Encoders, Odometry};
+use crate::random::{Noise, Purpose};
+use crate::robot::{CONTACT, SimulatedRobot, Truth};
+use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
+use crate::shape::Outline;
+use crate::solid;
+
+impl World {
+    /// Fills `ranges` with metres, one value a beam from right to left; +∞ is no return, -∞ is too near
+    /// (REP-117).
+    ///
+    /// # Errors
+    /// A buffer whose length is not `beams`, an invalid number in the configuration.
+    pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        laser.check()?;
+        check_buffer("laser", ranges.len(), laser.beams)?;
+        let noise = self.noise(robot, Purpose::Laser, laser.stream);
+        laser.scan(self.truth(robot).pose, &noise, ranges, |origin, angle| {
+            self.nearest_hit(RayKind::Light, origin, angle, laser.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Fills `ranges` with metres, one value a sonar in the order of its mounts; +∞ is no echo, -∞ is too
+    /// near.
+    ///
+    /// # Errors
+    /// A buffer whose length is not the number of mounts, an invalid number in the configuration.
+    pub fn sonars(&self, robot: RobotId, ring: &SonarConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        ring.check()?;
+        check_buffer("sonars", ranges.len(), ring.mounts.len())?;
+        let noise = self.noise(robot, Purpose::Sonar, ring.stream);
+        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, heading| {
+            self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Returns the pose and twist that the wheels measured.
+    pub fn odometry(&self, robot: RobotId) -> Odometry {
+        self.robot(robot).odometer.odometry
+    }
+
+    /// Returns the ticks that the wheels counted.
+    pub fn encoders(&self, robot: RobotId) -> Encoders {
+        self.robot(robot).odometer.encoders
+    }
+
+    /// Returns the direction and the turn rates of a robot's head.
+    pub fn head(&self, robot: RobotId) -> Head {
+        self.robot(robot).head
+    }
+
+    /// Returns the state of a robot's battery.
+    pub fn battery(&self, robot: RobotId) -> Battery {
+        self.robot(robot).battery
+    }
+
+    /// Returns the bumpers that touch something now.
+    pub fn bumpers(&self, robot: RobotId) -> Bumpers {
+        let SimulatedRobot {
+            truth: Truth { pose, .. },
+            config,
+            ..
+        } = self.robot(robot);
+        let center = Vector::new(pose.x, pose.y);
+        let reach = config.radius + CONTACT;
+        // A ball is too light to press a bumper.
+        let boxes = self
+            .loose
+            .bodies()
+            .iter()
+            .filter(|body| !body.is_ball())
+            .map(LooseBody::solid);
+        let solids = self
+            .scene
+            .around(center, reach)
+            .chain(self.movers.iter().map(Mover::solid))
+            .chain(boxes);
+        let things = solids
+            .map(|solid| solid.nearest(center))
+            .filter(|point| point.distance(center) < reach);
+        let robots = self
+            .others(robot.0)
+            .filter(|(_, disc)| center.distance(Vector::from(disc.center)) - disc.radius < reach);
+        sensor::from_contacts(
+            *pose,
+            things.map(Into::into).chain(robots.map(|(_, disc)| disc.center)),
+        )
+    }
+
+    /// Returns the ground truth of a robot.
+    pub fn truth(&self, robot: RobotId) -> Truth {
+        self.robot(robot).truth
+    }
+
+    /// Returns the distance in metres along a ray to the first thing, mover or robot except `except`, or
+    /// `None` if there is none within `max` metres. As for a sonar, a person is a round body; a laser would
+    /// hit the legs.
+    pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
+        self.nearest_hit(RayKind::Sound, origin, angle, max, except)
+    }
+
+    /// Returns the distance in metres to the nearest thing, mover or robot except `except` in a cone, or
+    /// `None` if there is none within `max` metres. `cone` is the whole angle in radians around `heading`, at
+    /// most π. The cone misses nothing, however thin. A person is a round body.
+    pub fn cast_cone(
+        &self,
+        origin: [f64; 2],
+        heading: f64,
+        cone: f64,
+        max: f64,
+        except: Option<RobotId>,
+    ) -> Option<f64> {
+        let edges = [heading - cone / 2.0, heading + cone / 2.0];
+        let mut nearest = None;
+        for edge in edges {
+            let before = nearest.unwrap_or(max);
+            nearest = self
+                .nearest_hit(RayKind::Sound, origin, edge, before, except)
+                .or(nearest);
+        }
+        let cone = Cone::new(origin, edges[0], edges[1]);
+        nearest = self.scene.nearest_in(&cone, nearest.unwrap_or(max)).or(nearest);
+        self.for_each_movable(RayKind::Sound, except, |solid| {
+            nearest = cone.range_to(solid, nearest.unwrap_or(max)).or(nearest);
+        });
+        nearest
+    }
+
+    fn nearest_hit(
+        &self,
+        echo: RayKind,
+        origin: [f64; 2],
+        angle: f64,
+        max: f64,
+        except: Option<RobotId>,
+    ) -> Option<f64> {
+        let ray = solid::ray(origin, angle);
+        let mut nearest = self.scene.cast_ray(&ray, max);
+        self.for_each_movable(echo, except, |solid| {
+            if let Some(distance) = solid.cast_ray(&ray, nearest.unwrap_or(max)) {
+                nearest = Some(distance);
+            }
+        });
+        nearest
+    }
+
+    /// Calls `look` with every solid that is not fixed, except one robot.
+    fn for_each_movable(&self, echo: RayKind, except: Option<RobotId>, mut look: impl FnMut(&solid::Solid)) {
+        for mover in &self.movers {
+            match echo {
+                RayKind::Light => mover.feet().iter().for_each(&mut look),
+                RayKind::Sound => look(mover.solid()),
+            }
+        }
+        self.loose.bodies().iter().for_each(|body| look(body.solid()));
+        for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
+            look(&solid::Solid::new(&Outline::Circle {
+                center: disc.center,
+                radius: disc.radius,
+            }));
+        }
+    }
+
+    fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
+        Noise::new(self.seed, robot.0, purpose, stream, self.steps)
+    }
+}
+
+/// The kind of a ray: it determines what a person is to it.
+#[derive(Clone, Copy, Debug)]
+enum RayKind {
+    /// A thin ray near the floor, which hits legs.
+    Light,
+    /// A wide lobe, which hits the whole body.
+    Sound,
+}
+
+pub(super) fn check_buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(WorldError::BadBuffer {
+            sensor,
+            given,
+            expected,
+        })
+    }
+}
