@@ -2,14 +2,12 @@
 //!
 //! It refuses to repeat what the random tests check for every order of calls.
 
-mod family;
-
 use jde_core::{
     Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused, SchemaId,
     SchemaSpec, Spec, State, Timer,
 };
 
-use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
 const NOBODY: SchemaId = SchemaId(99);
 

@@ -3,13 +3,11 @@
 //! It refuses stories that it does not understand: an unknown key, phrase or name fails with the file and the
 //! step.
 
-mod story;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use story::Story;
+use crate::story::Story;
 
 /// Rules that the state machine alone cannot show, and where they are tested.
 const ELSEWHERE: [(&str, &str); 2] = [

@@ -2,17 +2,15 @@
 //!
 //! It refuses to know the implementation: `shadow` has the checks, and `Wishes` has those of R6.
 
-mod random;
-
 use std::collections::BTreeSet;
 
+use crate::random::{MS, POLICIES, specs};
 use jde_core::{
     Answer, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused, SchemaId,
     Spec, State, Timer,
 };
 use jde_shadow::{Shadow, below, ids};
 use proptest::prelude::*;
-use random::{MS, POLICIES, specs};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]

@@ -3,14 +3,12 @@
 //!
 //! It refuses to repeat what the stories and the random tests check.
 
-mod family;
-
 use jde_core::{
     Absence, Answer, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Restart,
     SchemaId, SchemaSpec, Spec, State,
 };
 
-use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
 #[test]
 fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
