@@ -1,7 +1,6 @@
 //! Lists and gestures as bytes: decoding inverts encoding, and invalid bytes are refused with a reason.
 
-mod common;
-
+use crate::{checks, common};
 use jde_panel::{
     Broken, Button, Gesture, Item, List, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, Shape, Stroke, Touch, Wants,
     check, decode, encode,
@@ -63,7 +62,7 @@ fn json_has_the_same_form() {
 
 #[test]
 fn the_documentation_shows_a_list_and_a_gesture() {
-    let text = include_str!("../../../docs/panels.md");
+    let text = include_str!("../../../../docs/panels.md");
     let mut blocks = text
         .split("```json")
         .skip(1)
@@ -187,10 +186,7 @@ fn no_gesture_commands_a_terminal() {
 fn what_was_found_by_fuzzing_holds() {
     let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     let mut files = 0;
-    for (target, check) in [
-        ("list", common::checks::list as fn(&[u8])),
-        ("gesture", common::checks::gesture),
-    ] {
+    for (target, check) in [("list", checks::list as fn(&[u8])), ("gesture", checks::gesture)] {
         for file in std::fs::read_dir(corpus.join(target)).expect("a folder of the corpus") {
             check(&std::fs::read(file.expect("a file").path()).expect("its bytes"));
             files += 1;
@@ -202,8 +198,8 @@ fn what_was_found_by_fuzzing_holds() {
 proptest! {
     #[test]
     fn bytes_that_nobody_meant_are_refused_in_words(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
-        common::checks::list(&bytes);
-        common::checks::gesture(&bytes);
+        checks::list(&bytes);
+        checks::gesture(&bytes);
     }
 
     #[test]
@@ -217,6 +213,6 @@ proptest! {
             bytes[place] = byte;
         }
         bytes.truncate(cut.index(bytes.len()) + 1);
-        common::checks::list(&bytes);
+        checks::list(&bytes);
     }
 }

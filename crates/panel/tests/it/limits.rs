@@ -1,7 +1,6 @@
 //! Every limit of a list refuses with its reason, whether the list is checked whole or while it grows.
 
-mod common;
-
+use crate::common;
 use jde_panel::{
     Area, Broken, Builder, Color, Holds, Ink, Item, List, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS,
     MOST_SIDE, MOST_TEXT, Shape, Solid, Stroke, Trace, Wants, Words, check, decode, encode,

@@ -1,7 +1,6 @@
 //! A panel accepts the gestures that it offers, and no others.
 
-mod common;
-
+use crate::common;
 use jde_panel::{Button, Gesture, Item, List, Touch, Wants};
 
 fn said(list: &List, widget: &str, touch: Touch) -> String {

@@ -1,9 +1,5 @@
 //! A list with every kind of content.
 
-#![allow(dead_code, reason = "each test file uses its part")]
-
-pub(crate) mod checks;
-
 use jde_panel::{Area, Color, Ink, Item, List, Place, Shape, Solid, Stroke, Trace, Wants, Words};
 
 pub(crate) const INKS: [Ink; 8] = [
