@@ -12,8 +12,7 @@ use std::sync::Arc;
 
 use jde_board::{Access, Board, Mapped, Variable};
 
-mod common;
-use common::{declaration, float64, words};
+use crate::common::{declaration, float64, words};
 
 /// Words of a value: enough that it is borrowed, and that a multiple of it does not end on a page boundary.
 const WORDS: usize = 700;

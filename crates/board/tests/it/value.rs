@@ -6,8 +6,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::value::{Value, decode, encode, get_path};
 use proptest::prelude::*;
 
-mod common;
-use common::{field, float64, nested, one, sequence, structure, text, twist, vector};
+use crate::common::{field, float64, nested, one, sequence, structure, text, twist, vector};
 
 /// A type with every kind and form of field.
 fn robot() -> Arc<Type> {

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use jde_board::{Access, Board, Error, Reader, Refused, Stamp, Variable, Writer};
 
-mod common;
-use common::{COMMAND, declaration, float64, twist, variable, words};
+use crate::common::{COMMAND, declaration, float64, twist, variable, words};
 
 fn write(writer: &mut Writer, value: f64, time: u64) -> Result<u64, Refused> {
     writer.loan().copy_from_slice(&value.to_ne_bytes());

@@ -3,8 +3,7 @@
 
 use jde_board::{Access, Refused, Writer};
 
-mod common;
-use common::{COMMAND, float64, variable};
+use crate::common::{COMMAND, float64, variable};
 
 fn command(writer: &mut Writer, value: f64) -> Result<u64, Refused> {
     writer.loan().copy_from_slice(&value.to_ne_bytes());

@@ -1,12 +1,10 @@
 //! Watches end while other threads publish, from any thread, and are not called after that (R12).
 
-mod common;
-
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex, mpsc};
 use std::thread;
 
-use common::{float64, variable};
+use crate::common::{float64, variable};
 use jde_board::{Access, Variable, Watch};
 use jde_watchdog::Watchdog;
 

@@ -3,8 +3,7 @@
 use jde_board::typed::{Plain, TypedReader, TypedWriter};
 use jde_board::{Access, Refused};
 
-mod common;
-use common::{COMMAND, float64, twist, variable, words};
+use crate::common::{COMMAND, float64, twist, variable, words};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]

@@ -4,8 +4,7 @@ use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_board::finite::Finite;
 use jde_board::value::{Value, encode};
 
-mod common;
-use common::{field, float64, nested, one, sequence, structure, twist, vector};
+use crate::common::{field, float64, nested, one, sequence, structure, twist, vector};
 
 fn check(value_type: &Type, change: impl FnOnce(&mut Vec<u8>)) -> Option<String> {
     let mut bytes = vec![0; value_type.bytes];
