@@ -93,7 +93,11 @@ fn a_panic_in_any_call_is_caught_with_its_words_and_place() {
             "{}",
             failure.reason
         );
-        assert!(failure.reason.contains("tests/calls.rs:"), "{}", failure.reason);
+        assert!(
+            failure.reason.contains("tests/it/calls.rs:"),
+            "{}",
+            failure.reason
+        );
 
         bench.set("panics", Text::<32>::EMPTY);
         assert_eq!(call(&mut bench, name), Ok(()), "the instance can be called again");

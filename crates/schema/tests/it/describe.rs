@@ -11,7 +11,7 @@ use jde_schema::prelude::*;
 /// And back.
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "5ms")]
-pub struct DriveHome {
+pub(crate) struct DriveHome {
     /// What the laser sees.
     #[import(trigger)]
     laser: Import<LaserScan>,
@@ -83,7 +83,7 @@ impl Arbitrate for DriveHome {
 /// A wheel.
 #[derive(Describe)]
 #[schema(driver, period = "10ms", name = "wheel-2")]
-pub struct Wheel {
+pub(crate) struct Wheel {
     /// How fast.
     #[command(neutral = 0.0, validity = "500ms", unit = "rad/s")]
     velocity: Command<f64>,
@@ -100,7 +100,7 @@ impl Schema for Wheel {
     }
 }
 
-jde_schema::export!("demo", "Two schemas.", [DriveHome, Wheel]);
+const _: jde_abi::raw::Plugin = jde_schema::plugin!("demo", "Two schemas.", [DriveHome, Wheel]);
 
 #[test]
 fn names_and_kinds_and_times_are_as_declared() {
