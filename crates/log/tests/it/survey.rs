@@ -1,16 +1,14 @@
 //! Surveys of recordings: complete, around a firing, and damaged.
 
-mod support;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::support::options;
 use jde_host::story::{Candidate, Decision, Happening, Line};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{GroupSurvey, Recorder, Recording, Stamps, Survey, Troubled, When};
 use jde_types::Value;
-use support::options;
 
 const SECOND: u64 = 1_000_000_000;
 

@@ -67,7 +67,7 @@ fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "a_recording_of_a_killed_process_reads_up_to_its_last_flush",
+            "killed::a_recording_of_a_killed_process_reads_up_to_its_last_flush",
             "--nocapture",
         ])
         .env(FILE, &file)

@@ -1,20 +1,18 @@
 //! Recordings on conditions: the contents and the metadata of their files.
 
-mod support;
-
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
+use crate::support::options;
 use jde_host::story::{Candidate, Decision, Happening, Line};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{Happened, Message, Options, Recorder, Recording, Stamps, Status, Topic, When};
 use jde_ros::cdr;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
-use support::options;
 
 const SECOND: u64 = 1_000_000_000;
 const TENTH: u64 = SECOND / 10;
@@ -398,7 +396,7 @@ fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "a_process_killed_after_a_firing_leaves_what_was_before_and_after_it",
+            "triggered::a_process_killed_after_a_firing_leaves_what_was_before_and_after_it",
             "--nocapture",
         ])
         .env(FILE, folder.path().join("drive.mcap"))

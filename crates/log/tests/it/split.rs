@@ -1,14 +1,13 @@
 //! A recording in parts is one recording: it contains every message once, whichever file is opened. A part
 //! alone contains the values in force. The size of an endless recording is limited.
 
-mod support;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use crate::support;
 use jde_host::story::{Happening, Line};
 use jde_log::{
     Every, Message, Options, ReadError, Recorder, Recording, Split, Stamps, Status, Survey, Topic,
