@@ -2,9 +2,6 @@
 //! take its definition from `crates/ball`. If one was built with another definition, the error names the
 //! field.
 
-#[allow(dead_code, reason = "each test program uses a part")]
-mod delivered;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -14,7 +11,7 @@ use jde_host::app;
 use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
 
-use delivered::{ROOT, SECOND};
+use crate::delivered::{self, ROOT, SECOND};
 
 /// A world with a ball in front of a robot that faces it.
 const WORLD: &str = r#"
@@ -67,7 +64,7 @@ fn place(change: impl Fn(String) -> String) -> (tempfile::TempDir, Plugins) {
         .output()
         .expect("a C compiler named cc is installed");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    (folder, delivered::plugins(&["sim", "ball"]))
+    (folder, delivered::plugins())
 }
 
 #[test]

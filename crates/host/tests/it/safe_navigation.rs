@@ -1,8 +1,6 @@
 //! The example of section 5 of the paper as it is delivered: its application, its plugins and its world, in
 //! lockstep.
 
-mod delivered;
-
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -13,7 +11,7 @@ use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
 use jde_types::{Mission, Truth};
 
-use delivered::{ROOT, SECOND};
+use crate::delivered::{self, ROOT, SECOND};
 
 /// The result of a drive.
 struct Drive {
@@ -26,7 +24,7 @@ struct Drive {
 }
 
 fn plugins() -> Plugins {
-    delivered::plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
+    delivered::plugins()
 }
 
 fn file() -> PathBuf {

@@ -1,10 +1,8 @@
 //! The faults of files that are no application files at all, and the form in which faults are reported.
 
-mod apps;
-
 use std::path::Path;
 
-use apps::{Shelf, check};
+use crate::apps::{self, Shelf, check};
 use jde_host::app::{Faults, Override, Place, load};
 
 fn refused(path: &Path) -> Faults {

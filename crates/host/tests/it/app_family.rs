@@ -1,8 +1,6 @@
 //! The faults that are reported for impossible fathers, children and roots.
 
-mod apps;
-
-use apps::check;
+use crate::apps::check;
 
 /// The children of the good application.
 const CHILDREN: &str = r#"{ brake = "stop", avoid = "vff", cruise = "goon", lookout = "look" }"#;

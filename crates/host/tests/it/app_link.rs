@@ -1,10 +1,8 @@
 //! The endpoints that `[link]` opens, and the faults of a link that would be open by accident.
 
-mod apps;
-
 use std::path::{Path, PathBuf};
 
-use apps::{GOOD, Shelf, application, check};
+use crate::apps::{GOOD, Shelf, application, check};
 use jde_host::app::link::{Access, Identity, Link, Login, Tls};
 use jde_host::app::{Application, Faults, parse};
 

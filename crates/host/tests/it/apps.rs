@@ -1,8 +1,6 @@
 //! The shared parts of the tests of applications: a catalogue of plugin descriptions, an application without
 //! faults, and functions that edit its text and check the faults. Loads no plugin.
 
-#![allow(dead_code, reason = "each test file uses its part")]
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +10,7 @@ use jde_abi::describe::{
 use jde_host::app::{Application, Catalogue, Faults, Override, parse};
 
 /// An application without faults.
-pub(crate) const GOOD: &str = include_str!("good.toml");
+pub(crate) const GOOD: &str = include_str!("../apps/good.toml");
 /// The path under which the text is read.
 pub(crate) const FILE: &str = "apps/good.toml";
 

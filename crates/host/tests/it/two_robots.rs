@@ -1,8 +1,6 @@
 //! The delivered application with two robots: each has a winner of its own, and one of the robots has no
 //! father in code.
 
-mod delivered;
-
 use std::path::Path;
 
 use jde_host::app;
@@ -10,11 +8,11 @@ use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
 use jde_types::Truth;
 
-use delivered::{ROOT, SECOND};
+use crate::delivered::{self, ROOT, SECOND};
 
 #[test]
 fn r13_two_robots_drive_at_once_and_neither_waits_for_the_other() {
-    let plugins = delivered::plugins(&["sim", "example", "father", "goon", "vff", "stop", "teleop"]);
+    let plugins = delivered::plugins();
     let file = Path::new(ROOT).join("apps/two-robots.toml");
     let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     assert_eq!(application.warnings(), [""; 0]);

@@ -1,7 +1,5 @@
 //! The delivered application that sees: by camera and laser alone it finds its ball, in lockstep.
 
-mod delivered;
-
 use std::path::Path;
 
 use jde_host::app;
@@ -9,14 +7,14 @@ use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
 use jde_types::{Mission, Truth};
 
-use delivered::{ROOT, SECOND};
+use crate::delivered::{self, ROOT, SECOND};
 
 /// The centre of the ball in the hall, m.
 const BALL: [f64; 2] = [4.9, 3.7];
 
 #[test]
 fn the_robot_finds_the_ball_behind_the_crate_and_stops_before_it() {
-    let plugins = delivered::plugins(&["sim", "ball", "stop", "vff", "teleop"]);
+    let plugins = delivered::plugins();
     let file = Path::new(ROOT).join("apps/follow-ball.toml");
     let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     let mut running =

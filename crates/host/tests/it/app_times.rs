@@ -1,8 +1,6 @@
 //! The faults that are reported for times that no clock can keep.
 
-mod apps;
-
-use apps::check;
+use crate::apps::check;
 
 /// The period of a schema in the good application.
 const PERIOD: &str = r#"period      = "75ms""#;

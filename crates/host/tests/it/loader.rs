@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
 
+use crate::delivered;
 use jde_abi::raw;
 use jde_host::app::parse;
 use jde_host::plugin::{PluginError, Plugins, SearchPath};
@@ -42,28 +42,8 @@ fn cc(folder: &Path, name: &str, source: &str) -> PathBuf {
 }
 
 /// The plugin `stop` as cargo builds it.
-fn stop() -> &'static Path {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let done = Command::new(env!("CARGO"))
-            .args(["build", "--message-format=json", "-p", "stop"])
-            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-            .output()
-            .expect("cargo runs");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let text = String::from_utf8(done.stdout).expect("lines of JSON");
-        let files = text.lines().filter_map(|line| {
-            let line: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_stop = line["target"]["name"] == "stop";
-            Some(line["filenames"].as_array().filter(|_| is_stop)?.clone())
-        });
-        let mut names = files
-            .flatten()
-            .filter_map(|file| Some(PathBuf::from(file.as_str()?)));
-        names
-            .find(|file| file.extension().is_some_and(|end| end == "so"))
-            .expect("a library")
-    })
+fn stop() -> PathBuf {
+    delivered::folder().join("libstop.so")
 }
 
 fn folder() -> TempDir {
@@ -88,7 +68,7 @@ fn refused(file: &Path, words: &[&str]) {
 
 #[test]
 fn a_plugin_that_cargo_built_is_loaded_and_described() {
-    let plugin = nobody().open(stop()).expect("it is one");
+    let plugin = nobody().open(&stop()).expect("it is one");
     assert_eq!(plugin.description.name, "stop");
     assert_eq!(
         plugin.path.as_deref(),

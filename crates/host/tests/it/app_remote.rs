@@ -1,8 +1,6 @@
 //! Imports of other applications' exports, as application files name them.
 
-mod apps;
-
-use apps::{application, check};
+use crate::apps::{application, check};
 use jde_host::app::{Binding, Source};
 
 /// The line of the good application that binds one import.

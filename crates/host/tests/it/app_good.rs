@@ -1,8 +1,6 @@
 //! The application that results from a file without faults.
 
-mod apps;
-
-use apps::{application, application_with, read};
+use crate::apps::{self, application, application_with, read};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
 use jde_host::app::{Application, Binding, ChildTarget, Executor, Source};
 

@@ -1,13 +1,11 @@
 //! Plugins and hosts of different minor versions of the ABI, built here by `cc` from kept sources. What one
 //! has and the other lacks does no harm; what both have works.
 
-#[allow(dead_code, reason = "each test program uses a part")]
-mod delivered;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::delivered;
 use jde_abi::raw;
 use jde_board::Variable;
 use jde_core::{Health, State};
@@ -209,7 +207,7 @@ fn plugins_of_today_and_of_a_version_to_come_run_in_a_host_that_knows_less() {
 
 #[test]
 fn plugins_of_this_sdk_run_in_a_host_that_knows_less() {
-    let plugins = delivered::plugins(&["stop", "family", "example"]);
+    let plugins = delivered::plugins();
     let folder = tempfile::tempdir().expect("a folder");
     let in_host = |name: &str| {
         let plugin = plugins.load(name, &[]).expect("it was built");

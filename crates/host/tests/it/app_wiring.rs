@@ -1,8 +1,6 @@
 //! The faults that are reported for variables that are unknown, missing or of another type.
 
-mod apps;
-
-use apps::check;
+use crate::apps::{self, check};
 
 /// The roots of the good application.
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;

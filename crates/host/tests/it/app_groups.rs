@@ -1,9 +1,7 @@
 //! The faults that are reported for rules of groups, and for actuators that two schemas could command at
 //! once.
 
-mod apps;
-
-use apps::check;
+use crate::apps::check;
 
 /// The rules of the group of the good application.
 const RULES: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;
