@@ -2,7 +2,7 @@
 
 #[path = "../../crates/p2os/tests/it/checks.rs"]
 mod checks;
-#[path = "../../crates/panel/tests/common/checks.rs"]
+#[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
 
 /// Checks the receiver of packets with a stream of bytes.

@@ -1,6 +1,6 @@
 //! The position of a ball: a value that several plugins share. Plugins in Rust depend on this crate. Plugins
 //! in C include its twin, `c/ball.h`. `schemas/ball` publishes the value, and `c/near.c` is a plugin in C
-//! that reads it. `crates/host/tests/shared_value.rs` checks that the two definitions agree. The crate
+//! that reads it. `crates/host/tests/it/shared_value.rs` checks that the two definitions agree. The crate
 //! defines no schema and does not depend on the SDK.
 
 use jde_types::{Flag, Header, Padding, Pose2D, Value};

@@ -59,7 +59,7 @@ enum Verb {
     Demo(demo::Demo),
     #[cfg(feature = "tools")]
     #[command(flatten)]
-    Tool(tools::Tool),
+    Tool(Box<tools::Tool>),
 }
 
 /// Parses the command line, runs the verb and returns the exit status.

@@ -41,7 +41,7 @@ pub(super) enum Tool {
     New(new::New),
     Completions(completions::Completions),
     #[command(flatten)]
-    Client(Box<Client>),
+    Client(Client),
     Shell(shell::Shell),
     #[cfg(feature = "view")]
     View(view::View),

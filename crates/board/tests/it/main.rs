@@ -1,0 +1,12 @@
+//! Variables: their values, types, grants, watches, and the memory that other processes share.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod board;
+mod finite;
+mod gate;
+mod shared;
+mod typed;
+mod value;
+mod watch;

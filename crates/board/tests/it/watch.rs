@@ -1,0 +1,107 @@
+//! Watches end while other threads publish, from any thread, and are not called after that (R12).
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Barrier, Mutex, mpsc};
+use std::thread;
+
+use crate::common::{float64, variable};
+use jde_board::{Access, Variable, Watch};
+use jde_watchdog::Watchdog;
+
+fn modulation() -> Arc<Variable> {
+    variable(&float64(), Access::Modulation)
+}
+
+fn put(variable: &Variable) {
+    variable.put(1, &1f64.to_ne_bytes(), 0, 0).expect("a value");
+}
+
+#[test]
+fn r12_what_was_dropped_is_never_called_again() {
+    let variable = modulation();
+    let done = AtomicBool::new(false);
+    thread::scope(|threads| {
+        let writers = [(); 2].map(|()| {
+            threads.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    put(&variable);
+                }
+            })
+        });
+        for _ in 0..2_000 {
+            let (over, calls) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+            let (ended, counted) = (Arc::clone(&over), Arc::clone(&calls));
+            let watch = variable.watch(move || {
+                assert!(!ended.load(Ordering::SeqCst), "called after its end");
+                counted.fetch_add(1, Ordering::SeqCst);
+            });
+            while calls.load(Ordering::SeqCst) == 0 {
+                thread::yield_now();
+            }
+            drop(watch);
+            over.store(true, Ordering::SeqCst);
+        }
+        done.store(true, Ordering::Relaxed);
+        for writer in writers {
+            writer.join().expect("no call came after the end of its watch");
+        }
+    });
+}
+
+#[test]
+fn r12_dropping_waits_for_a_call_that_another_thread_is_inside_of() {
+    let _watchdog = Watchdog::for_test();
+    let variable = modulation();
+    let (inside, left) = (Arc::new(Barrier::new(2)), Arc::new(AtomicBool::new(false)));
+    let (go, wait) = mpsc::channel::<()>();
+    let (entered, leaves, wait) = (Arc::clone(&inside), Arc::clone(&left), Mutex::new(wait));
+    let watch = variable.watch(move || {
+        entered.wait();
+        wait.lock().unwrap().recv().expect("it is told to go on");
+        leaves.store(true, Ordering::SeqCst);
+    });
+    thread::scope(|threads| {
+        threads.spawn(|| put(&variable));
+        inside.wait();
+        let dropper = threads.spawn(|| {
+            drop(watch);
+            assert!(left.load(Ordering::SeqCst), "the call was still running");
+        });
+        go.send(()).expect("the call waits");
+        dropper.join().expect("the drop waited");
+    });
+}
+
+#[test]
+fn r12_a_watch_may_end_itself_from_inside_of_its_call() {
+    let variable = modulation();
+    let (slot, calls): (Arc<Mutex<Option<Watch>>>, Arc<AtomicUsize>) = Default::default();
+    let (own, counted) = (Arc::clone(&slot), Arc::clone(&calls));
+    let watch = variable.watch(move || {
+        counted.fetch_add(1, Ordering::SeqCst);
+        let watch = own.lock().unwrap().take();
+        drop(watch);
+    });
+    *slot.lock().unwrap() = Some(watch);
+    put(&variable);
+    put(&variable);
+    assert_eq!(calls.load(Ordering::SeqCst), 1);
+}
+
+#[test]
+fn r12_ending_one_watch_leaves_the_others() {
+    let variable = modulation();
+    let calls: [Arc<AtomicUsize>; 3] = Default::default();
+    let [first, second, third] = calls.each_ref().map(|calls| {
+        let calls = Arc::clone(calls);
+        variable.watch(move || {
+            calls.fetch_add(1, Ordering::SeqCst);
+        })
+    });
+    put(&variable);
+    drop(second);
+    put(&variable);
+    drop((first, third));
+    put(&variable);
+    assert_eq!(calls.map(|calls| calls.load(Ordering::SeqCst)), [2, 1, 2]);
+}

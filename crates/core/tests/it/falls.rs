@@ -1,0 +1,184 @@
+//! Schemas that lose their place without a selection: by a fault, by a stop of everything, or because a
+//! sibling was woken.
+//!
+//! It refuses to repeat what the stories and the random tests check.
+
+use jde_core::{
+    Absence, ArbitrationReply, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy,
+    Restart, SchemaId, SchemaSpec, Spec, State,
+};
+
+use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+
+#[test]
+fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
+    // With a successor, without one, and with an open question to the father.
+    for (policy, other) in [
+        (Policy::Priority, true),
+        (Policy::Priority, false),
+        (Policy::Father, true),
+    ] {
+        let mut h = family(policy);
+        effects(|out| h.checked(1, A, READY, out));
+        assert!(h.begin(1, A, &mut Vec::new()));
+        if other {
+            effects(|out| h.checked(1, B, READY, out));
+        }
+        let mut out = effects(|out| {
+            h.faulted(2, A, "it broke".into(), out);
+            h.end(2, A, out);
+        });
+        if let Some(ticket) = h.pending_arbitration(CHILDREN) {
+            let answer = ArbitrationReply::Chosen {
+                child: Some(B),
+                reason: "what is left".into(),
+            };
+            out.extend(effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out)));
+        }
+        let records = out.iter().filter_map(|effect| match effect {
+            Effect::Decided(record) => Some((record.before, record.choice, record.changed)),
+            _ => None,
+        });
+        let first = records.clone().next();
+        assert_eq!(first, Some((Some(A), other.then_some(B), true)), "{policy:?}");
+        assert_eq!(records.filter(|(.., changed)| *changed).count(), 1, "once");
+    }
+}
+
+#[test]
+fn r15_a_choice_that_faults_before_it_wins_is_told_too() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, B, READY, out));
+    assert!(h.begin(1, B, &mut Vec::new()));
+    effects(|out| h.checked(1, A, READY, out));
+    assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(A));
+    let out = effects(|out| h.faulted(2, A, "it broke".into(), out));
+    let told = out.iter().any(|effect| {
+        matches!(effect, Effect::Decided(record) if (record.before, record.choice) == (Some(A), Some(B)))
+    });
+    assert!(told, "{out:?}");
+}
+
+#[test]
+fn r6_a_switch_that_follows_from_waking_a_child_puts_to_sleep_what_nobody_needs_any_more() {
+    let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
+    let (child, eye) = (SchemaId(4), SchemaId(5));
+    let mut spec = Spec {
+        schemas: ["father", "a", "b", "c", "child"].map(schema).to_vec(),
+        groups: vec![
+            GroupSpec::new("roots", None, vec![FATHER]),
+            GroupSpec::new("children", Some(FATHER), vec![A, B, C]),
+            GroupSpec::new("below", Some(A), vec![child]),
+        ],
+    };
+    spec.schemas[4].needs = vec![eye];
+    spec.schemas.push(SchemaSpec::new("eye", Kind::Perceptive, 10));
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| {
+        h.start(0, out);
+        h.checked(0, FATHER, READY, out);
+        h.wake(0, FATHER, A, out).expect("authority");
+        h.checked(0, A, READY, out);
+        h.wake(0, A, child, out).expect("authority");
+        h.operator(0, Operator::Force(B), out).expect("b is healthy");
+    });
+    assert!(h.is_awake(eye));
+    effects(|out| h.wake(1, FATHER, B, out).expect("authority"));
+    assert_eq!((h.winner(CHILDREN), h.is_awake(child)), (Some(B), false));
+    assert!(!h.is_awake(eye), "nobody needs it");
+}
+
+#[test]
+fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
+    let mut spec = Spec {
+        schemas: vec![SchemaSpec::new("eye", Kind::Perceptive, 10)],
+        groups: Vec::new(),
+    };
+    spec.schemas[0].restart = Restart::OnFault {
+        backoff: 10,
+        limit: 2,
+        within: 1_000,
+    };
+    let eye = SchemaId(0);
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| {
+        h.start(0, out);
+        h.operator(0, Operator::Play(eye), out).expect("it is healthy");
+    });
+    let fault = |h: &mut Hierarchy, now| {
+        effects(|out| h.faulted(now, eye, "again".into(), out));
+        let due = h.next_timer();
+        effects(|out| h.tick(due.unwrap_or(now), out));
+        due
+    };
+    assert_eq!(h.restarts_left(0, eye), Some(2));
+    // Restarted at 10 and at 120. Once the first is 1000 ago, it is restarted again, and so on, unless it
+    // fails more often.
+    let dues = [0, 100, 1_010, 1_120, 2_040].map(|now| fault(&mut h, now));
+    assert_eq!(dues, [10, 120, 1_030, 1_140, 2_060].map(Some));
+    assert_eq!(h.restarts_left(2_060, eye), Some(0));
+    assert_eq!(fault(&mut h, 2_061), None, "two in a thousand, and no more");
+    assert!(!h.is_awake(eye));
+    assert_eq!(h.restarts_left(2_061, eye), Some(0));
+    effects(|out| {
+        h.operator(2_062, Operator::Play(eye), out)
+            .expect("it may try again")
+    });
+    assert_eq!((h.is_awake(eye), h.health(eye)), (true, &Health::Ok));
+    assert_eq!(h.restarts_left(2_062, eye), Some(2));
+    assert_eq!(fault(&mut h, 2_063), Some(2_073), "with the first back-off");
+}
+
+#[test]
+fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hold() {
+    let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
+    let roots = GroupSpec {
+        absence: Absence::Hold { for_: 1_000 },
+        ..GroupSpec::new("roots", None, vec![FATHER, B])
+    };
+    let spec = Spec {
+        schemas: ["father", "a", "b"].map(schema).to_vec(),
+        groups: vec![roots, GroupSpec::new("children", Some(FATHER), vec![A])],
+    };
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| {
+        h.start(0, out);
+        h.checked(0, FATHER, READY, out);
+        h.checked(0, B, READY, out);
+        assert!(h.begin(1, FATHER, out));
+        h.wake(1, FATHER, A, out).expect("authority");
+        h.checked(1, A, READY, out);
+        assert!(h.begin(1, A, out));
+    });
+    let out = effects(|out| h.stop_all(2, out).expect("it runs"));
+    let [father, a, b] = [FATHER, A, B].map(|id| (h.state(id), h.has_authority(id)));
+    assert_eq!(
+        [father, a, b],
+        [(State::Slept, false); 3],
+        "also who is inside an iteration"
+    );
+    assert!(out.contains(&Effect::Brake { group: GroupId(0) }));
+    assert!(
+        !out.iter()
+            .any(|effect| matches!(effect, Effect::Hold { .. } | Effect::Promoted(_)))
+    );
+    let record = out.iter().find_map(|effect| match effect {
+        Effect::Decided(record) => Some((record.before, record.choice, record.changed)),
+        _ => None,
+    });
+    assert_eq!(record, Some((Some(FATHER), None, true)));
+    assert_eq!(
+        effects(|out| h.stop_all(3, out).expect("it runs")).len(),
+        1,
+        "a record alone"
+    );
+    // A schema that is released before its iteration has ended begins anew after that.
+    let mut released = Vec::new();
+    effects(|out| released = h.release_all(4, out).expect("it runs"));
+    assert_eq!(released, [FATHER, B]);
+    effects(|out| h.checked(4, FATHER, READY, out));
+    assert!(!h.has_authority(FATHER));
+    effects(|out| h.end(5, FATHER, out));
+    effects(|out| h.checked(6, FATHER, READY, out));
+    assert!(h.has_authority(FATHER));
+}

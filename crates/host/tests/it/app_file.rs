@@ -1,0 +1,263 @@
+//! The faults of files that are no application files at all, and the form in which faults are reported.
+
+use std::path::Path;
+
+use crate::apps::{self, Shelf, check};
+use jde_host::app::{FaultLocation, Faults, Override, load};
+
+fn refused(path: &Path) -> Faults {
+    load(path, &[], &Shelf).expect_err("a file that cannot be an application")
+}
+
+#[test]
+fn a_good_file_loads() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/apps/good.toml");
+    let application = load(&file, &[], &Shelf).unwrap_or_else(|faults| panic!("{faults}"));
+    assert_eq!(application.path, file);
+}
+
+#[test]
+fn a_missing_file_names_the_nearest_beside_it() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/apps/godo.toml");
+    let shown = file.display().to_string();
+    assert_eq!(
+        refused(&file).to_string(),
+        format!(
+            "{shown}: there is no such file\n    help: did you mean `{}`?",
+            shown.replace("godo", "good")
+        )
+    );
+    assert_eq!(
+        refused(Path::new("/nowhere/at/all.toml")).to_string(),
+        "/nowhere/at/all.toml: there is no such file"
+    );
+}
+
+#[test]
+fn a_folder_is_no_application() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    assert_eq!(
+        refused(folder.path()).to_string(),
+        format!(
+            "{}: this is a folder\n    help: give the path of an application file in it",
+            folder.path().display()
+        )
+    );
+}
+
+#[test]
+fn bytes_that_are_no_text_are_told_with_their_place() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("latin.toml");
+    std::fs::write(&file, b"name = \"x\"\ndoc = \"ni\xf1o\"\n").expect("a written file");
+    assert_eq!(
+        refused(&file).to_string(),
+        format!(
+            "{}:2:10: this byte is no UTF-8, and application files are\n    help: save the file as UTF-8",
+            file.display()
+        )
+    );
+}
+
+#[test]
+fn ten_megabytes_of_noise_are_refused_in_few_words() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("noise.toml");
+    // A linear congruential generator (Knuth's MMIX): every run reads the same noise.
+    let mut state = 7u64;
+    let noise: Vec<u8> = (0..10 << 20)
+        .map(|_| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 56) as u8
+        })
+        .collect();
+    std::fs::write(&file, noise).expect("a written file");
+    assert_eq!(
+        refused(&file).to_string(),
+        format!(
+            "{}: the file has more than 2 MiB, and no application is that large\n    help: give the path of an application file",
+            file.display()
+        )
+    );
+}
+
+#[test]
+fn noise_that_is_text_is_refused_in_few_words() {
+    for noise in [
+        "]", "=", "[[[[", "\"", "a.b.", "x = [", "\u{0}", "{", "'''", "é=1\n",
+    ] {
+        let text = noise.repeat((1 << 18) / noise.len());
+        let faults = apps::read(&text, &[]).expect_err(noise);
+        assert!(
+            faults.list().len() <= 10,
+            "{noise}: {} faults",
+            faults.list().len()
+        );
+        assert!(
+            faults.to_string().len() < 4000,
+            "{noise}: {} bytes",
+            faults.to_string().len()
+        );
+        assert!(
+            faults.list().iter().all(|fault| fault.line().is_some()),
+            "{noise}"
+        );
+    }
+}
+
+#[test]
+fn every_syntax_fault_has_its_place() {
+    check(
+        &[
+            ("name    = \"safe-navigation\"", "name = safe"),
+            ("mission = \"example.mission\"", "mission \"example.mission\""),
+            ("[schemas.stop]", "[schemas.stop"),
+        ],
+        r#"
+apps/good.toml:2:8: this is no TOML: string values must be quoted, expected literal string
+apps/good.toml:4:9: this is no TOML: key with no value, expected `=`
+apps/good.toml:23:14: this is no TOML: unclosed table, expected `]`
+"#,
+    );
+}
+
+#[test]
+fn a_list_that_is_not_closed_is_one_fault() {
+    check(
+        &[("[\"laser\"]", "[\"laser\"")],
+        "apps/good.toml:20:1: this is no TOML: missing comma between array elements, expected `,`",
+    );
+}
+
+#[test]
+fn a_name_given_twice_is_one_fault() {
+    check(
+        &[("[schemas.vff]", "[schemas.stop]")],
+        r#"
+apps/good.toml:28:10: there is a table `stop` already
+    help: give each a name of its own, or make one table of the two
+"#,
+    );
+    check(
+        &[("period      = \"75ms\"", "period = \"75ms\"\nperiod = \"80ms\"")],
+        r#"
+apps/good.toml:18:1: there is a key `period` already
+    help: keep one of the two
+"#,
+    );
+}
+
+#[test]
+fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
+    let edits = [
+        ("type  = \"sim/pioneer\"", "type  = \"sim/pionee\""),
+        ("name    = \"safe-navigation\"", "nam = \"x\""),
+        ("\"400 mm/s\"", "\"400 mm\""),
+        ("dwell = \"500ms\"", "dwell = 0"),
+    ];
+    let faults = apps::read(&apps::edited(&edits), &["goon.sped=1"]).expect_err("five faults");
+    let lines: Vec<_> = faults.list().iter().map(|fault| fault.line()).collect();
+    assert_eq!(lines, [Some(2), Some(7), Some(21), Some(35), None]);
+    assert_eq!(
+        faults.list()[4].location,
+        FaultLocation::Option("--set goon.sped=1".to_owned())
+    );
+}
+
+#[test]
+fn a_place_counts_characters_and_spans_bytes() {
+    let text = "# ñandú\nroots = [\"ñandú\", \"gato\"]\n[schemas]\n";
+    let faults = apps::read(text, &[]).expect_err("unknown schemas");
+    let FaultLocation::Text {
+        line, column, span, ..
+    } = &faults.list()[1].location
+    else {
+        panic!("{faults}");
+    };
+    assert_eq!((*line, *column), (2, 19));
+    assert_eq!(text.get(span.clone()), Some("\"gato\""));
+}
+
+#[test]
+fn a_thousand_faults_are_told_by_their_number() {
+    let text: String = (0..1000).map(|n| format!("x{n} = 1\n")).collect();
+    let faults = apps::read(&text, &[]).expect_err("unknown keys");
+    assert_eq!((faults.list().len(), faults.count()), (200, 1002));
+    assert!(faults.to_string().ends_with("\nand 962 more"), "{faults}");
+}
+
+#[test]
+fn an_application_has_so_many_schemas_at_most() {
+    let named: String = (0..10_001)
+        .map(|n| format!("[schemas.s{n}]\ntype = \"goon\"\n"))
+        .collect();
+    let faults = apps::read(&named, &[]).expect_err("too many");
+    assert!(
+        faults
+            .list()
+            .iter()
+            .any(|fault| fault.message.contains("more than 10000 schemas")),
+        "{faults}"
+    );
+}
+
+#[test]
+fn a_long_text_is_quoted_in_part() {
+    let long = "x".repeat(100_000);
+    let faults = apps::faults(&[("\"sim/pioneer\"", &format!("\"{long}\""))]);
+    assert!(faults.len() < 1000, "{} bytes", faults.len());
+    assert!(faults.contains("xxx...`"), "{faults}");
+}
+
+#[test]
+fn an_option_has_three_parts() {
+    let parse = |text: &str| text.parse::<Override>();
+    assert_eq!(
+        parse("goon.speed = \"0.3 m/s\""),
+        Ok(Override {
+            schema: "goon".to_owned(),
+            variable: "speed".to_owned(),
+            value: "\"0.3 m/s\"".to_owned()
+        })
+    );
+    assert_eq!(
+        parse("a.b=c=d.e").map(|option| option.value),
+        Ok("c=d.e".to_owned())
+    );
+    for text in ["", "goon", "goon.speed", "goon=3", ".speed=3", "goon.=3", "=3"] {
+        assert_eq!(
+            parse(text),
+            Err(format!(
+                "`{text}` sets nothing: write schema.variable=value, such as goon.fast=\"0.3 m/s\""
+            ))
+        );
+    }
+}
+
+/// A missing character or line causes a fault at most, never a panic. The place of each fault lies within the
+/// text.
+#[test]
+fn a_file_with_a_piece_missing_is_read_or_refused() {
+    let good = apps::GOOD;
+    let characters = good.char_indices().map(|(at, c)| at..at + c.len_utf8());
+    let lines = good.lines().map(|line| {
+        let start = line.as_ptr() as usize - good.as_ptr() as usize;
+        start..start + line.len()
+    });
+    for piece in characters.chain(lines) {
+        let text = [&good[..piece.start], &good[piece.end..]].concat();
+        let Err(faults) = apps::read(&text, &[]) else {
+            continue;
+        };
+        assert!(!faults.list().is_empty(), "{text}");
+        for fault in faults.list() {
+            assert!(!fault.message.is_empty() && fault.message.len() < 500, "{fault}");
+            if let FaultLocation::Text { line, span, .. } = &fault.location {
+                assert!(text.get(span.clone()).is_some(), "{fault} at {span:?} of\n{text}");
+                assert_eq!(*line, text[..span.start].matches('\n').count() + 1, "{fault}");
+            }
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! The faults that are reported for rules of groups, and for actuators that two schemas could command at
+//! once.
+
+use crate::apps::check;
+
+/// The rules of the group of the good application.
+const RULES: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;
+
+#[test]
+fn a_key_goes_with_its_policy() {
+    check(
+        &[(RULES, r#"{ dwell = "500ms" }"#)],
+        r#"
+apps/good.toml:21:17: `dwell` of group `base` of schema `example` only goes with policy = "sticky"
+    help: remove it, or write policy = "sticky"
+"#,
+    );
+    check(
+        &[(RULES, r#"{ policy = "priority", hysteresis = 0.1, turn = "1s" }"#)],
+        r#"
+apps/good.toml:21:38: `hysteresis` of group `base` of schema `example` only goes with policy = "sticky"
+    help: remove it, or write policy = "sticky"
+apps/good.toml:21:56: `turn` of group `base` of schema `example` only goes with policy = "round-robin"
+    help: remove it, or write policy = "round-robin"
+"#,
+    );
+    check(
+        &[(RULES, r#"{ absence = "brake", hold = "1s", fallback = "brake" }"#)],
+        r#"
+apps/good.toml:21:36: `hold` of group `base` of schema `example` only goes with absence = "hold"
+    help: remove it, or write absence = "hold"
+apps/good.toml:21:49: `fallback` of group `base` of schema `example` only goes with absence = "fallback"
+    help: remove it, or write absence = "fallback"
+"#,
+    );
+}
+
+#[test]
+fn a_policy_without_its_key_is_told_which() {
+    check(
+        &[(RULES, r#"{ policy = "sticky" }"#)],
+        r#"
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "sticky", which needs `dwell`
+    help: add dwell = "500ms"
+"#,
+    );
+    check(
+        &[(RULES, r#"{ policy = "round-robin" }"#)],
+        r#"
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "round-robin", which needs `turn`
+    help: add turn = "5s"
+"#,
+    );
+    check(
+        &[(RULES, r#"{ absence = "hold" }"#)],
+        r#"
+apps/good.toml:21:27: `absence` of group `base` of schema `example` is "hold", which needs `hold`
+    help: add hold = "300ms"
+"#,
+    );
+    check(
+        &[(RULES, r#"{ absence = "fallback" }"#)],
+        r#"
+apps/good.toml:21:27: `absence` of group `base` of schema `example` is "fallback", which needs `fallback`
+    help: add fallback = "brake"
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_policy_names_the_nearest() {
+    check(
+        &[(RULES, r#"{ policy = "stiky" }"#)],
+        r#"
+apps/good.toml:21:26: group `base` of schema `example` has no policy `stiky`
+    help: did you mean `sticky`?
+"#,
+    );
+    check(
+        &[(RULES, r#"{ absence = "break" }"#)],
+        r#"
+apps/good.toml:21:27: group `base` of schema `example` has no absence policy `break`
+    help: absence policies: `brake`, `hold` and `fallback`
+"#,
+    );
+    check(
+        &[(RULES, "{ policy = 3 }")],
+        r#"
+apps/good.toml:21:26: `policy` of group `base` of schema `example` must be a text, not a whole number
+"#,
+    );
+}
+
+#[test]
+fn r9_a_fallback_is_somebody_in_the_group() {
+    check(
+        &[(RULES, r#"{ absence = "fallback", fallback = "cruse" }"#)],
+        r#"
+apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `cruse`, which is nobody in the group
+    help: did you mean `cruise`?
+"#,
+    );
+    check(
+        &[(RULES, r#"{ absence = "fallback", fallback = "lookout" }"#)],
+        r#"
+apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `lookout`, which is nobody in the group
+    help: roles of this group: `brake`, `avoid` and `cruise`
+"#,
+    );
+    check(
+        &[(
+            r#"roots   = ["teleop", "example"]"#,
+            r#"roots   = ["teleop", "example"]
+root = { absence = "fallback", fallback = "stop" }"#,
+        )],
+        r#"
+apps/good.toml:4:43: `fallback` of `root` is `stop`, which is nobody in the group
+    help: schemas in `roots`: `teleop` and `example`
+"#,
+    );
+}
+
+#[test]
+fn a_hysteresis_is_a_finite_number() {
+    check(
+        &[(RULES, r#"{ policy = "sticky", dwell = "1s", hysteresis = -1 }"#)],
+        r#"
+apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is no finite number, 0 or more
+    help: give the urgency by which a rival must exceed the winner
+"#,
+    );
+    check(
+        &[(RULES, r#"{ policy = "sticky", dwell = "1s", hysteresis = nan }"#)],
+        r#"
+apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is no finite number, 0 or more
+    help: give the urgency by which a rival must exceed the winner
+"#,
+    );
+    check(
+        &[(
+            RULES,
+            r#"{ policy = "sticky", dwell = "1s", hysteresis = "much" }"#,
+        )],
+        r#"
+apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` must be a number, 0 or more, not a text
+"#,
+    );
+}
+
+#[test]
+fn r4_only_a_father_who_arbitrates_is_asked() {
+    check(
+        &[(RULES, r#"{ policy = "father" }"#)],
+        r#"
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "father", and no father with an arbitration of its own is above
+    help: choose `priority`, `urgency`, `sticky` or `round-robin`
+"#,
+    );
+    check(
+        &[(
+            r#"roots   = ["teleop", "example"]"#,
+            r#"roots   = ["teleop", "example"]
+root.policy = "father""#,
+        )],
+        r#"
+apps/good.toml:4:15: `policy` of `root` is "father", and no father with an arbitration of its own is above
+    help: choose `priority`, `urgency`, `sticky` or `round-robin`
+"#,
+    );
+}
+
+#[test]
+fn r7_members_of_different_groups_do_not_share_an_actuator() {
+    check(
+        &[(
+            r#"{ brake = "stop", avoid = "vff", cruise = "goon", lookout = "look" }"#,
+            r#"{ brake = "stop", avoid = "vff", gaze = "goon", lookout = "look" }"#,
+        )],
+        r#"
+apps/good.toml:36:22: `stop` and `goon` could command `pioneer.velocity` at the same time: the groups `example/base` and `example/head` have a winner each
+    help: leave the command to one of them, or let them compete in one group
+"#,
+    );
+}
+
+#[test]
+fn r7_a_father_and_its_child_do_not_share_an_actuator() {
+    check(
+        &[(
+            r#"period      = "75ms""#,
+            r#"actuators = { base = "pioneer.velocity" }"#,
+        )],
+        r#"
+apps/good.toml:26:22: `example` and `stop` could command `pioneer.velocity` at the same time: `example` is above the other
+    help: leave the command to one of them, or let them compete in one group
+apps/good.toml:31:22: `example` and `vff` could command `pioneer.velocity` at the same time: `example` is above the other
+    help: leave the command to one of them, or let them compete in one group
+apps/good.toml:36:22: `example` and `goon` could command `pioneer.velocity` at the same time: `example` is above the other
+    help: leave the command to one of them, or let them compete in one group
+"#,
+    );
+}
+
+#[test]
+fn r7_one_schema_commands_an_actuator_once() {
+    check(
+        &[(
+            r#"type      = "teleop"
+actuators = { base = "pioneer.velocity" }"#,
+            r#"type = "twin"
+actuators = { base = "pioneer.velocity", spare = "pioneer.velocity" }"#,
+        )],
+        r#"
+apps/good.toml:13:50: `teleop` commands `pioneer.velocity` by two of its actuators
+    help: bind each of its actuators to a command of its own
+"#,
+    );
+}

@@ -1,0 +1,206 @@
+//! The faults that are reported for several levels of roots, for fathers whose children the file names, and
+//! for roots that exclude each other for no reason.
+
+use crate::apps::{application, check};
+use jde_core::Policy;
+
+const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
+const MISSION: &str = r#"mission = "example.mission""#;
+
+/// Edits that add `more` and a second robot, and put `roots` at the end of the head.
+fn with<'a>(roots: &'a str, more: &'a str) -> [(&'a str, &'a str); 3] {
+    [(ROOTS, ""), (MISSION, roots), ("[schemas.look]", more)]
+}
+
+const SECOND: &str = r#"
+[schemas.second]
+type  = "sim/pioneer"
+world = "office.toml"
+start = [4.0, 2.0, "90deg"]
+
+[schemas.other]
+type      = "teleop"
+actuators = { base = "second.velocity" }
+
+[schemas.look]"#;
+
+const CREW: &str = r#"
+[schemas.second]
+type  = "sim/pioneer"
+world = "office.toml"
+start = [4.0, 2.0, "90deg"]
+
+[schemas.crew]
+type     = "crew"
+children = { walks = "other", waits = "third" }
+groups.legs = { members = ["waits", "walks"], policy = "round-robin", turn = "1s", absence = "fallback", fallback = "walks" }
+
+[schemas.other]
+type      = "teleop"
+actuators = { base = "second.velocity" }
+
+[schemas.third]
+type      = "teleop"
+actuators = { base = "second.velocity" }
+
+[schemas.look]"#;
+
+#[test]
+fn r13_each_level_of_roots_is_a_group_of_its_own() {
+    let roots = r#"
+[roots.left]
+members = ["teleop", "example"]
+policy  = "urgency"
+[roots.right]
+members = ["other"]"#;
+    let application = application(&with(roots, SECOND));
+    let levels: Vec<_> = application
+        .groups
+        .iter()
+        .filter(|group| group.father.is_none())
+        .map(|group| (group.name.as_str(), group.members.len(), group.policy))
+        .collect();
+    let expected = [
+        ("roots/left", 2, Policy::HighestUrgency),
+        ("roots/right", 1, Policy::Priority),
+    ];
+    assert_eq!(levels, expected);
+    assert_eq!(application.warnings(), [""; 0]);
+}
+
+#[test]
+fn r13_what_is_wrong_with_a_level_is_told() {
+    check(
+        &with(
+            r#"
+root = { policy = "urgency" }
+[roots.left]
+members = ["teleop", "other"]
+[roots."no name"]
+members = ["teleop"]
+polcy   = "priority"
+[roots.right]
+policy  = "priority"
+[roots]
+else = 3"#,
+            SECOND,
+        ),
+        r#"
+apps/good.toml:5:1: `root` says how the one level of `roots = [...]` competes, and here are several
+    help: say it in each of them, beside its `members`
+apps/good.toml:8:8: `no name` cannot be the name of a level
+    help: use 1 to 64 letters, digits, `_` and `-`
+apps/good.toml:9:12: `roots` of the application names `teleop` twice
+    help: remove one
+apps/good.toml:10:1: unknown key `polcy` in level `no name` of `roots`
+    help: did you mean `policy`?
+apps/good.toml:11:8: level `right` of `roots` has no members, so nothing would ever start in it
+    help: name its motor schemas, such as members = ["teleop", "example"]; the first wins a collision
+apps/good.toml:14:8: `else` of `roots` must be a table, not a whole number
+"#,
+    );
+}
+
+#[test]
+fn r7_members_of_two_levels_do_not_share_an_actuator() {
+    check(
+        &with(
+            r#"
+[roots.left]
+members = ["teleop"]
+[roots.right]
+members = ["example", "other"]"#,
+            SECOND,
+        ),
+        r#"
+apps/good.toml:30:22: `teleop` and `stop` could command `pioneer.velocity` at the same time: the groups `roots/left` and `roots/right` have a winner each
+    help: leave the command to one of them, or let them compete in one group
+"#,
+    );
+}
+
+#[test]
+fn roots_that_share_no_actuator_are_told_to_exclude_each_other() {
+    let application = application(&with(r#"roots = ["teleop", "example", "other"]"#, SECOND));
+    assert_eq!(
+        application.warnings(),
+        [
+            "line 11: the roots `teleop` and `example` share no actuator with `other`, and only one of all acts at a time. If they \
+             are to act at once, give each its own level: [roots.NAME] with members = [...]"
+        ]
+    );
+}
+
+#[test]
+fn a_father_may_leave_its_children_to_the_file() {
+    let application = application(&with(r#"roots = ["teleop", "example", "crew"]"#, CREW));
+    let crew = application.instance("crew").expect("it is there");
+    let group = application
+        .groups
+        .iter()
+        .find(|group| group.father == Some(crew))
+        .expect("it has a group");
+    let names: Vec<_> = group
+        .members
+        .iter()
+        .map(|member| application.instances[*member].name.as_str())
+        .collect();
+    assert_eq!(
+        (group.name.as_str(), names),
+        ("crew/legs", vec!["third", "other"])
+    );
+    assert_eq!(group.policy, Policy::RoundRobin { turn: 1_000_000_000 });
+    let other = application.instance("other").expect("it is there") as u32;
+    assert_eq!(
+        group.absence,
+        jde_core::Absence::Fallback(jde_core::SchemaId(other))
+    );
+    let roles: Vec<_> = application.instances[crew]
+        .schema
+        .children
+        .iter()
+        .map(|child| child.name.as_str())
+        .collect();
+    assert_eq!(roles, ["waits", "walks"]);
+}
+
+#[test]
+fn what_is_wrong_with_such_children_is_told() {
+    let crew = CREW
+        .replace(
+            r#"members = ["waits", "walks"]"#,
+            r#"members = ["waits", "wlaks"]"#,
+        )
+        .replace(
+            "[schemas.other]",
+            "groups.arms.policy = \"priority\"\ngroups.head.members = [\"waits\"]\n[schemas.other]",
+        );
+    check(
+        &with(r#"roots = ["teleop", "example", "crew"]"#, &crew),
+        r#"
+apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `wlaks`, which is no child of it
+    help: did you mean `walks`?
+apps/good.toml:47:117: `fallback` of group `legs` of schema `crew` is `walks`, which is nobody in the group
+    help: roles of this group: `waits`
+apps/good.toml:49:8: schema `crew` has no group `arms`
+    help: say whose it is: members = [...], of its `children`
+apps/good.toml:50:24: `members` of group `head` of schema `crew` names `waits`, which is a member of `legs` already
+    help: a child competes in one group: remove one
+apps/good.toml:57:22: `other` and `third` could command `second.velocity` at the same time: the groups `crew/all` and `crew/legs` have a winner each
+    help: leave the command to one of them, or let them compete in one group
+"#,
+    );
+    let alone = CREW.replace(r#"children = { walks = "other", waits = "third" }"#, "");
+    check(
+        &with(
+            r#"roots = ["teleop", "example", "crew", "other", "third"]"#,
+            &alone,
+        ),
+        r#"
+apps/good.toml:44:10: schema `crew` has no children, so it would wake nobody
+    help: name them, such as children = { left = "NAME", right = "NAME" }
+apps/good.toml:47:28: `members` of group `legs` of schema `crew` names `waits`, which is no child of it
+apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `walks`, which is no child of it
+"#,
+    );
+}

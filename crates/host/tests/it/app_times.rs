@@ -1,0 +1,118 @@
+//! The faults that are reported for times that no clock can keep.
+
+use crate::apps::check;
+
+/// The period of a schema in the good application.
+const PERIOD: &str = r#"period      = "75ms""#;
+
+#[test]
+fn a_time_that_no_clock_can_keep_is_refused() {
+    check(
+        &[(PERIOD, "period = 0")],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is no time above 0
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(PERIOD, "period = -0.1")],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is no time above 0
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(PERIOD, r#"period = "50us""#)],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is shorter than 100 us
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(PERIOD, "period = 75_000_000")],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is longer than a day
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(PERIOD, "period = nan")],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is no time above 0
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(PERIOD, r#"period = "75 mm""#)],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` must be a time, and `mm` is no unit of time
+    help: write a time such as "75ms", a frequency such as "10 Hz", or a number of seconds
+"#,
+    );
+    check(
+        &[(PERIOD, r#"period = "75 milli""#)],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is `75 milli`, and `milli` is no unit of time
+    help: write a time such as "75ms", a frequency such as "10 Hz", or a number of seconds
+"#,
+    );
+    check(
+        &[(PERIOD, r#"period = "soon""#)],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` is `soon`, which is no time
+    help: write a time such as "75ms", a frequency such as "10 Hz", or a number of seconds
+"#,
+    );
+    check(
+        &[(PERIOD, "period = true")],
+        r#"
+apps/good.toml:17:10: `period` of schema `example` must be a time such as "75ms", a frequency such as "10 Hz", or a number of seconds, not true or false
+"#,
+    );
+    check(
+        &[(
+            r#"type      = "stop""#,
+            r#"type      = "stop"
+budget = "0s""#,
+        )],
+        r#"
+apps/good.toml:25:10: `budget` of schema `stop` is no time above 0
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+    check(
+        &[(
+            r#"type      = "stop""#,
+            r#"type      = "stop"
+budget = "10 Hz""#,
+        )],
+        r#"
+apps/good.toml:25:10: `budget` of schema `stop` must be a time, and `Hz` is no unit of time
+    help: write a time such as "75ms", or a number of seconds
+"#,
+    );
+    check(
+        &[(
+            r#"type      = "stop""#,
+            r#"type      = "stop"
+budget = "20ms"
+hang = "20ms""#,
+        )],
+        r#"
+apps/good.toml:26:8: `hang` of schema `stop` is not longer than its budget, which is 20 ms
+    help: give several budgets, or leave it out for ten of them and at least a second
+"#,
+    );
+    check(
+        &[(
+            r#"{ policy = "sticky", dwell = "500ms" }"#,
+            r#"{ patience = 0, budget = "1us" }"#,
+        )],
+        r#"
+apps/good.toml:21:28: `patience` of group `base` of schema `example` is no time above 0
+    help: give a time from 100 us to a day; a bare number counts seconds
+apps/good.toml:21:40: `budget` of group `base` of schema `example` is shorter than 100 us
+    help: give a time from 100 us to a day; a bare number counts seconds
+"#,
+    );
+}

@@ -1,0 +1,40 @@
+//! The delivered application that sees: by camera and laser alone it finds its ball, in lockstep.
+
+use std::path::Path;
+
+use jde_host::app;
+use jde_host::event::Outcome;
+use jde_host::{Lockstep, Options};
+use jde_types::{Mission, Truth};
+
+use crate::delivered::{self, ROOT, SECOND};
+
+/// The centre of the ball in the hall, m.
+const BALL: [f64; 2] = [4.9, 3.7];
+
+#[test]
+fn the_robot_finds_the_ball_behind_the_crate_and_stops_before_it() {
+    let plugins = delivered::plugins();
+    let file = Path::new(ROOT).join("apps/follow-ball.toml");
+    let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let mut running =
+        Lockstep::start(application, &plugins, Options::default()).unwrap_or_else(|error| panic!("{error}"));
+    let handle = running.handle();
+    let outcome = running.run_until(120 * SECOND).expect("it ends by its limit");
+    drop(running);
+    assert_eq!(outcome, Outcome::Done);
+    let mission: Mission = handle
+        .value("follower.mission")
+        .expect("it is exported")
+        .expect("it was written");
+    assert_eq!((mission.state, mission.reached), (Mission::DONE, 1));
+    let error = (mission.target.x - BALL[0]).hypot(mission.target.y - BALL[1]);
+    assert!(error < 0.15, "the ball is {error} m from where it is seen");
+    let truth: Truth = handle
+        .value("pioneer.truth")
+        .expect("it is exported")
+        .expect("it was written");
+    let distance = (truth.pose.x - BALL[0]).hypot(truth.pose.y - BALL[1]);
+    assert!((0.7..1.1).contains(&distance), "{distance} m");
+    assert_eq!(truth.collisions, 0);
+}

@@ -1,0 +1,104 @@
+//! A recording of a process that is killed can be read up to the last flush.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use jde_log::{Options, Origin, Recorder, Recording, Stamps};
+use jde_panel::List;
+use jde_types::Value;
+use jde_watchdog::Watchdog;
+
+/// The file of the process that will be killed. Set in that process only.
+const FILE: &str = "JDE_LOG_TEST_FILE";
+
+/// Records until it is killed. Prints the number of messages that have reached the file whenever it changes.
+fn record_until_killed(file: &Path) {
+    let options = Options {
+        origin: Origin {
+            application: "victim".to_owned(),
+            seed: 0,
+            started: SystemTime::UNIX_EPOCH,
+            folder: None,
+            file: None,
+            hierarchy: None,
+        },
+        application: None,
+        overwrite: false,
+        lossless: true,
+        on_error: Box::new(|trouble| panic!("{trouble}")),
+    };
+    let recorder = Recorder::create(file, options).unwrap();
+    let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());
+    let panel = recorder.panel("victim");
+    let mut told = 0;
+    for number in 1.. {
+        let stamps = Stamps {
+            published: number,
+            measured: number,
+            sequence: number,
+        };
+        topic.put(&number.to_ne_bytes(), stamps);
+        let list = List {
+            time: number,
+            items: Vec::new(),
+        };
+        panel.put_panel(&Ok(list), stamps);
+        let kept = recorder.status().written;
+        if kept > told {
+            told = kept;
+            // If this fails, the parent has ended, and this process ends too.
+            println!("\nkept {told}");
+        }
+    }
+}
+
+#[test]
+fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
+    let _watchdog = Watchdog::for_test();
+    if let Some(file) = std::env::var_os(FILE) {
+        return record_until_killed(file.as_ref());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args([
+            "--exact",
+            "killed::a_recording_of_a_killed_process_reads_up_to_its_last_flush",
+            "--nocapture",
+        ])
+        .env(FILE, &file)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    // The second flush comes half a second after the first.
+    let kept = lines
+        .filter_map(|line| line.unwrap().strip_prefix("kept ")?.parse::<u64>().ok())
+        .nth(1)
+        .expect("it says what it has kept");
+    // SIGKILL: no code of the process runs after it.
+    child.kill().unwrap();
+    child.wait().unwrap();
+
+    let recording = Recording::open(&file).unwrap();
+    assert!(recording.damage().is_some(), "it had no time to write an index");
+    assert_eq!(recording.metadata("jde").unwrap()["application"], "victim");
+    let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
+    assert!(messages.len() as u64 >= kept, "{} of {kept}", messages.len());
+    let (values, panels): (Vec<_>, Vec<_>) = messages
+        .iter()
+        .partition(|message| message.channel.topic == "/victim/count");
+    for (place, message) in values.iter().enumerate() {
+        assert_eq!(message.log_time, place as u64 + 1, "and none is missing before");
+    }
+    for (place, message) in panels.iter().enumerate() {
+        assert_eq!(jde_log::panel::schema(&message.channel), Some("victim"));
+        let list = jde_log::panel::read(&message.data).unwrap().unwrap();
+        assert_eq!(list.time, place as u64 + 1);
+    }
+    assert!(panels.len().abs_diff(values.len()) <= 1);
+}

@@ -1,0 +1,380 @@
+//! A recording in parts is one recording: it contains every message once, whichever file is opened. A part
+//! alone contains the values in force. The size of an endless recording is limited.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use crate::support;
+use jde_host::records::{EventRecord, RunRecord};
+use jde_log::{
+    Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
+};
+use jde_types::Value;
+use jde_watchdog::Watchdog;
+use tempfile::TempDir;
+
+const SECOND: u64 = 1_000_000_000;
+
+fn split(every: PartSize, keep: Option<u64>) -> SplitOptions {
+    SplitOptions {
+        part_size: every,
+        max_total_bytes: keep,
+    }
+}
+
+fn stamps(number: u64, published: u64) -> Stamps {
+    Stamps {
+        published,
+        measured: published.saturating_sub(1),
+        sequence: number,
+    }
+}
+
+/// A modulation that is written once, a value that is retracted, and ten numbers a second, which do not
+/// compress.
+struct Drive {
+    recorder: Recorder,
+    noise: Topic,
+    taken_back: Topic,
+    next: u64,
+    state: u64,
+}
+
+impl Drive {
+    fn begin(path: &Path, how: SplitOptions, overwrite: bool) -> Self {
+        let options = Options {
+            overwrite,
+            ..support::options("endless", true)
+        };
+        Self::of(Recorder::create_split(path, options, how).unwrap())
+    }
+
+    fn of(recorder: Recorder) -> Self {
+        let about = |variable: &str| BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
+        let number = Arc::new(u64::describe());
+        let once = recorder.topic("/goon/speed", Arc::clone(&number), about("goon.speed"));
+        let taken_back = recorder.topic("/pose/pose", number, about("pose.pose"));
+        let noise = recorder.topic(
+            "/pioneer/noise",
+            Arc::new(<[u64; 128]>::describe()),
+            about("pioneer.noise"),
+        );
+        assert!(once.put(&7_u64.to_ne_bytes(), stamps(0, 0)));
+        assert!(taken_back.put(&1_u64.to_ne_bytes(), stamps(0, 0)));
+        Self {
+            recorder,
+            noise,
+            taken_back,
+            next: 1,
+            state: 1,
+        }
+    }
+
+    fn go_on(&mut self, seconds: u64) {
+        for _ in 0..seconds * 10 {
+            let mut bytes = Vec::new();
+            for _ in 0..128 {
+                self.state = self.state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+                bytes.extend(self.state.rotate_left(29).to_le_bytes());
+            }
+            let time = self.next * SECOND / 10;
+            assert!(self.noise.put(&bytes, stamps(self.next, time)));
+            self.next += 1;
+            if self.next == 15 {
+                // A recorder that retracts values needs a story.
+                self.recorder.push_record(RunRecord::Event(EventRecord {
+                    time_s: time as f64 / 1e9,
+                    kind: "ended".to_owned(),
+                    ..EventRecord::default()
+                }));
+                self.taken_back.retract(time);
+            }
+        }
+    }
+}
+
+/// Records a drive in a folder of its own.
+fn drive(seconds: u64, how: SplitOptions) -> (TempDir, PathBuf, Status) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let mut drive = Drive::begin(&path, how, false);
+    drive.go_on(seconds);
+    let status = drive.recorder.finish();
+    (folder, path, status)
+}
+
+fn read(path: &Path) -> (Recording, Vec<Message>) {
+    let recording = Recording::open(path).unwrap();
+    assert_eq!(recording.damage(), None);
+    let messages = recording.messages().unwrap().map(Result::unwrap).collect();
+    (recording, messages)
+}
+
+fn sequences(messages: &[Message], topic: &str) -> Vec<u32> {
+    let of = messages.iter().filter(|message| message.channel.topic == topic);
+    of.map(|message| message.sequence).collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let listed = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = listed
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn parts_are_one_recording_by_whichever_name() {
+    let (folder, path, status) = drive(65, split(PartSize::Time(10 * SECOND), None));
+    let parts = status.parts.clone().unwrap();
+    assert_eq!((parts.count, parts.deleted, status.lost), (7, 0, 0));
+    assert_eq!(parts.last, folder.path().join("drive-007.mcap"));
+    assert_eq!(names(folder.path()).len(), 7);
+    for asked in [
+        folder.path(),
+        &path,
+        &parts.first,
+        &folder.path().join("drive-004.mcap"),
+    ] {
+        let (recording, messages) = read(asked);
+        assert_eq!(messages.len() as u64, status.written, "{}", asked.display());
+        assert!(messages.is_sorted_by_key(|message| message.log_time));
+        assert_eq!(sequences(&messages, "/pioneer/noise"), Vec::from_iter(1..=650));
+        assert_eq!(sequences(&messages, "/goon/speed"), [0]);
+        let survey = Survey::of(&recording).unwrap();
+        let told = survey.parts.unwrap();
+        assert_eq!((told.files.len(), told.first, told.missing), (7, 1, vec![]));
+        assert!(told.files.is_sorted());
+        let lengths = recording.files().map(|file| file.metadata().unwrap().len());
+        assert_eq!(survey.bytes, lengths.sum::<u64>());
+        assert_eq!(survey.topics.len(), recording.channels().count());
+    }
+    let from: Vec<_> = Recording::open(&path)
+        .unwrap()
+        .messages_from(40 * SECOND)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    assert_eq!(sequences(&from, "/pioneer/noise"), Vec::from_iter(400..=650));
+}
+
+#[test]
+fn a_part_alone_says_what_was_in_force_at_its_beginning() {
+    let (folder, ..) = drive(35, split(PartSize::Time(10 * SECOND), None));
+    let elsewhere = tempfile::tempdir().unwrap();
+    for (number, in_force) in [(1, 0), (2, 1), (3, 1)] {
+        let name = format!("drive-{number:03}.mcap");
+        let part = elsewhere.path().join("part.mcap");
+        std::fs::copy(folder.path().join(name), &part).unwrap();
+        let (recording, messages) = read(&part);
+        assert_eq!(recording.first_part(), Some(number));
+        let began = messages[0].log_time;
+        let speed: Vec<_> = messages
+            .iter()
+            .filter(|message| message.channel.topic == "/goon/speed")
+            .collect();
+        assert_eq!(speed.len(), 1);
+        assert_eq!((speed[0].log_time, speed[0].publish_time), (began, 0));
+        // It was retracted in the first part.
+        let poses = sequences(&messages, "/pose/pose").len();
+        assert_eq!(poses, if in_force == 0 { 1 } else { 0 }, "part {number}");
+    }
+}
+
+#[test]
+fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
+    let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
+    std::fs::remove_file(folder.path().join("drive-003.mcap")).unwrap();
+    let (recording, messages) = read(&path);
+    assert_eq!(recording.missing().collect::<Vec<_>>(), [3..=3]);
+    assert_eq!(
+        sequences(&messages, "/goon/speed"),
+        [0, 0],
+        "at the start, and behind the gap"
+    );
+    // At the beginning of a part, the newest value before it is in force.
+    let expected = Vec::from_iter((1..200).chain(299..=450));
+    assert_eq!(sequences(&messages, "/pioneer/noise"), expected);
+}
+
+#[test]
+fn an_endless_recording_keeps_the_newest_and_no_more() {
+    let (megabyte, keep) = (1_000_000, 6_000_000);
+    let (folder, path, status) = drive(2000, split(PartSize::Bytes(megabyte), Some(keep)));
+    let parts = status.parts.unwrap();
+    assert!(parts.count >= 9 && parts.deleted > 0, "{parts:?}");
+    assert_eq!(names(folder.path()).len() as u64, parts.count - parts.deleted);
+    let (recording, messages) = read(&path);
+    let there: u64 = recording.files().map(|file| file.metadata().unwrap().len()).sum();
+    assert!(there <= keep && there > keep / 2, "{there}");
+    assert_eq!(u64::from(recording.first_part().unwrap()), parts.deleted + 1);
+    let kept = sequences(&messages, "/pioneer/noise");
+    let newest = kept.last().copied().unwrap();
+    assert_eq!(newest, 20_000);
+    assert_eq!(kept, Vec::from_iter(kept[0]..=newest), "each once, without a gap");
+    assert_eq!(sequences(&messages, "/goon/speed"), [0], "still known");
+}
+
+#[test]
+fn recordings_of_one_name_follow_each_other_and_are_not_mixed() {
+    let how = split(PartSize::Time(10 * SECOND), None);
+    let (folder, path, _) = drive(25, how);
+    let mut second = Drive::begin(&path, how, false);
+    second.go_on(15);
+    second.recorder.finish();
+    assert_eq!(names(folder.path()).len(), 5);
+    let count = |name: &str| read(&folder.path().join(name)).0.files().count();
+    assert_eq!((count("drive-002.mcap"), count("drive-004.mcap")), (3, 2));
+    assert_eq!(count("drive.mcap"), 2, "the newest");
+    assert!(matches!(
+        Recording::open(folder.path()),
+        Err(ReadError::Ambiguous { count: 2, .. })
+    ));
+
+    // The limit applies to both recordings together.
+    let least = split(PartSize::Time(10 * SECOND), Some(150_000));
+    let mut third = Drive::begin(&path, least, false);
+    third.go_on(5);
+    let parts = third.recorder.finish().parts.unwrap();
+    assert_eq!(parts.last, folder.path().join("drive-006.mcap"));
+    assert!(parts.deleted >= 3, "{parts:?}");
+
+    let mut over = Drive::begin(&path, how, true);
+    over.go_on(5);
+    over.recorder.finish();
+    assert_eq!(names(folder.path()), ["drive-001.mcap"]);
+}
+
+#[test]
+fn what_is_no_part_is_neither_read_with_them_nor_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    std::fs::write(folder.path().join("drive-001.mcap"), "somebody's").unwrap();
+    std::fs::write(folder.path().join("drive-002.mcap"), "").unwrap();
+    let mut drive = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
+    drive.go_on(25);
+    let parts = drive.recorder.finish().parts.unwrap();
+    assert_eq!((parts.count, parts.deleted), (3, 2));
+    assert_eq!(
+        names(folder.path()),
+        ["drive-001.mcap", "drive-002.mcap", "drive-005.mcap"]
+    );
+    let nothing = tempfile::tempdir().unwrap();
+    let refused = Recording::open(nothing.path()).err();
+    assert!(matches!(refused, Some(ReadError::Empty(_))), "{refused:?}");
+}
+
+#[test]
+fn parts_that_another_recording_writes_are_left_alone() {
+    let _watchdog = Watchdog::for_test();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let how = split(PartSize::Time(10 * SECOND), None);
+    let first = folder.path().join("drive-001.mcap");
+    let mut live = Drive::begin(&path, how, false);
+
+    let mut bounded = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
+    bounded.go_on(25);
+    let parts = bounded.recorder.finish().parts.unwrap();
+    assert_eq!((parts.count, parts.deleted), (3, 2));
+    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
+    assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-004.mcap"]);
+
+    let mut over = Drive::begin(&path, how, true);
+    over.go_on(5);
+    let parts = over.recorder.finish().parts.unwrap();
+    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
+    assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-002.mcap"]);
+
+    live.go_on(5);
+    live.recorder.finish();
+    assert_eq!(
+        sequences(&read(&first).1, "/pioneer/noise"),
+        Vec::from_iter(1..=50)
+    );
+    // It has ended, so it can be deleted like any other.
+    let mut over = Drive::begin(&path, how, true);
+    over.go_on(5);
+    assert_eq!(over.recorder.finish().parts.unwrap().undeleted, BTreeSet::new());
+    assert_eq!(names(folder.path()), ["drive-001.mcap"]);
+}
+
+#[test]
+fn behind_the_last_number_of_a_file_there_is_no_other() {
+    let _watchdog = Watchdog::for_test();
+    let every = split(PartSize::Time(10 * SECOND), None);
+    let (folder, path, _) = drive(5, every);
+    let first = folder.path().join("drive-001.mcap");
+    let named = |number: u64| folder.path().join(format!("drive-{number}.mcap"));
+    let last = u64::from(u32::MAX);
+    // Not a number of a part.
+    std::fs::copy(&first, named(last + 1)).unwrap();
+    let mut next = Drive::begin(&path, every, false);
+    next.go_on(5);
+    let second = next.recorder.finish().parts.unwrap().last;
+    assert_eq!(second, folder.path().join("drive-002.mcap"));
+
+    std::fs::copy(&first, named(last - 1)).unwrap();
+    let troubles = Arc::<Mutex<Vec<String>>>::default();
+    let told = Arc::clone(&troubles);
+    let options = Options {
+        on_error: Box::new(move |trouble| told.lock().unwrap().push(trouble.to_owned())),
+        ..support::options("endless", true)
+    };
+    let mut ends = Drive::of(Recorder::create_split(&path, options, every).unwrap());
+    ends.go_on(15);
+    let status = ends.recorder.finish();
+    assert_eq!(status.parts.unwrap().last, named(last));
+    assert_eq!(troubles.lock().unwrap().len(), 1);
+    assert!(status.error.unwrap().contains("the last number"));
+    let kept = sequences(&read(&named(last)).1, "/pioneer/noise").len();
+    assert!(
+        (99..=100).contains(&kept),
+        "what was written before is whole: {kept}"
+    );
+
+    let refused = Recorder::create_split(&path, support::options("endless", true), every).err();
+    assert!(refused.unwrap().to_string().contains("the last number"));
+}
+
+#[test]
+fn only_names_that_numbering_gives_are_parts_of_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
+    let how = split(PartSize::Time(10 * SECOND), None);
+    // Two names that become the same text if invalid UTF-8 is replaced.
+    Drive::begin(&named(b"d\xff.mcap"), how, false).recorder.finish();
+    let theirs = named(b"d\xff-001.mcap");
+    for like in [&b"d\xfe-0001.mcap"[..], b"d\xfe-01.mcap", b"d\xfe-+01.mcap"] {
+        std::fs::copy(&theirs, named(like)).unwrap();
+    }
+    Drive::begin(&named(b"d\xfe.mcap"), how, false).recorder.finish();
+    assert!(named(b"d\xfe-001.mcap").exists(), "numbers begin at 1");
+    let mut over = Drive::begin(&named(b"d\xfe.mcap"), split(how.part_size, Some(1)), true);
+    over.go_on(15);
+    assert_eq!(over.recorder.finish().parts.unwrap().deleted, 1);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
+    assert!(theirs.exists());
+}
+
+#[test]
+fn a_part_that_was_cut_off_spoils_no_other() {
+    let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
+    let third = folder.path().join("drive-003.mcap");
+    let whole = std::fs::read(&third).unwrap();
+    // After its header, within what it repeats, and within what is new.
+    for length in [600, 2500, whole.len() / 2] {
+        std::fs::write(&third, &whole[..length]).unwrap();
+        let recording = Recording::open(&path).unwrap();
+        let damage = recording.damage().unwrap();
+        assert!(damage.reason.starts_with("drive-003.mcap: "), "{damage:?}");
+        let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
+        let kept = sequences(&messages, "/pioneer/noise");
+        assert!(kept.len() >= 350, "{length}: {}", kept.len());
+        assert!(kept.is_sorted_by(|one, next| one < next), "{length}: twice");
+    }
+}

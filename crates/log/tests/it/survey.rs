@@ -1,0 +1,188 @@
+//! Surveys of recordings: complete, around a firing, and damaged.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::support::options;
+use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord};
+use jde_log::trigger::{Condition, Names, Triggers};
+use jde_log::{GroupSurvey, Recorder, Recording, SchemaProblems, Stamps, Survey, TriggerOptions};
+use jde_types::Value;
+
+const SECOND: u64 = 1_000_000_000;
+
+fn survey(file: &Path) -> Survey {
+    Survey::of(&Recording::open(file).unwrap()).unwrap()
+}
+
+fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
+    RunRecord::Decision(Decision {
+        number: 1,
+        time_s,
+        group: group.to_owned(),
+        case: case.to_owned(),
+        candidates: vec![CandidateRecord {
+            name: "goon".to_owned(),
+            state: "ready".to_owned(),
+            ready: true,
+            urgency: None,
+        }],
+        before: None,
+        choice: Some("goon".to_owned()),
+        decider: "nobody".to_owned(),
+        reason: String::new(),
+        cause: String::new(),
+        changed,
+        takeover_us: None,
+    })
+}
+
+fn happened(time_s: f64, kind: &str, text: &str) -> RunRecord {
+    RunRecord::Event(EventRecord {
+        time_s,
+        kind: kind.to_owned(),
+        schema: Some("goon".to_owned()),
+        text: text.to_owned(),
+        ..EventRecord::default()
+    })
+}
+
+/// Records ten values a second for `seconds` s, and a story. Three values are lost.
+fn drive(recorder: &Recorder, seconds: u64) {
+    let topic = recorder.topic("/robot/count", Arc::new(u64::describe()), BTreeMap::new());
+    topic.add_lost(3);
+    let mut story = vec![
+        decided(1.0, "roots", "alone", true),
+        decided(2.0, "base", "alone", true),
+        decided(3.0, "base", "alone", false),
+        happened(4.0, "overrun", "missed its deadline"),
+        happened(4.0, "overrun", "took 3.000 ms of 1.000 ms"),
+        happened(5.0, "faulted", "it divided by zero"),
+        happened(6.0, "refused", "a wake"),
+        decided(7.0, "base", "collision", true),
+    ]
+    .into_iter()
+    .peekable();
+    for tenth in 0..seconds * 10 {
+        let time = tenth * SECOND / 10;
+        while let Some(line) = story.next_if(|line| line.time() <= time) {
+            recorder.push_record(line);
+        }
+        let stamps = Stamps {
+            published: time,
+            measured: time,
+            sequence: tenth,
+        };
+        topic.put(&tenth.to_ne_bytes(), stamps);
+    }
+}
+
+#[test]
+fn a_survey_counts_what_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("drive.mcap");
+    let recorder = Recorder::create(&file, options("bench", true)).unwrap();
+    drive(&recorder, 10);
+    recorder.finish();
+    let survey = survey(&file);
+    assert_eq!(survey.application.as_deref(), Some("bench"));
+    assert_eq!((survey.seed, survey.application_start_ns), (Some(0), Some(0)));
+    assert_eq!(survey.bytes, file.metadata().unwrap().len());
+    assert_eq!((survey.messages, survey.seconds()), (108, 9.9));
+    let count = survey
+        .topics
+        .iter()
+        .find(|topic| topic.topic == "/robot/count")
+        .unwrap();
+    assert_eq!(
+        (count.messages, count.bytes, count.rate_hz),
+        (100, 100 * 12, Some(10.0))
+    );
+    assert_eq!(count.type_name, "std_msgs/msg/UInt64");
+    assert_eq!(survey.decisions, 4);
+    let group = |group: &str, decisions, switches| GroupSurvey {
+        group: group.to_owned(),
+        decisions,
+        switches,
+    };
+    assert_eq!(survey.groups, [group("roots", 1, 1), group("base", 3, 2)]);
+    assert_eq!(
+        survey.troubled,
+        [SchemaProblems {
+            schema: "goon".to_owned(),
+            faults: 1,
+            overruns: 1,
+            refused: 1,
+            last_fault: Some("it divided by zero".to_owned()),
+        }]
+    );
+    assert_eq!(survey.lost, BTreeMap::from([("/robot/count".to_owned(), 3)]));
+    assert_eq!((survey.triggers, survey.damage), (Vec::new(), None));
+}
+
+#[test]
+fn what_was_in_force_before_a_file_began_is_not_counted_as_decided_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = Names {
+        groups: vec!["base".to_owned()],
+        ..Names::default()
+    };
+    let condition = Condition::new("collision:base", &names).unwrap();
+    let when = TriggerOptions {
+        triggers: Triggers::new(names, vec![condition]),
+        before: 2 * SECOND,
+        after: SECOND,
+        memory: 1 << 20,
+        on_file: Box::new(|_, _| {}),
+    };
+    let recorder =
+        Recorder::create_triggered(&folder.path().join("drive.mcap"), options("bench", true), when).unwrap();
+    drive(&recorder, 20);
+    recorder.finish();
+    let survey = survey(&folder.path().join("drive-001.mcap"));
+    assert_eq!(survey.seconds(), 3.0);
+    assert_eq!(survey.decisions, 1, "three others were before");
+    let cause = &survey.triggers[0];
+    assert_eq!(
+        (cause.condition.as_str(), cause.reason.as_str(), cause.time_s),
+        ("collision:base", "collision in base", 7.0)
+    );
+}
+
+/// Returns the middle of the last chunk of a file.
+fn last_chunk(bytes: &[u8]) -> usize {
+    let (mut at, mut last) = (8, None);
+    // A record is an opcode, a length and a body. The last one is the end of the file, or its footer.
+    while let Some(length) = bytes.get(at + 1..at + 9) {
+        let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
+        if bytes[at] == 6 {
+            last = Some(at + 9 + length / 2);
+        }
+        at += 9 + length;
+    }
+    last.expect("there are messages")
+}
+
+#[test]
+fn a_damaged_recording_is_surveyed_up_to_the_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("drive.mcap");
+    let recorder = Recorder::create(&file, options("bench", true)).unwrap();
+    drive(&recorder, 6_000);
+    recorder.finish();
+    let bytes = std::fs::read(&file).unwrap();
+    let whole = survey(&file);
+    // Within the last chunk, to which the index still refers. The clock determines where chunks end.
+    let within = last_chunk(&bytes);
+    let mut spoilt = bytes.clone();
+    spoilt[within] ^= 0x40;
+    for (damaged, place) in [(&bytes[..bytes.len() / 2], bytes.len() / 2), (&spoilt, within)] {
+        std::fs::write(&file, damaged).unwrap();
+        let survey = survey(&file);
+        let damage = survey.damage.as_ref().unwrap();
+        assert!(damage.offset <= place as u64, "{damage:?}");
+        assert!(survey.messages > 0 && survey.messages < whole.messages);
+        assert!(survey.last_ns < whole.last_ns);
+    }
+}

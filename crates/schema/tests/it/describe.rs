@@ -1,0 +1,204 @@
+//! The host reads the same description of a schema that the derive macro was given.
+
+#![forbid(unsafe_code)]
+
+use jde_abi::describe::{Kind, Limits, Role};
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+/// Drives home.
+///
+/// And back.
+#[derive(Describe)]
+#[schema(motor, period = "75ms", budget = "5ms")]
+pub(crate) struct DriveHome {
+    /// What the laser sees.
+    #[import(trigger)]
+    laser: Import<LaserScan>,
+    /// Another's number.
+    #[import(optional, unit = "m", name = "far-off")]
+    distance: Import<f64>,
+    /// How it goes.
+    #[export]
+    mission: Export<Mission>,
+    /// How fast.
+    #[modulation(default = 0.3, unit = "m/s", min = 0, max = 1.5)]
+    speed: Modulation<f64>,
+    /// Where to.
+    #[modulation(default = Pose2D::new(1.0, 2.0, 0.0))]
+    home: Modulation<Pose2D>,
+    /// A map.
+    #[modulation(default = "worlds/office.toml", unit = "path", fixed)]
+    map: Modulation<Text<256>>,
+    /// Gains.
+    #[modulation(default = [1.0, 2.0, 3.0])]
+    gains: Modulation<[f64; 3]>,
+    /// The base.
+    #[actuator]
+    base: Actuator<Twist>,
+    /// The head, if there is one.
+    #[actuator(optional)]
+    head: Actuator<Vector3>,
+    /// Goes straight.
+    #[child(group = "base")]
+    cruise: Child,
+    /// Finds the way.
+    #[child(perceptive, optional)]
+    map_maker: Child,
+    /// Where cruise goes.
+    #[modulates(child = "cruise", name = "target")]
+    cruise_target: Modulates<Pose2D>,
+    /// How often.
+    #[modulates(child = "cruise", name = "period", optional)]
+    cruise_period: Modulates<f64>,
+    visits: Vec<Pose2D>,
+}
+
+impl Schema for DriveHome {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.visits.push(self.home.get(cx));
+        let _ = (self.laser.is_bound(cx), self.distance.get(cx), self.speed.get(cx));
+        let _ = (
+            self.map.get(cx),
+            self.gains.get(cx),
+            self.cruise.wake(cx),
+            self.map_maker.wake(cx),
+        );
+        self.mission.write(cx, Mission::default());
+        self.base.command(cx, Twist::ZERO);
+        self.head.command(cx, Vector3::default());
+        self.cruise_target.set(cx, self.home.get(cx));
+        self.cruise_period.set(cx, 0.05);
+        Ok(())
+    }
+}
+
+impl Arbitrate for DriveHome {
+    fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
+        assert_eq!(level.group(), "base");
+        Ok(Verdict::nobody("there is only one"))
+    }
+}
+
+/// A wheel.
+#[derive(Describe)]
+#[schema(driver, period = "10ms", name = "wheel-2")]
+pub(crate) struct Wheel {
+    /// How fast.
+    #[command(neutral = 0.0, validity = "500ms", unit = "rad/s")]
+    velocity: Command<f64>,
+    /// How far.
+    #[export(unit = "rad")]
+    angle: Export<f64>,
+}
+
+impl Schema for Wheel {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let velocity = *self.velocity.get(cx);
+        self.angle.write(cx, velocity);
+        Ok(())
+    }
+}
+
+const _: jde_abi::raw::Plugin = jde_schema::plugin!("demo", "Two schemas.", [DriveHome, Wheel]);
+
+#[test]
+fn names_and_kinds_and_times_are_as_declared() {
+    let (home, wheel) = (Bench::<DriveHome>::new(), Bench::<Wheel>::new());
+    let (home, wheel) = (home.description(), wheel.description());
+    assert_eq!((&*home.name, home.kind), ("drive-home", Kind::Motor));
+    assert_eq!((&*wheel.name, wheel.kind), ("wheel-2", Kind::Driver));
+    assert_eq!((home.period_ns, home.budget_ns), (75_000_000, Some(5_000_000)));
+    assert_eq!(
+        (wheel.period_ns, wheel.budget_ns),
+        (10_000_000, None),
+        "a budget is by default the period, whatever that becomes"
+    );
+    assert_eq!(home.doc, "Drives home.\n\nAnd back.");
+    assert!(home.arbitrates);
+    assert!(!wheel.arbitrates);
+}
+
+#[test]
+fn every_port_is_as_its_attribute_says() {
+    let bench = Bench::<DriveHome>::new();
+    let ports = &bench.description().ports;
+    let port = |name: &str| ports.iter().find(|port| port.name == name).expect(name);
+
+    assert_eq!(port("laser").role, Role::Import { trigger: true });
+    assert_eq!(port("laser").value_type.name, "sensor_msgs/msg/LaserScan");
+    assert_eq!(port("laser").doc, "What the laser sees.");
+    assert!(!port("laser").optional);
+    assert_eq!((port("far-off").optional, &*port("far-off").unit), (true, "m"));
+    assert_eq!(port("far-off").role, Role::Import { trigger: false });
+    assert_eq!(port("mission").role, Role::Export);
+    assert_eq!(
+        port("speed").role,
+        Role::Modulation {
+            default: 0.3_f64.to_ne_bytes().to_vec(),
+            limits: Limits {
+                least: Some(0.0),
+                greatest: Some(1.5),
+                choices: Vec::new()
+            },
+            fixed: false
+        }
+    );
+    assert_eq!(
+        (port("base").role.clone(), port("base").optional),
+        (Role::Actuator, false)
+    );
+    assert_eq!(
+        (port("head").role.clone(), port("head").optional),
+        (Role::Actuator, true)
+    );
+    assert_eq!(port("target").role, Role::ChildModulation { child: 0 });
+    assert_eq!(
+        (port("period").role.clone(), port("period").optional),
+        (Role::ChildModulation { child: 0 }, true)
+    );
+
+    let Role::Modulation {
+        default,
+        limits,
+        fixed,
+    } = &port("map").role
+    else {
+        panic!("a modulation")
+    };
+    assert_eq!((default.len(), limits, *fixed), (260, &Limits::default(), true));
+    assert!(default[4..].starts_with(b"worlds/office.toml\0"));
+    assert_eq!(port("gains").value_type.name, "jde_msgs/msg/Float64Array");
+}
+
+#[test]
+fn children_are_as_their_attributes_say() {
+    let bench = Bench::<DriveHome>::new();
+    let [cruise, map_maker] = &bench.description().children[..] else {
+        panic!("two children")
+    };
+    assert_eq!(
+        (&*cruise.name, &*cruise.group, cruise.motor, cruise.optional),
+        ("cruise", "base", true, false)
+    );
+    assert_eq!(
+        (&*map_maker.name, map_maker.motor, map_maker.optional),
+        ("map_maker", false, true)
+    );
+    assert_eq!(cruise.doc, "Goes straight.");
+}
+
+#[test]
+fn a_command_has_its_neutral_value_and_validity() {
+    let bench = Bench::<Wheel>::new();
+    let velocity = &bench.description().ports[0];
+    let neutral = 0.0_f64.to_ne_bytes().to_vec();
+    assert_eq!(
+        velocity.role,
+        Role::Command {
+            neutral,
+            validity_ns: 500_000_000
+        }
+    );
+    assert_eq!(velocity.unit, "rad/s");
+}
