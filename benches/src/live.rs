@@ -30,8 +30,8 @@ pub(crate) struct Run {
 struct FirstWoken(Arc<OnceLock<Nanos>>);
 
 impl Observer for FirstWoken {
-    fn hear(&mut self, event: &Event) {
-        if let Event::Changed {
+    fn on_event(&mut self, event: &Event) {
+        if let Event::StateChanged {
             time,
             from: State::Slept,
             ..

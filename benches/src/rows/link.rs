@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_host::{Options, Running};
-use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, SubjectInfo};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, median};
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let plugins = schemas::plugins()?;
     let application = loaded::application(APPLICATION, &plugins)?;
     let events = Events::of(&application);
-    let title = Title::new(&application, 1.0);
+    let title = SubjectInfo::new(&application, 1.0);
     let running = Running::start(application, &plugins, Options::default())?;
     let settings = Settings {
         folder: folder.clone(),

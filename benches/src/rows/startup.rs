@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
-use jde_host::reload::{Became, How, Reloader};
+use jde_host::reload::{ReloadOutcome, ReloadOptions, Reloader};
 use jde_host::{Options, Running};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::Rounds;
@@ -135,7 +135,7 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
         let beside = folder.join("beside");
         fs::write(&beside, [&library, format!("build {number}").as_bytes()].concat())?;
         fs::rename(&beside, &file)?;
-        let how = How {
+        let how = ReloadOptions {
             probation: 0,
             fresh: false,
         };
@@ -143,7 +143,7 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
             .reload("bench", "act", how)
             .map_err(|refused| anyhow!("{refused}"))?;
         for (name, became) in reloaded.schemas {
-            let Became::Reloaded(took) = became else {
+            let ReloadOutcome::Reloaded(took) = became else {
                 return Err(anyhow!("{name}: {became:?}"));
             };
             gaps.push(took.gap.context("it is awake")? as f64);

@@ -18,7 +18,7 @@ pub struct Stamp {
     pub time: Nanos,
     /// Counts the values of the variable from 1; 0 is the initial value.
     pub sequence: u64,
-    /// The id of its writer; [`Stamp::NOBODY`] for the initial value.
+    /// The id of its writer; [`Stamp::NO_WRITER`] for the initial value.
     pub writer: u32,
     /// When a command stops being in force; `u64::MAX` for values that stay.
     pub valid_until: Nanos,

@@ -24,7 +24,7 @@ pub struct Reader {
 
 /// The value that was taken last.
 struct LatchedValue {
-    /// Where it is, in the memory that `Hold` keeps. It stays there unchanged until another value is taken.
+    /// Where it is, in the memory that `Storage` keeps. It stays there unchanged until another value is taken.
     bytes: NonNull<u8>,
     stamp: Stamp,
     /// Recognises that nothing newer was published.
@@ -187,7 +187,7 @@ impl Reader {
         self.current_state()
     }
 
-    /// Returns `Held` for the value that is held, or `Nothing` if it was retracted or does not exist.
+    /// Returns `LatchedValue` for the value that is held, or `Empty` if it was retracted or does not exist.
     #[inline(always)]
     fn current_state(&self) -> LatchState {
         if self.variable.is_visible(self.value.stamp.sequence) {

@@ -151,7 +151,7 @@ impl Variable {
     /// Opens it for writing. Stamps and grants use `id`, tools show `name`.
     ///
     /// # Errors
-    /// [`Error::WritersTaken`]: an export has one writer at a time, other variables as many as declared.
+    /// [`Error::TooManyWriters`]: an export has one writer at a time, other variables as many as declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
         let mut register = lock(&self.ports);
         let Some(seat) = register.open_writer(id, name) else {

@@ -143,7 +143,7 @@ impl Writer {
     /// that a reader holds.
     ///
     /// # Errors
-    /// [`Error::Crowded`] if readers hold all the slots that they may hold. Nothing changes then.
+    /// [`Error::TooManyReaders`] if readers hold all the slots that they may hold. Nothing changes then.
     pub fn detach_loan(&mut self) -> Result<Option<DetachedLoan>, Error> {
         if !self.buffer.is_loaned() {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! The common part of drivers for devices. A [`Device`] runs a conversation over a port, a [`Report`] exports
+//! The common part of drivers for devices. A [`Device`] runs a conversation over a port, a [`ConnectionReport`] exports
 //! the state of the connection, and [`emulate`] emulates devices in tests. It knows no particular device: the
 //! driver defines the protocol and its exports.
 //!

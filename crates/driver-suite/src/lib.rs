@@ -3,7 +3,7 @@
 //! the robot or of the application's clock.
 //!
 //! The driver under test has a room of 5 x 4 m, a start at x 2.5, y 1.5 with heading along x, the sonars of a
-//! P3-DX, and a laser. Give [`suite!`](crate::suite) a module name and a function that makes a [`Setting`];
+//! P3-DX, and a laser. Give [`suite!`](crate::suite) a module name and a function that makes a [`RigConfig`];
 //! each test gets its own setting.
 
 mod build;

@@ -87,7 +87,7 @@ impl<T, R> Gate<T, R> {
     }
 
     /// Ends the call, which leaves nothing to tidy. Returns false if it was given up, or is being given up:
-    /// use [`Self::leave`] then.
+    /// use [`Self::finish`] then.
     pub fn try_finish(&self) -> bool {
         let call = self.call.load(Ordering::Acquire);
         let swap = || {

@@ -33,7 +33,7 @@ pub enum Event {
         /// The new health.
         health: Health,
     },
-    /// A selection (R15). [`Event::Took`] later reports the time to the winner's first iteration.
+    /// A selection (R15). [`Event::TookOver`] later reports the time to the winner's first iteration.
     Decided(Record),
     /// A new winner began its first iteration.
     TookOver {
@@ -51,7 +51,7 @@ pub enum Event {
         allowed: Nanos,
     },
     /// A takeover took longer than the contract of its group permits (R17). Follows immediately after its
-    /// [`Event::Took`].
+    /// [`Event::TookOver`].
     TookOverLate {
         /// When.
         time: Nanos,
@@ -66,7 +66,7 @@ pub enum Event {
         /// The longest time that the contract of the group permits.
         allowed: Nanos,
     },
-    /// A group began to chatter: see [`crate::chatter`].
+    /// A group began to chatter: see [`crate::chattering`].
     ChatteringStarted {
         /// When.
         time: Nanos,

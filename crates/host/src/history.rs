@@ -11,7 +11,7 @@ use crate::turn::Turn;
 /// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
 /// values late.
 const MIN_VALUES: usize = 16;
-/// Bytes per variable that may be kept; a large type keeps [`FEWEST`] values all the same.
+/// Bytes per variable that may be kept; a large type keeps [`MIN_VALUES`] values all the same.
 const MAX_BYTES: usize = 1 << 20;
 
 /// The last values of a variable.

@@ -320,7 +320,7 @@ impl DrawingPace {
 
     /// Records a drawing that began at `start` and lasted `took`, at the requested interval `every`. The next
     /// drawing is on the grid of that interval, so that a schema whose period does not divide it is drawn as
-    /// often as it can be. Drawing never takes more than its [`SHARE`] of the time.
+    /// often as it can be. Drawing never takes more than its [`DRAWING_SHARE`] of the time.
     pub(crate) fn record_drawing(&mut self, start: Instant, took: Duration, every: Duration) {
         let grid = self.next.map_or(start + every, |due| due + every);
         let soonest = start + (every / 2).max(took * DRAWING_SHARE);

@@ -30,7 +30,7 @@ use crate::turn::OnTurn;
 /// Called with an application that is about to start. An error prevents the start.
 pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;
 
-/// Why a [`BeforeStart`] function prevents the start.
+/// Why a [`StartHook`] function prevents the start.
 pub type StartHookError = Box<dyn std::error::Error + Send + Sync>;
 
 /// How to run an application.
@@ -74,7 +74,7 @@ pub enum StartError {
         "plugin `{0}` of the application is not loaded; start it with the plugins it was checked against"
     )]
     MissingPlugin(String),
-    /// A schema requires a process of its own, and [`Options::apart`] is `None`.
+    /// A schema requires a process of its own, and [`Options::isolation_program`] is `None`.
     #[error(
         "schema `{0}` wants a process of its own, and the program that started it offers none; remove its `isolate`"
     )]
@@ -82,7 +82,7 @@ pub enum StartError {
     /// The system refused to create a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
-    /// The function in [`Options::before_start`] prevented the start.
+    /// The function in [`Options::start_hook`] prevented the start.
     #[error("{0}")]
     HookFailed(#[source] StartHookError),
     /// The application contradicts itself. `app::load` never returns such an application.
@@ -396,17 +396,17 @@ impl Handle {
     }
 
     /// Has the panel of a schema drawn, at most `rate` times a second and never more often than
-    /// [`MOST_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
+    /// [`MAX_PANEL_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
     /// checks; a sleeping schema is drawn on its own.
     ///
     /// `news` is called after each drawing, on the schema's thread. If there is no instance to draw the
     /// panel, it is called at once, on the caller's thread. It must return at once: it may wake a thread or
     /// send a message.
     ///
-    /// [`MOST_RATE`]: crate::MOST_RATE
+    /// [`MAX_PANEL_RATE`]: crate::MAX_PANEL_RATE
     ///
     /// # Errors
-    /// [`Refusal`]: there is no such schema, it has no panel, or the run is a replay.
+    /// [`PanelError`]: there is no such schema, it has no panel, or the run is a replay.
     pub fn view_panel(
         &self,
         schema: usize,
@@ -429,7 +429,7 @@ impl Handle {
     /// newest position is delivered.
     ///
     /// # Errors
-    /// [`Refusal`]: there is no instance to receive it, it does not fit what the panel shows, or too many
+    /// [`PanelError`]: there is no instance to receive it, it does not fit what the panel shows, or too many
     /// gestures wait already.
     pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), PanelError> {
         self.engine.queue_gesture(&printable_name(by), schema, gesture)

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use jde_core::Nanos;
 use jde_types::{Padding, Seq, Value};
 
-/// Ports that one [`Turn`] holds. Further ports precede it in turns of kind [`Turn::MORE`].
+/// Ports that one [`Turn`] holds. Further ports precede it in turns of kind [`Turn::MORE_PORTS`].
 pub const INPUTS: usize = 32;
 
 /// The position of a transaction in the order of the rules' transactions, and its time.
@@ -249,7 +249,7 @@ impl Journal {
         (self.on_turn)(turn);
     }
 
-    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE`] for the ports that do not fit
+    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not fit
     /// into it.
     pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
         for (place, ports) in more.chunks(INPUTS).enumerate() {

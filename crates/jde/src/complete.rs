@@ -1,5 +1,5 @@
 //! Completes names in the shell: of running applications, of their contents, and of recordings. A source that
-//! does not answer within [`PATIENCE`] is omitted, because a key press must not wait.
+//! does not answer within [`TIMEOUT`] is omitted, because a key press must not wait.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -222,7 +222,7 @@ impl CommandLine {
     }
 }
 
-/// Returns the result of `ask` if it arrives within [`PATIENCE`]. The thread is not joined.
+/// Returns the result of `ask` if it arrives within [`TIMEOUT`]. The thread is not joined.
 fn with_timeout<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
     let (tell, told) = channel();
     thread::spawn(move || {

@@ -155,7 +155,7 @@ impl Survey {
     }
 
     /// Starts a survey before the messages are read. For callers that also read the messages for another
-    /// purpose: they call [`hear`](Self::hear) for each message, and then [`finish`](Self::finish).
+    /// purpose: they call [`add`](Self::add) for each message, and then [`finish`](Self::finish).
     ///
     /// # Errors
     /// [`ReadError::File`].

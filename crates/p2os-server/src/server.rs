@@ -242,7 +242,7 @@ impl Server {
         Ok(())
     }
 
-    /// Advances the world up to `now`, by at most [`MOST_STEPS`] steps, and returns the time that it has
+    /// Advances the world up to `now`, by at most [`MAX_STEPS`] steps, and returns the time that it has
     /// reached. So a machine that is too slow for the speed still reads its clients in between.
     fn step(&mut self, now: Duration) -> Duration {
         for _ in 0..MAX_STEPS {

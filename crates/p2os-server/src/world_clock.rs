@@ -34,7 +34,7 @@ impl WorldClock {
         self.world
     }
 
-    /// Limits the backlog of a world that has only reached `world` to [`LONGEST`] of the machine's time.
+    /// Limits the backlog of a world that has only reached `world` to [`MAX_BACKLOG`] of the machine's time.
     pub(crate) fn limit_backlog(&mut self, world: Duration) {
         self.world = self.world.min(world + MAX_BACKLOG.mul_f64(self.speed));
     }

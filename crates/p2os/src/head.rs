@@ -53,7 +53,7 @@ pub enum HeadCommand {
     },
     /// Asks for pan and tilt.
     GetPanTilt,
-    /// Zooms to a value, 0 to [`MOST_ZOOM`].
+    /// Zooms to a value, 0 to [`MAX_ZOOM`].
     Zoom(u16),
     /// Asks for the present zoom.
     GetZoom,
@@ -190,7 +190,7 @@ impl HeadReply {
         Self { status, data }
     }
 
-    /// Creates the answer to [`HeadCommand::Where`]: units to the right and up.
+    /// Creates the answer to [`HeadCommand::GetPanTilt`]: units to the right and up.
     #[must_use]
     pub fn position(pan: i16, tilt: i16) -> Self {
         Self {
@@ -205,7 +205,7 @@ impl HeadReply {
         decode_pan_tilt(&self.data)
     }
 
-    /// Creates the answer to [`HeadCommand::Zoomed`] and [`HeadCommand::MostZoom`].
+    /// Creates the answer to [`HeadCommand::GetZoom`] and [`HeadCommand::GetMaxZoom`].
     #[must_use]
     pub fn zoom(zoom: u16) -> Self {
         Self {

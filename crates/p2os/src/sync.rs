@@ -18,7 +18,7 @@ pub enum SyncStep {
 }
 
 record! {
-    /// The names of a robot, in its answer to [`Sync::Two`].
+    /// The names of a robot, in its answer to [`SyncStep::Two`].
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     Names {
         /// Its own name, for example a number on its back.
@@ -55,7 +55,7 @@ impl SyncStep {
 }
 
 impl Names {
-    /// Encodes the answer to [`Sync::Two`].
+    /// Encodes the answer to [`SyncStep::Two`].
     ///
     /// # Errors
     /// If the names are too long for a packet.
@@ -63,7 +63,7 @@ impl Names {
         packet(2, self)
     }
 
-    /// Decodes the answer to [`Sync::Two`].
+    /// Decodes the answer to [`SyncStep::Two`].
     ///
     /// # Errors
     /// If it is not such an answer, or a name is not terminated.

@@ -45,7 +45,7 @@ pub enum PortState {
 
 /// A byte stream to a device, polled by its owner. No call but [`Self::flush`] ever blocks.
 ///
-/// Its owner calls [`Self::poll`] in every iteration, and reads and writes in between. [`Self::link`] shows a
+/// Its owner calls [`Self::poll`] in every iteration, and reads and writes in between. [`Self::state`] shows a
 /// loss at once. Polling reconnects by itself, at longer and longer intervals while no byte arrives.
 #[derive(Debug)]
 pub struct Port {

@@ -77,7 +77,7 @@ impl Watchdog {
         }
     }
 
-    /// Starts a watchdog for a test, with the limit [`HANGS`] and without a report.
+    /// Starts a watchdog for a test, with the limit [`DEFAULT_LIMIT`] and without a report.
     ///
     /// # Panics
     /// The system cannot start another thread.

@@ -189,7 +189,7 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
             manifest,
             1,
             format!("nothing says what {folder} may use"),
-            "add its row to the table in xtask/src/tidy/arrows.rs, and the reason to docs/decisions",
+            "add its row to the table in xtask/src/tidy/layering.rs, and the reason to docs/decisions",
         )];
     };
     let mut found = Vec::new();

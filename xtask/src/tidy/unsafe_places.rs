@@ -44,7 +44,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "what the gate keeps apart is looked at by loom, through its raw cells",
     ),
     (
-        "crates/host/src/apart/",
+        "crates/host/src/isolated/",
         "an instance in a process of its own gets that process's table",
     ),
     (

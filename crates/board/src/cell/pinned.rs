@@ -96,7 +96,7 @@ impl Pinned {
     /// once. Value number 0 is all zero.
     ///
     /// # Panics
-    /// If it needs more than [`Self::MOST_SLOTS`] slots.
+    /// If it needs more than [`Self::MAX_SLOTS`] slots.
     pub fn new(bytes: usize, seats: usize, claims: usize, pins: usize) -> Self {
         let (first_slot, slots) = extent(seats, claims, pins);
         let region = Region::new(first_slot + slots * LINE_WORDS, slots, bytes);
@@ -167,7 +167,7 @@ impl Pinned {
                 .load(Ordering::Relaxed)
                 .wrapping_add(1);
             line[SEQUENCE].store(sequence, Ordering::Release);
-            // Sequentially consistent, for `Bell::ring`, which then checks for waiting threads.
+            // Sequentially consistent, for `Notifier::ring`, which then checks for waiting threads.
             match self.head().compare_exchange_weak(
                 head,
                 successor(head, slot),

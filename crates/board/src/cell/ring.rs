@@ -80,7 +80,7 @@ impl Ring {
         for (word, value) in slot[STAMP..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
-        // A swap for its ordering only: sequentially consistent, for `Bell::ring`, which then checks for
+        // A swap for its ordering only: sequentially consistent, for `Notifier::ring`, which then checks for
         // waiting threads.
         newest.swap(next, Ordering::SeqCst);
         next

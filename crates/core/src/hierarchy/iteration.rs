@@ -68,7 +68,7 @@ impl Hierarchy {
     /// a WINNER that is still wanted gets it, and only if no older iteration of it runs and neither it nor
     /// one of its fathers is being replaced.
     ///
-    /// The first iteration after a promotion emits [`Effect::Took`].
+    /// The first iteration after a promotion emits [`Effect::TookOver`].
     pub fn begin(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> bool {
         let Some(node) = self.nodes.get(id.index()) else {
             return false;

@@ -8,7 +8,7 @@ pub(super) type Edge = (usize, Range<usize>);
 /// The most cycles that are returned. Each may be as long as the file, and breaking some may break all.
 const MAX_CYCLES: usize = 20;
 
-/// Returns the cycles closed by edges, at most [`MOST`]: the nodes of the cycle, with the first again at the
+/// Returns the cycles closed by edges, at most [`MAX_CYCLES`]: the nodes of the cycle, with the first again at the
 /// end, and the position of the closing edge.
 pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
     let mut found = Vec::new();

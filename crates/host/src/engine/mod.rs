@@ -4,7 +4,7 @@
 //! Every change of the hierarchy is one [`Engine::transact`]: it applies the change to the rules and carries
 //! out their effects in order before it releases the lock. So authority matches the rules at every instant
 //! (R1, R7), whatever the threads do. The engine starts no thread and calls no plugin; it signals the
-//! executor through [`Bells`].
+//! executor through [`Notifier`].
 
 mod abandoned;
 mod authority;
@@ -51,7 +51,7 @@ pub(crate) use wiring::Variables;
 
 /// Delivers signals to the runners of instances and sets the rules' timer.
 ///
-/// [`Bells::leave`] and [`Bells::set_alarm`] take effect at once, in the order of the transactions that cause
+/// [`Notifier::leave`] and [`Notifier::set_timer`] take effect at once, in the order of the transactions that cause
 /// them. They also run under the engine's lock, so they must not call the engine. The threads that wait are
 /// notified once the lock is free: a notified thread may run before the notifier continues, and would
 /// otherwise block on the rules' lock.
@@ -308,7 +308,7 @@ impl Engine {
         self.transact_begin(instance, None, true).1
     }
 
-    /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::begin_first`].
+    /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::request_first_iteration`].
     pub(crate) fn report_check_and_request(
         &self,
         instance: usize,

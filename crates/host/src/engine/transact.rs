@@ -43,7 +43,7 @@ impl Engine {
         self.transact_as(self.journal.as_deref(), |_| TransactionInput::Other, change)
     }
 
-    /// Like [`Self::transact_told`], in a turn of an instance. The turns of drivers are not recorded: their
+    /// Like [`Self::transact_recorded`], in a turn of an instance. The turns of drivers are not recorded: their
     /// exports show the results.
     pub(super) fn transact_for<R>(
         &self,

@@ -11,7 +11,7 @@ use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 use crate::instance::AbandonedInstance;
 
-/// By default, a call hangs if it takes more than this many times its budget and more than [`HUNG_LEAST`].
+/// By default, a call hangs if it takes more than this many times its budget and more than [`MIN_HANG_TIME`].
 const HUNG_BUDGETS: u64 = 10;
 /// No call hangs sooner by its budget: a loaded machine may delay a thread for some tenths of a second.
 const MIN_HANG_TIME: Duration = Duration::from_secs(1);

@@ -67,7 +67,7 @@ pub(crate) struct PluginContext<'c> {
 
 impl<'c> PluginContext<'c> {
     /// # Safety
-    /// The functions of the table given to [`Here::create`] expect a `T` behind their context.
+    /// The functions of the table given to [`InProcessInstance::create`] expect a `T` behind their context.
     pub(crate) unsafe fn new<T>(what: &'c mut T) -> Self {
         Self {
             context: std::ptr::from_mut(what).cast(),

@@ -323,8 +323,8 @@ impl Instance {
         self.call_optional(leave, |body, context| call(expect_body(body), context))
     }
 
-    /// Like [`Self::call_as`], for a call that may create the instance. Does not return if the call was given
-    /// up, so that nothing that depends on it happens: the thread unwinds to where [`Left`] is handled.
+    /// Like [`Self::call_with`], for a call that may create the instance. Does not return if the call was given
+    /// up, so that nothing that depends on it happens: the thread unwinds to where [`AbandonedInstance`] is handled.
     fn call_optional<R>(
         &mut self,
         leave: Permissions,

@@ -94,7 +94,7 @@ impl LoadedPlugin {
     /// Reads a plugin that is linked into this program, with the same checks as for one from a file.
     ///
     /// # Errors
-    /// [`LoadError::Refused`].
+    /// [`LoadError::InvalidTables`].
     pub fn linked_in(table: &'static raw::Plugin) -> Result<Self, LoadError> {
         // SAFETY: a reference to a whole table, made by the SDK's export macro in this program.
         unsafe { Self::read(table, None) }

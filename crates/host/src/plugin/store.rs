@@ -151,7 +151,7 @@ impl Plugins {
     }
 
     /// Returns the description of the plugin of that name, searched for as in [`Self::load`]. With an
-    /// inspecting process ([`Self::inspected_by`]) this process maps nothing; otherwise the plugin is loaded.
+    /// inspecting process ([`Self::with_inspector`]) this process maps nothing; otherwise the plugin is loaded.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -232,7 +232,7 @@ impl Plugins {
     /// is already loaded is reused and takes no more memory.
     ///
     /// # Errors
-    /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
+    /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MAX_BUILDS`].
     pub fn refresh(&self, file: &Path) -> Result<RefreshedPlugin, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let copy = copy::create(&key).map_err(unusable(file))?;
@@ -320,7 +320,7 @@ impl Catalogue for Plugins {
             .map_err(|error| error.to_string())
     }
 
-    /// Runs in the inspecting process ([`Plugins::inspected_by`]). Without one, and for linked-in plugins, no
+    /// Runs in the inspecting process ([`Plugins::with_inspector`]). Without one, and for linked-in plugins, no
     /// problem is found.
     fn inspect(
         &self,

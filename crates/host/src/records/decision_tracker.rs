@@ -1,7 +1,7 @@
 //! Pairs selections with their takeovers: a record arrives first, and the time to the winner's first
 //! iteration later.
 //!
-//! A selection is held back only while that time can still arrive, and for [`WAIT`] at most. So a winner that
+//! A selection is held back only while that time can still arrive, and for [`MAX_WAIT`] at most. So a winner that
 //! does not begin never hides a decision from readers.
 
 use std::collections::VecDeque;

@@ -27,11 +27,11 @@ pub enum RunRecord {
 /// The kinds of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordKind {
-    /// [`Line::Decision`].
+    /// [`RunRecord::Decision`].
     Decision,
-    /// [`Line::Change`].
+    /// [`RunRecord::State`].
     State,
-    /// [`Line::Happening`].
+    /// [`RunRecord::Event`].
     Event,
 }
 

@@ -1,7 +1,7 @@
 //! Replacement of a running schema's build by another one, between two iterations (R10), and the return to
 //! the build before.
 //!
-//! Whether a build fits is checked before anything changes ([`crate::Operating::replace`]). The runner
+//! Whether a build fits is checked before anything changes ([`crate::OperatorHandle::replace`]). The runner
 //! carries out the exchange, in a turn of the schema. The hierarchy is not involved: the schema keeps its
 //! state, its authority and its variables.
 

@@ -121,8 +121,8 @@ impl Reloader {
     /// most 3 s. In lockstep, call it on another thread than the one that runs the application.
     ///
     /// # Errors
-    /// [`Refused`]: nothing has changed then. A later failure concerns one schema, which continues with the
-    /// build before: see [`Became`].
+    /// [`ReloadError`]: nothing has changed then. A later failure concerns one schema, which continues with the
+    /// build before: see [`ReloadOutcome`].
     pub fn reload(&self, by: &str, name: &str, how: ReloadOptions) -> Result<ReloadReport, ReloadError> {
         let _turn = self.reload_lock.lock().unwrap_or_else(PoisonError::into_inner);
         let schemas = find_schemas(&self.handle, name)?;

@@ -138,7 +138,7 @@ impl Player {
         timer.into_iter().chain(waiting).chain(due).min()
     }
 
-    /// Takes the step that is due by [`Self::own_time`].
+    /// Takes the step that is due by [`Self::next_unrecorded_time`].
     fn take_unrecorded_step(&mut self, now: Nanos) {
         if self
             .engine

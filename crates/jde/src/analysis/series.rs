@@ -35,7 +35,7 @@ pub(crate) fn series(recording: &Recording, asked: &[String]) -> Result<Vec<Seri
         .collect()
 }
 
-/// Returns the names of all numbers, each with the doc text of its variable; at most `MOST_NAMES`.
+/// Returns the names of all numbers, each with the doc text of its variable; at most `MAX_NAMES`.
 pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
     let mut names = Vec::new();
     for recorded in known_variables(recording).into_values() {

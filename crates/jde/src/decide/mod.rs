@@ -40,7 +40,7 @@ pub(crate) struct DecideOptions {
 /// Replays a drive and prints what differs.
 ///
 /// # Errors
-/// [`Failure::Different`] if a selection or a value differs, otherwise the reason why the replay failed.
+/// [`Failure::Mismatch`] if a selection or a value differs, otherwise the reason why the replay failed.
 pub(crate) fn run(
     how: DecideOptions,
     log: impl FnOnce(&LoadedApplication) -> Result<Log, Failure>,

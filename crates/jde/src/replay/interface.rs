@@ -92,7 +92,7 @@ impl PlayedRecording {
         }
     }
 
-    /// Writes the state of the player to the variables of [`STEERING`].
+    /// Writes the state of the player to the variables of [`CONTROL_SCHEMA`].
     pub(super) fn publish_state(&self) {
         let wanted = self.player.controls();
         let number = |number: f64| number.to_ne_bytes().to_vec();

@@ -57,7 +57,7 @@ impl PanelStore {
         }
     }
 
-    /// Replaces every panel by [`NOTHING`]: the next drawings belong to another time.
+    /// Replaces every panel by [`NO_DRAWING`]: the next drawings belong to another time.
     pub(super) fn clear(&self, time: Nanos) {
         let schemas: Vec<_> = lock(&self.drawings).keys().cloned().collect();
         for schema in schemas {

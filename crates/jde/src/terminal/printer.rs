@@ -87,7 +87,7 @@ struct StreamState {
     queued_bytes: usize,
     /// When the reader last took something, or when the queue last became non-empty.
     last_read: Instant,
-    /// Lines dropped since the reader fell behind. While it is above 0, only half of `MOST_PIECES` may be in
+    /// Lines dropped since the reader fell behind. While it is above 0, only half of `MAX_PIECES` may be in
     /// the queue.
     gap: u64,
     /// Lines dropped in total.

@@ -35,7 +35,7 @@ static ACQUIRED: AtomicBool = AtomicBool::new(false);
 
 /// The terminal of a view.
 pub(crate) struct TerminalScreen {
-    /// Never dropped: its drop panics when the terminal is gone. [`give_back`] restores what it would.
+    /// Never dropped: its drop panics when the terminal is gone. [`release`] restores what it would.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Printer>>>,
     out: Printer,
 }

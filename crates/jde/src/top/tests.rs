@@ -494,8 +494,6 @@ fn an_ended_application_stays_in_sight_until_it_is_left() {
     screen.observe(&app);
     assert!(lines(&mut screen, 80, 24)[0].contains("done"));
     assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
-    assert_eq!(
-        press(&mut screen, &app, &[KeyCode::Enter]),
-        Some(ExitReason::Ended)
-    );
+    let left = press(&mut screen, &app, &[KeyCode::Enter]);
+    assert_eq!(left, Some(ExitReason::Ended));
 }

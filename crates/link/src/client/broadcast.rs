@@ -35,7 +35,7 @@ pub struct BroadcastOutcome {
 /// as it arrives. An application that does not answer is reported as well.
 ///
 /// # Errors
-/// [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`]
+/// [`Error::NoApplication`], [`Error::UnknownApplication`], [`Error::NotFound`] and [`Error::OnlyRecordings`]
 /// if the request applied to no application. Takes about 16 s at most.
 pub fn broadcast(
     reach: &Reach,

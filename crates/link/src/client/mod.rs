@@ -105,8 +105,8 @@ impl Client {
     /// selects among several of the same name.
     ///
     /// # Errors
-    /// [`Error::NothingRuns`], [`Error::Several`], [`Error::UnknownApplication`], [`Error::Version`],
-    /// [`Error::NoAnswer`]. Takes at most 13 s on this machine, 8 s on the network.
+    /// [`Error::NoApplication`], [`Error::Ambiguous`], [`Error::UnknownApplication`], [`Error::Version`],
+    /// [`Error::Timeout`]. Takes at most 13 s on this machine, 8 s on the network.
     pub fn application(&self, name: Option<&str>) -> Result<Remote, Error> {
         let mut found = self.discover()?;
         let abouts: Vec<&About> = found.iter().map(Discovered::about).collect();

@@ -108,7 +108,7 @@ impl Remote {
     /// The application's schemas and groups.
     ///
     /// # Errors
-    /// [`Error::Gone`], [`Error::NoAnswer`] after 5 s, [`Error::Garbled`]; likewise for all methods below.
+    /// [`Error::Disconnected`], [`Error::Timeout`] after 5 s, [`Error::Garbled`]; likewise for all methods below.
     pub fn schemas(&self) -> Result<Schemas, Error> {
         self.query_json(&self.inner.keys.of(key::SCHEMAS))
     }

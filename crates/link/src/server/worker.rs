@@ -57,7 +57,7 @@ pub(super) struct Worker {
     pub(super) sessions: Vec<ServerSession>,
     operator_workers: OperatorWorkers,
     history: EventHistory,
-    /// Threads that must end before the doors close.
+    /// Threads that must end before the sessions close.
     threads: Vec<JoinHandle<()>>,
     leases: Leases,
     /// One per origin, so that no origin uses up the other's allowance.
@@ -78,7 +78,7 @@ pub(super) struct Worker {
 /// A message in JSON.
 type JsonMessage = ZBytes;
 
-/// An answer that the hands fetch on demand, at a bounded rate.
+/// An answer that the operator workers fetch on demand, at a bounded rate.
 #[derive(Default)]
 struct CachedReply {
     newest: Option<(Instant, JsonMessage)>,
@@ -92,9 +92,9 @@ impl Worker {
         inbox: Arc<Inbox>,
         keys: Keys,
         about: &About,
-        doors: Vec<ServerSession>,
-        hands: OperatorWorkers,
-        chronicle: EventHistory,
+        sessions: Vec<ServerSession>,
+        operator_workers: OperatorWorkers,
+        history: EventHistory,
     ) -> Self {
         let board: Vec<_> = subject.board().list().collect();
         let variables: Vec<_> = board
@@ -116,9 +116,9 @@ impl Worker {
             subject,
             inbox,
             keys,
-            sessions: doors,
-            operator_workers: hands,
-            history: chronicle,
+            sessions,
+            operator_workers,
+            history,
             threads: Vec::new(),
             leases: Leases::default(),
             hierarchy: CachedReply::default(),
@@ -126,15 +126,12 @@ impl Worker {
         }
     }
 
-    /// Sets threads to join before the doors close.
-    pub(super) fn with_threads(self, others: Vec<JoinHandle<()>>) -> Self {
-        Self {
-            threads: others,
-            ..self
-        }
+    /// Sets threads to join before the sessions close.
+    pub(super) fn with_threads(self, threads: Vec<JoinHandle<()>>) -> Self {
+        Self { threads, ..self }
     }
 
-    /// Works until the link stops, then ends all leases and closes the doors.
+    /// Works until the link stops, then ends all leases and closes the sessions.
     pub(super) fn run(mut self) {
         while !self.inbox.is_stopping() {
             let next = self.round();

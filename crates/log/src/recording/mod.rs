@@ -143,8 +143,8 @@ impl Recording {
     /// contains no other recording.
     ///
     /// # Errors
-    /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Nothing`] and
-    /// [`ReadError::Several`].
+    /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Empty`] and
+    /// [`ReadError::Ambiguous`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let mut found = part::find_recordings(path).map_err(failed(path))?;
         let Some(first) = found.pop() else {

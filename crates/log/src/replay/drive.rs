@@ -42,7 +42,7 @@ impl Drive {
     /// Opens a recording of a whole run, from its start.
     ///
     /// # Errors
-    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if the recording does not contain the turns of its
+    /// [`ReplayError::Read`]; [`ReplayError::Incomplete`] if the recording does not contain the turns of its
     /// schemas.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
         let recording = Recording::open(path)?;
@@ -109,7 +109,7 @@ impl Drive {
     /// Returns the file of the application: its name, its text and its folder.
     ///
     /// # Errors
-    /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if the recording does not contain it.
+    /// [`ReplayError::Read`]; [`ReplayError::Incomplete`] if the recording does not contain it.
     pub fn application(&self) -> Result<AttachedApplication, ReplayError> {
         let lacks = || ReplayError::Incomplete {
             path: self.recording.path().display().to_string(),

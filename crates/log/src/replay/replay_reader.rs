@@ -81,7 +81,7 @@ impl ReplayReader {
     /// Opens a drive, for an application that repeats it.
     ///
     /// # Errors
-    /// [`super::ReplayError::Lacks`] if a variable that schemas import is missing.
+    /// [`super::ReplayError::Incomplete`] if a variable that schemas import is missing.
     pub(super) fn new(
         drive: &Drive,
         application: &Application,

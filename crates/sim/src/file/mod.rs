@@ -33,7 +33,7 @@ use crate::scene::Scene;
 pub(crate) use self::bytes::read_text as text_of;
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
-/// [`MOST_LOOKS`] checks.
+/// [`MAX_SAMPLES`] checks.
 const STRIDE: f64 = 0.05;
 /// Most checks along a way: half a kilometre.
 const MAX_SAMPLES: usize = 10_000;

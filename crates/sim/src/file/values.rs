@@ -22,7 +22,7 @@ const MIN_LEG: f64 = 1e-6;
 /// Greatest speed of a mover, in m/s: the same as that of robots.
 const MAX_SPEED: f64 = 20.0;
 
-/// Reads a number within [`FAR`].
+/// Reads a number within [`MAX_COORDINATE`].
 pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
     let parsed = match item.get_ref() {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())

@@ -122,7 +122,7 @@ impl Inspector {
     /// Returns the description of the plugin in `copy`; `path` is the file that the user knows.
     ///
     /// # Errors
-    /// Why it cannot be loaded, for example [`LoadError::Deadly`].
+    /// Why it cannot be loaded, for example [`LoadError::InspectionFailed`].
     pub(super) fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
         // The checks of the file alone need no process.
         table_symbol_size(copy)?;

@@ -160,7 +160,7 @@ fn write_headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Resul
     writeln!(out)
 }
 
-/// The names of the files, or the first and the last if there are more than [`MOST_LISTED`].
+/// The names of the files, or the first and the last if there are more than [`MAX_LISTED`].
 fn format_files(files: &[String]) -> String {
     let files: Vec<_> = files.iter().map(|file| display_path(Path::new(file))).collect();
     match files.as_slice() {

@@ -132,7 +132,7 @@ fn check_has_panel(remote: &Remote, schema: &str) -> Result<(), Failure> {
     }
 }
 
-/// Returns the newest drawing of a panel. Waits for it for at most [`DRAWING`].
+/// Returns the newest drawing of a panel. Waits for it for at most [`DRAW_TIMEOUT`].
 fn wait_for_drawing(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     let (tell, told) = channel();
     let gone = tell.clone();
