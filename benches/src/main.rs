@@ -104,7 +104,7 @@ fn main() -> Result<ExitCode> {
         built: cli.built,
         python: cli.python,
     };
-    let machine = Machine::here();
+    let machine = Machine::current();
     let chosen = |row: &&Row| {
         if cli.row.is_empty() {
             !row.long

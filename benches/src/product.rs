@@ -39,7 +39,7 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
 }
 
 /// Like [`read`], with `text` as the standard input.
-pub(crate) fn tell(command: &mut Command, text: &str) -> Result<String> {
+pub(crate) fn run_with_input(command: &mut Command, text: &str) -> Result<String> {
     let mut file = tempfile::tempfile()?;
     file.write_all(text.as_bytes())?;
     file.rewind()?;

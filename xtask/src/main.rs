@@ -38,7 +38,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Run all tests, from a fresh checkout; report first which tools are missing, and how to install them.
+    /// Run the tests, from a fresh checkout; report first which tools are missing, and how to install them.
     Test(Test),
     /// Check what the compiler cannot see: dependencies, headers, lengths, links, licences, ...
     Tidy,
@@ -73,7 +73,18 @@ struct Faults {
 }
 
 #[derive(Args)]
+#[command(after_help = "Examples:
+  cargo xtask test              format, lints and tests
+  cargo xtask test --all        also model checks, memory checks, the demonstration, programs of others, documentation
+  cargo xtask test -p jde-link  lints and tests of one package
+  cargo xtask test --only tidy")]
 struct Test {
+    /// Run the heavy steps too, as CI does.
+    #[arg(long)]
+    all: bool,
+    /// Only lint and test this package.
+    #[arg(long, short, value_name = "PACKAGE", conflicts_with_all = ["all", "only"])]
+    package: Option<String>,
     /// Install missing tools with apt-get and rustup. In CI (`CI=true`) root does so by default.
     #[arg(long)]
     install: bool,
@@ -111,17 +122,28 @@ fn run(verb: Verb) -> Result<ExitCode> {
     let paint = Paint::detect();
     match verb {
         Verb::Test(Test {
+            all,
+            package,
             install,
             fail_fast,
-            only,
+            mut only,
             skip,
         }) => {
+            if package.is_some() {
+                only = vec!["lints".to_owned(), "tests".to_owned()];
+            }
             let choice = step::StepSelection {
                 fail_fast,
+                all,
                 only,
                 skip,
             };
-            return test::run(root, &choice, install, paint);
+            let options = test::Options {
+                install,
+                all,
+                package,
+            };
+            return test::run(root, &choice, options, paint);
         }
         Verb::Tidy => tidy::run(&root)?,
         Verb::Headers { check: false } => headers::renew(&root)?,

@@ -140,7 +140,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
 
 /// Returns whether the machine may be changed: with `--install`, or as root in CI.
 fn may_install(context: &Context, privilege: Privilege) -> bool {
-    context.install || (context.ci && privilege == Privilege::Root)
+    context.options.install || (context.ci && privilege == Privilege::Root)
 }
 
 /// The command that installs valgrind, for the step that needs it.

@@ -15,6 +15,8 @@ pub(crate) struct Step<C> {
     pub(crate) title: &'static str,
     /// What to do if the step fails.
     pub(crate) help: &'static str,
+    /// Whether the step runs only when all steps are asked for, or this one by name.
+    pub(crate) is_heavy: bool,
     /// If one of these steps failed, this step is skipped, since it would report nothing new.
     pub(crate) needs: &'static [&'static str],
     pub(crate) run: fn(&C) -> Result<StepOutcome>,
@@ -33,9 +35,21 @@ pub(crate) enum StepOutcome {
 pub(crate) struct StepSelection {
     /// Whether to stop after the first failure.
     pub(crate) fail_fast: bool,
-    /// The only steps to run; empty for all.
+    /// Whether heavy steps run too.
+    pub(crate) all: bool,
+    /// The only steps to run, heavy or not; empty for no such choice.
     pub(crate) only: Vec<String>,
     pub(crate) skip: Vec<String>,
+}
+
+impl StepSelection {
+    fn includes<C>(&self, step: &Step<C>) -> bool {
+        if self.only.is_empty() {
+            self.all || !step.is_heavy
+        } else {
+            self.only.iter().any(|only| only == step.name)
+        }
+    }
 }
 
 /// The results of the chosen steps.
@@ -53,8 +67,7 @@ enum StepResult {
 
 /// Runs the chosen steps in their order. Prints the title, the time and the outcome of each.
 pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &StepSelection, paint: Paint) -> StepReport {
-    let chosen = |name: &str| choice.only.is_empty() || choice.only.iter().any(|only| only == name);
-    let chosen: Vec<&Step<C>> = steps.iter().filter(|step| chosen(step.name)).collect();
+    let chosen: Vec<&Step<C>> = steps.iter().filter(|step| choice.includes(step)).collect();
     let mut report = StepReport::default();
     for (index, step) in chosen.iter().enumerate() {
         let title = format!("[{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.title);
@@ -160,6 +173,7 @@ mod tests {
                 name,
                 title: "a title",
                 help: "what to do",
+                is_heavy: name == "grind",
                 needs,
                 run,
             }
@@ -194,7 +208,10 @@ mod tests {
 
     #[test]
     fn independent_steps_run_on_after_a_failure() {
-        let (ran, counts, failed) = outcome(&StepSelection::default());
+        let (ran, counts, failed) = outcome(&StepSelection {
+            all: true,
+            ..StepSelection::default()
+        });
         assert_eq!(ran, ["build", "tidy", "grind"]);
         assert_eq!(counts, "1 passed, 1 failed, 2 skipped");
         assert!(failed);
@@ -204,6 +221,7 @@ mod tests {
     fn nothing_runs_after_a_failure_when_asked() {
         let (ran, counts, _) = outcome(&StepSelection {
             fail_fast: true,
+            all: true,
             ..StepSelection::default()
         });
         assert_eq!(ran, ["build"]);
@@ -222,8 +240,23 @@ mod tests {
     }
 
     #[test]
+    fn a_heavy_step_runs_only_by_name_or_with_all() {
+        let (ran, _, _) = outcome(&StepSelection::default());
+        assert_eq!(ran, ["build", "tidy"]);
+        let (ran, counts, _) = outcome(&StepSelection {
+            only: vec!["grind".to_owned()],
+            ..StepSelection::default()
+        });
+        assert_eq!(
+            (ran, counts.as_str()),
+            (vec!["grind"], "0 passed, 0 failed, 1 skipped")
+        );
+    }
+
+    #[test]
     fn a_skipped_step_is_shown() {
         let (ran, counts, failed) = outcome(&StepSelection {
+            all: true,
             skip: vec!["build".to_owned()],
             ..StepSelection::default()
         });

@@ -19,9 +19,19 @@ pub(crate) struct Context {
     pub(crate) target: PathBuf,
     /// Whether this runs in CI, where a missing program is a failure.
     pub(crate) ci: bool,
+    pub(crate) options: Options,
+    pub(crate) paint: Paint,
+}
+
+/// What the user asks of all steps.
+#[derive(Debug, Default)]
+pub(crate) struct Options {
     /// Whether missing programs may be installed.
     pub(crate) install: bool,
-    pub(crate) paint: Paint,
+    /// Whether the benches and the fuzzers are linted too.
+    pub(crate) all: bool,
+    /// The only package to lint and to test.
+    pub(crate) package: Option<String>,
 }
 
 /// The benches and the fuzzers are separate workspaces.
@@ -40,6 +50,7 @@ const STEPS: &[Step<Context>] = &[
         name: "prerequisites",
         title: "a C compiler, valgrind, Python, rustfmt and clippy",
         help: "install what is named above; `cargo xtask test --install` does it",
+        is_heavy: false,
         needs: &[],
         run: prerequisites::run,
     },
@@ -47,6 +58,7 @@ const STEPS: &[Step<Context>] = &[
         name: "fmt",
         title: "the layout of the code",
         help: "run `cargo fmt --all` in the workspace whose command is the last above",
+        is_heavy: false,
         needs: &[],
         run: fmt,
     },
@@ -54,6 +66,7 @@ const STEPS: &[Step<Context>] = &[
         name: "tidy",
         title: "what the compiler cannot see",
         help: "see each place above",
+        is_heavy: false,
         needs: &[],
         run: tidy,
     },
@@ -61,6 +74,7 @@ const STEPS: &[Step<Context>] = &[
         name: "advisories",
         title: "no library with a known vulnerability",
         help: "see above: update the library, or say in deny.toml why it does no harm",
+        is_heavy: true,
         needs: &[],
         run: advisories,
     },
@@ -68,6 +82,7 @@ const STEPS: &[Step<Context>] = &[
         name: "headers",
         title: "the C headers are those of the Rust",
         help: "run `cargo xtask headers` and look at what changed",
+        is_heavy: false,
         needs: &[],
         run: headers,
     },
@@ -75,6 +90,7 @@ const STEPS: &[Step<Context>] = &[
         name: "build",
         title: "the executable and its plugins",
         help: "see the compiler's errors above; `cargo build --workspace` shows them again",
+        is_heavy: false,
         needs: &[],
         run: build,
     },
@@ -82,6 +98,7 @@ const STEPS: &[Step<Context>] = &[
         name: "lints",
         title: "clippy, warnings are errors",
         help: "see above; the last of the commands shows them again",
+        is_heavy: false,
         needs: &["build"],
         run: lints,
     },
@@ -89,6 +106,7 @@ const STEPS: &[Step<Context>] = &[
         name: "tests",
         title: "all tests, those in the documentation too",
         help: "see above; `cargo test -p <crate> <name>` runs one again",
+        is_heavy: false,
         needs: &["build"],
         run: tests,
     },
@@ -96,6 +114,7 @@ const STEPS: &[Step<Context>] = &[
         name: "loom",
         title: "the cells of variables and the gate of calls, in every interleaving of their threads",
         help: "see above; the trace names the interleaving that breaks one",
+        is_heavy: true,
         needs: &["build"],
         run: loom,
     },
@@ -103,6 +122,7 @@ const STEPS: &[Step<Context>] = &[
         name: "valgrind",
         title: "memory errors in tables, plugins and cells, and instructions of the hot paths",
         help: "see above: the stack of an error, each line of which is in a test, or the path that takes more instructions",
+        is_heavy: true,
         needs: &["build"],
         run: valgrind::run,
     },
@@ -110,6 +130,7 @@ const STEPS: &[Step<Context>] = &[
         name: "demo",
         title: "the demonstration, twice to the same bit",
         help: "two runs of one seed must take the same decisions (R16); look for a clock, a hash map or a thread",
+        is_heavy: true,
         needs: &["build"],
         run: demo::run,
     },
@@ -117,6 +138,7 @@ const STEPS: &[Step<Context>] = &[
         name: "peers",
         title: "programs of others drive the simulated robot and read recordings",
         help: "see what the client and the server say above",
+        is_heavy: true,
         needs: &["build"],
         run: peers::run,
     },
@@ -124,20 +146,21 @@ const STEPS: &[Step<Context>] = &[
         name: "docs",
         title: "the documentation, warnings are errors",
         help: "see above; `cargo doc --workspace --no-deps` shows them again",
+        is_heavy: true,
         needs: &["build"],
         run: docs,
     },
 ];
 
 /// Runs the chosen steps and prints a summary. The exit code is a failure if a step fails.
-pub(crate) fn run(root: PathBuf, choice: &StepSelection, install: bool, paint: Paint) -> Result<ExitCode> {
+pub(crate) fn run(root: PathBuf, choice: &StepSelection, options: Options, paint: Paint) -> Result<ExitCode> {
     let target = Metadata::of_workspace(&root)?.target_directory;
     let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
     let context = Context {
         root,
         target,
         ci,
-        install,
+        options,
         paint,
     };
     let report = step::run_all(STEPS, &context, choice, paint);
@@ -161,7 +184,10 @@ impl Context {
             root: PathBuf::new(),
             target: PathBuf::new(),
             ci,
-            install,
+            options: Options {
+                install,
+                ..Options::default()
+            },
             paint: Paint::plain(),
         }
     }
@@ -240,7 +266,17 @@ fn lints(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(&mut context.cargo(&["clippy", "--version"])) {
         return context.missing_tool("clippy", "rustup component add clippy");
     }
-    for workspace in WORKSPACES {
+    if let Some(package) = &context.options.package {
+        let mut cargo = context.cargo(&["clippy", "--all-targets", "--package", package]);
+        cargo.args(["--", "-D", "warnings"]);
+        return context.run(cargo);
+    }
+    let workspaces = if context.options.all {
+        WORKSPACES
+    } else {
+        &[PRODUCT]
+    };
+    for workspace in workspaces {
         // The fuzzers link C++ code, which nothing else here needs.
         if *workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
             println!("{FUZZERS} is left out: there is no C++ compiler");
@@ -259,10 +295,17 @@ fn lints(context: &Context) -> Result<StepOutcome> {
 }
 
 fn tests(context: &Context) -> Result<StepOutcome> {
-    let mut cargo = context.cargo(&["test", "--workspace", "--no-fail-fast", "--config", LIMITED]);
+    let mut cargo = context.cargo(&["test", "--no-fail-fast", "--config", LIMITED]);
+    match &context.options.package {
+        Some(package) => cargo.args(["--package", package]),
+        None => cargo.arg("--workspace"),
+    };
     // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {
         cargo.env("JDE_TEST_SCREEN", "1");
+    }
+    if context.options.package.is_some() {
+        return context.run(cargo);
     }
     shell::run(&mut cargo, context.paint)?;
     // The tests of measuring and judging. The programs that the benches compare with take minutes to build;

@@ -73,7 +73,7 @@ impl Level {
         let may = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
         assert!(may, "the winner may iterate");
         self.hierarchy.end(self.time, self.winner, &mut self.effects);
-        self.told();
+        self.logged();
     }
 
     /// The last candidate becomes ready, or stops being ready.
@@ -84,7 +84,7 @@ impl Level {
         self.time += MS;
         self.ready = !self.ready;
         self.check(self.last, self.ready);
-        self.told();
+        self.logged();
     }
 
     fn check(&mut self, id: SchemaId, ready: bool) {
@@ -97,7 +97,7 @@ impl Level {
     }
 
     /// Checks that the selection left a record, and discards all effects.
-    fn told(&mut self) {
+    fn logged(&mut self) {
         let told = black_box(&self.effects)
             .iter()
             .any(|it| matches!(it, Effect::Decided(_)));

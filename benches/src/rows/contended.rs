@@ -26,7 +26,7 @@ type Write<'a> = Box<dyn FnMut(u64) + Send + 'a>;
 /// A reader. It returns the number that it found, or `None` if the words differ.
 type Read<'a> = Box<dyn FnMut() -> Option<u64> + Send + 'a>;
 /// One way to share a value between a writer and readers.
-type Way = fn(Setting) -> Result<Window>;
+type Method = fn(Setting) -> Result<Window>;
 
 /// The parameters of a measurement.
 #[derive(Clone, Copy)]
@@ -60,7 +60,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
-    let ways: [(&str, Way); 4] = [
+    let ways: [(&str, Method); 4] = [
         ("ours", ours::<WORDS>),
         ("triple_buffer", triple::<WORDS>),
         ("arc-swap", swapped::<WORDS>),
@@ -118,7 +118,7 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
 }
 
 /// Runs each way once per round. Each round begins with a different way.
-fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Way)]) -> Result<Vec<Windows>> {
+fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Method)]) -> Result<Vec<Windows>> {
     let mut windows: Vec<Vec<Window>> = ways.iter().map(|_| Vec::new()).collect();
     for round in 0..scope.either(3, 15) {
         for turn in 0..ways.len() {
@@ -141,7 +141,7 @@ fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Way)]) -> Result<Vec
 
 /// Compares reads and writes of jde with the best other way for each.
 fn judged<'a>(
-    ways: &'a [(&'a str, Way)],
+    ways: &'a [(&'a str, Method)],
     all: &'a [Windows],
     goal: Goal,
 ) -> [impl Fn(String) -> Line + use<'a>; 2] {

@@ -39,12 +39,12 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut perceptive = Periods::of(PERCEPTIVE, &plugins)?;
     let mut motor = Periods::of(MOTOR, &plugins)?;
     let mut row = Periods::of(&row(), &plugins)?;
-    hands_on(&mut row)?;
+    forwards(&mut row)?;
     let mut running = caterpillar(Clock::Running)?;
     let mut held = caterpillar(Clock::Held)?;
     let bare: extern "C" fn(*mut u8) -> i32 = black_box(nothing);
     let mut state = 0;
-    let [perceives, acts, hands_on, running, held, call] = interleave(
+    let [perceives, acts, forwards, running, held, call] = interleave(
         scope.effort(),
         [
             &mut |times| perceptive.pass(times),
@@ -73,14 +73,14 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![
         above("iteration of a perceptive schema", &perceives),
         above("check, iteration and selection of a motor schema", &acts),
-        beside(&what, &hands_on, "copper-rs, compiled in", &running, Goal::Told),
-        beside(&what, &hands_on, "copper-rs, its clock held", &held, Goal::Told),
+        beside(&what, &forwards, "copper-rs, compiled in", &running, Goal::Told),
+        beside(&what, &forwards, "copper-rs, its clock held", &held, Goal::Told),
     ])
 }
 
 /// Checks that the last schema's value is the first one's, since the figures would be worthless otherwise.
 /// copper-rs checks this in each pass.
-fn hands_on(row: &mut Periods) -> Result<()> {
+fn forwards(row: &mut Periods) -> Result<()> {
     let last = format!("s{}.out", ROW - 1);
     let mut before = None;
     for _ in 0..10 {

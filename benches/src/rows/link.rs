@@ -35,7 +35,7 @@ const APPLICATION: &str =
 
 /// The transfer times of values, ns.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Heard {
+struct Received {
     small: Vec<u64>,
     large: Vec<u64>,
     bare_small: Vec<u64>,
@@ -121,8 +121,8 @@ fn rounds(times: &[u64]) -> Rounds {
 
 /// The other process: receives both kinds until its standard input closes, and prints the times.
 pub(crate) fn listen(folder: &Path) -> Result<()> {
-    let heard: Arc<Mutex<Heard>> = Arc::default();
-    let note = |of: fn(&mut Heard) -> &mut Vec<u64>| {
+    let heard: Arc<Mutex<Received>> = Arc::default();
+    let note = |of: fn(&mut Received) -> &mut Vec<u64>| {
         let heard = Arc::clone(&heard);
         move |bytes: &[u8]| {
             let now = bare::now();
@@ -229,7 +229,7 @@ impl Guest {
     }
 
     /// Ends the process and returns its times.
-    fn end(&mut self) -> Result<Heard> {
+    fn end(&mut self) -> Result<Received> {
         drop(self.0.stdin.take());
         let mut said = String::new();
         self.0

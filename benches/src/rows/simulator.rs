@@ -293,7 +293,7 @@ fn ir_sim(
     };
     let mut command = Command::new(python);
     command.arg(scope.root.join("benches/peers/ir_sim.py"));
-    let said = product::tell(&mut command, &serde_json::to_string(&asked)?)?;
+    let said = product::run_with_input(&mut command, &serde_json::to_string(&asked)?)?;
     let scanned: Scanned = serde_json::from_str(&said)?;
     alike(ours, &scanned.ranges, laser.range_max as f32)?;
     Ok(scanned.scan_ns)

@@ -49,7 +49,7 @@ impl Ball {
     /// Whether the position is known: the ball is seen, or was seen within the last 0.3 s. Otherwise it is
     /// lost.
     #[must_use]
-    pub fn is_here(&self) -> bool {
+    pub fn is_known(&self) -> bool {
         self.distance > 0.0 && self.unseen <= MEMORY
     }
 

@@ -32,7 +32,7 @@ impl List {
                 wrong(id, format!("it has {} options, counted from 0", options.len()))
             }
             (touch, Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. }) => {
-                heard(id, touch, *wants)
+                check_touch(id, touch, *wants)
             }
             _ => wrong(id, "it is not a widget of which this can be done"),
         }
@@ -40,7 +40,7 @@ impl List {
 }
 
 /// Checks whether a canvas, scene or image accepts the gesture.
-fn heard(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
+fn check_touch(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
     let (wanted, what) = match touch {
         Touch::Clicked { .. } => (wants.clicks, "clicks"),
         Touch::Dragged { .. } => (wants.drags, "drags"),

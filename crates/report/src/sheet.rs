@@ -104,7 +104,7 @@ impl Picture {
     /// Draws a recording: its selected numbers if there are any, otherwise the robots' paths; and below the
     /// schemas' states.
     #[must_use]
-    pub fn of_tale(analysis: &Analysis, size: Size) -> Self {
+    pub fn of_recording(analysis: &Analysis, size: Size) -> Self {
         let layout = Layout::new(analysis, size);
         let (times, drive) = (layout.times, &analysis.ending.drive);
         let mut drawing = Drawing::new(layout.width, layout.height);

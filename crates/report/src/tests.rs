@@ -187,7 +187,7 @@ fn bands_have_the_colours_of_who_won(recording: &Recording) {
         height: 1067,
     };
     let analysis = read(recording, columns(size.columns()));
-    let png = Picture::of_tale(&analysis, size).png().unwrap();
+    let png = Picture::of_recording(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&png).unwrap();
     assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
     let area = crate::sheet::times(&analysis, size);
@@ -232,7 +232,7 @@ fn numbers_stand_in_a_chart_of_their_own() {
         width: 800,
         height: 600,
     };
-    let pixels = Picture::of_tale(&analysis, size).png().unwrap();
+    let pixels = Picture::of_recording(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&pixels).unwrap();
     assert!((0..800).any(|x| found(&pixels, x, ColorRole::Of(0).light()) > 0));
 }

@@ -7,7 +7,7 @@ use core::time::Duration;
 use jde_schema::prelude::Twist;
 
 /// Period of repetitions: 20 per second, like the programs of ROS 2.
-const AGAIN: Duration = Duration::from_millis(50);
+const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
 /// How long zero is sent: up to ten times, because the network may lose some messages.
 const STOPPING: Duration = Duration::from_millis(500);
 
@@ -26,7 +26,7 @@ pub(crate) enum Drive {
 impl Drive {
     /// Returns the velocity to send now, if any; `command` is the command in force.
     pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>) -> Option<Twist> {
-        let due = |said: Duration| now >= said + AGAIN;
+        let due = |said: Duration| now >= said + REPEAT_INTERVAL;
         let (next, words) = match (command, *self) {
             (Some(twist), Self::Driving { twist: last, said }) if twist == last && !due(said) => {
                 (*self, None)

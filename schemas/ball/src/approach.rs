@@ -41,7 +41,7 @@ pub struct Approach {
 
 impl Schema for Approach {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let Some(ball) = ball::read(&self.ball, cx).filter(Ball::is_here) else {
+        let Some(ball) = ball::read(&self.ball, cx).filter(Ball::is_known) else {
             self.far.reset();
             return Ok(false.into());
         };

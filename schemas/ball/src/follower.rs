@@ -108,7 +108,7 @@ impl Schema for Follower {
             Some(_) => None,
             None => Some(self.blind.unwrap_or(cx.now())),
         };
-        let here = ball.filter(Ball::is_here);
+        let here = ball.filter(Ball::is_known);
         let next = self.next(cx, ball);
         if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
             self.export_mission(cx, next, here);
@@ -166,7 +166,7 @@ impl Follower {
                 Progress::Looking
             };
         };
-        if !ball.is_here() {
+        if !ball.is_known() {
             if too_long(ball.unseen) {
                 Progress::Lost
             } else {

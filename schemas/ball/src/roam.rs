@@ -48,7 +48,7 @@ impl Schema for Roam {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         let patience = self.patience.get(cx);
         let ball = ball::read(&self.ball, cx);
-        let lost = ball.is_some_and(|ball| !ball.is_here() && ball.unseen > patience);
+        let lost = ball.is_some_and(|ball| !ball.is_known() && ball.unseen > patience);
         Ok((lost && self.laser.get(cx).is_some()).into())
     }
 

@@ -40,7 +40,7 @@ struct Leg {
 
 impl Schema for Search {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let lost = ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_here());
+        let lost = ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_known());
         let ready = lost && self.pan_tilt.get(cx).is_some();
         if !ready {
             self.leg = None;

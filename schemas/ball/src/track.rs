@@ -32,7 +32,7 @@ pub struct Track {
 
 impl Schema for Track {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let here = ball::read(&self.ball, cx).is_some_and(|ball| ball.is_here());
+        let here = ball::read(&self.ball, cx).is_some_and(|ball| ball.is_known());
         Ok((here && self.pan_tilt.get(cx).is_some()).into())
     }
 

@@ -42,7 +42,7 @@ impl Schema for Turn {
             self.aside.reset();
             return Ok(false.into());
         };
-        let ready = if ball.is_here() {
+        let ready = if ball.is_known() {
             let (enter, leave) = (self.enter.get(cx), self.leave.get(cx));
             self.aside.above(ball.bearing.abs(), enter, leave)
         } else {
@@ -57,7 +57,7 @@ impl Schema for Turn {
         let Some(ball) = ball::read(&self.ball, cx) else {
             return Ok(());
         };
-        let rate = if ball.is_here() {
+        let rate = if ball.is_known() {
             &self.rate
         } else {
             &self.search_rate

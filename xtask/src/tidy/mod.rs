@@ -19,6 +19,7 @@ mod unsafe_places;
 mod unused;
 mod versions;
 mod whitespace;
+mod words;
 
 use std::path::Path;
 
@@ -48,6 +49,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         unused::check(&tree, &metadata),
         versions::check(&tree, &metadata),
         whitespace::check(&tree),
+        words::check(&tree),
     ]
     .concat();
     found.sort();

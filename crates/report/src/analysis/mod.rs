@@ -40,7 +40,7 @@ use drive::DriveCollector;
 /// The topic of the schemas' turns.
 const TURNS: &str = "/jde/turns";
 /// Messages between two reports of progress.
-const TOLD: u64 = 2000;
+const PROGRESS_INTERVAL: u64 = 2000;
 /// Most columns of small charts.
 const COARSE: usize = 300;
 
@@ -125,7 +125,7 @@ impl Analysis {
             match message {
                 Ok(message) => {
                     reader.analysis.survey.add(&message);
-                    if number % TOLD == 0 {
+                    if number % PROGRESS_INTERVAL == 0 {
                         progress(reader.share(message.log_time));
                     }
                     reader.message(&message);

@@ -30,10 +30,10 @@ pub(crate) enum ColorRole {
 }
 
 /// The number of distinct [`ColorRole::Of`].
-pub(crate) const TOLD_APART: usize = 7;
+pub(crate) const DISTINCT: usize = 7;
 
 /// Light and dark values. Without black, which walls use; the most similar colour is last.
-const OKABE_ITO: [(u32, u32); TOLD_APART] = [
+const OKABE_ITO: [(u32, u32); DISTINCT] = [
     (0x0072b2, 0x4aa3df),
     (0xe69f00, 0xe9a820),
     (0xd55e00, 0xe8743b),
@@ -57,7 +57,7 @@ impl ColorRole {
             Self::Bad,
         ]
         .into_iter()
-        .chain((0..TOLD_APART).map(Self::Of))
+        .chain((0..DISTINCT).map(Self::Of))
     }
 
     /// The colours on light and on dark paper, 0xrrggbb.
@@ -71,7 +71,7 @@ impl ColorRole {
             Self::Grid => (0xec_ecec, 0x25_2a30),
             Self::Nobody => (0x80_8080, 0x80_868d),
             Self::Bad => (0xc0_1c28, 0xff_6b6b),
-            Self::Of(place) => OKABE_ITO[place % TOLD_APART],
+            Self::Of(place) => OKABE_ITO[place % DISTINCT],
         }
     }
 
@@ -94,7 +94,7 @@ impl fmt::Display for ColorRole {
             Self::Grid => f.write_str("--grid"),
             Self::Nobody => f.write_str("--nobody"),
             Self::Bad => f.write_str("--bad"),
-            Self::Of(place) => write!(f, "--of{}", place % TOLD_APART),
+            Self::Of(place) => write!(f, "--of{}", place % DISTINCT),
         }
     }
 }

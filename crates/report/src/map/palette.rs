@@ -2,7 +2,7 @@
 
 use super::Drive;
 use crate::drawing::ColorRole;
-use crate::drawing::color_role::TOLD_APART;
+use crate::drawing::color_role::DISTINCT;
 
 /// The colours of the schemas that won.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +32,7 @@ impl Palette {
 
     /// Whether an earlier winner has the same colour. Its path is dashed then.
     pub(crate) fn is_dashed(&self, winner: Option<usize>) -> bool {
-        self.place(winner).is_some_and(|place| place >= TOLD_APART)
+        self.place(winner).is_some_and(|place| place >= DISTINCT)
     }
 
     fn place(&self, winner: Option<usize>) -> Option<usize> {

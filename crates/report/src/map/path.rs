@@ -6,7 +6,7 @@ use super::{Drive, PathPoint};
 use crate::drawing::{Align, ColorRole, Drawing, Line};
 
 /// Width of the path's line, and of the white on either side that separates it from lines below, pixels.
-const WAY: f32 = 3.0;
+const PATH_WIDTH: f32 = 3.0;
 const LIFT: f32 = 2.0;
 /// Distance between two arrows on the path, pixels.
 const ARROWS: f32 = 170.0;
@@ -36,7 +36,10 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     let ways: Vec<Vec<Run>> = drive.paths.iter().map(|way| runs(frame, &way.points)).collect();
     let runs: Vec<&Run> = ways.iter().flatten().collect();
     for (_, points) in &runs {
-        drawing.polyline(points, Line::new(ColorRole::Paper.faded(0.85), WAY + 2.0 * LIFT));
+        drawing.polyline(
+            points,
+            Line::new(ColorRole::Paper.faded(0.85), PATH_WIDTH + 2.0 * LIFT),
+        );
     }
     for (winner, points) in &runs {
         drawing.polyline(points, line(palette, *winner));
@@ -77,7 +80,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
 
 /// The style of the path while a schema won.
 pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
-    let line = Line::new(palette.tone(winner), WAY);
+    let line = Line::new(palette.tone(winner), PATH_WIDTH);
     if palette.is_dashed(winner) {
         line.dashed(8.0, 5.0)
     } else {
@@ -150,7 +153,7 @@ fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32)
         let way = runs
             .iter()
             .flat_map(|(_, points)| points)
-            .filter(within(BADGE + WAY))
+            .filter(within(BADGE + PATH_WIDTH))
             .count();
         (robots.iter().filter(within(BADGE + radius)).count(), way)
     };

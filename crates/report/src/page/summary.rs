@@ -63,7 +63,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
             @if analysis.survey.messages > 0 {
                 div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(analysis.columns.from as f64 / 1e9)) } } }
             }
-            @if let Some(mission) = analysis.mission() { (told(mission)) }
+            @if let Some(mission) = analysis.mission() { (mission_text(mission)) }
             @if let Some(outcome) = analysis.events.last_of("ended") {
                 div { dt { "How it ended" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
             }
@@ -94,7 +94,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
     }
 }
 
-fn told(mission: &Mission) -> Markup {
+fn mission_text(mission: &Mission) -> Markup {
     let state = match mission.state {
         Mission::DONE => "done",
         Mission::FAILED => "failed",

@@ -16,7 +16,7 @@ use super::demand::Demand;
 use super::lock;
 
 /// A failed subscription is retried after this time.
-const AGAIN: Duration = Duration::from_secs(3);
+const RETRY_DELAY: Duration = Duration::from_secs(3);
 
 /// The newest list of a panel, or why there is none.
 pub(crate) type PanelContent = Result<Arc<List>, String>;
@@ -110,7 +110,7 @@ impl Panels {
             let mut slot = lock(&looked.slot);
             if slot
                 .refused
-                .is_some_and(|since| now.saturating_duration_since(since) > AGAIN)
+                .is_some_and(|since| now.saturating_duration_since(since) > RETRY_DELAY)
             {
                 slot.refused = None;
                 let _ = questions.send((schema.clone(), rate, Arc::clone(&looked.slot)));

@@ -16,7 +16,7 @@ use super::demand::{Demand, LastRequest};
 use super::lock;
 
 /// A failed subscription is retried after this time.
-const AGAIN: Duration = Duration::from_secs(3);
+const RETRY_DELAY: Duration = Duration::from_secs(3);
 
 pub(super) struct Subscriptions {
     questions: Sender<Request>,
@@ -108,7 +108,7 @@ impl Subscriptions {
             }
             let mut slot = lock(&variable.slot);
             if let Some((_, since)) = &mut slot.trouble
-                && now.saturating_duration_since(*since) > AGAIN
+                && now.saturating_duration_since(*since) > RETRY_DELAY
             {
                 *since = now;
                 let _ = questions.send((name.clone(), rate, Arc::clone(&variable.slot)));

@@ -27,7 +27,7 @@ impl Workspace {
             leave = away.clicked().then_some(Navigation::Away);
             ui.separator();
             self.title(ui);
-            leave = self.again(ui).or(leave.take());
+            leave = self.reopen_button(ui).or(leave.take());
             ui.separator();
             ui.menu_button("Windows", |ui| self.windows_menu(ui));
             ui.menu_button("Panels", |ui| self.panels_menu(ui));
@@ -100,7 +100,7 @@ impl Workspace {
 
     /// Offers to open the new run of an application that is gone. The last state of the old run stays visible
     /// until then.
-    fn again(&mut self, ui: &mut egui::Ui) -> Option<Navigation> {
+    fn reopen_button(&mut self, ui: &mut egui::Ui) -> Option<Navigation> {
         if !self.session.is_gone() || self.session.is_recording() {
             return None;
         }

@@ -124,7 +124,7 @@ fn a_lost_ball_is_where_it_was_and_the_time_is_counted() {
         bench.set_now(seconds(1.0));
         let never = show(&mut bench, &[]);
         assert_eq!(
-            (never.seen.get(), never.unseen, never.is_here()),
+            (never.seen.get(), never.unseen, never.is_known()),
             (false, 0.0, false)
         );
         bench.set_now(seconds(2.0));
@@ -132,15 +132,15 @@ fn a_lost_ball_is_where_it_was_and_the_time_is_counted() {
 
         bench.set_now(seconds(3.0));
         let ball = show(&mut bench, &[([-0.5, 0.0, 1.0], 0.1, ORANGE)]);
-        assert_eq!((ball.unseen, ball.is_here()), (0.0, true));
+        assert_eq!((ball.unseen, ball.is_known()), (0.0, true));
         assert_eq!(bench.exported_at("ball"), Some(seconds(3.0)));
 
         bench.set_now(seconds(3.25));
         let lost = show(&mut bench, &[]);
-        assert_eq!((lost.unseen, lost.count, lost.is_here()), (0.25, 0, true));
+        assert_eq!((lost.unseen, lost.count, lost.is_known()), (0.25, 0, true));
         assert_eq!((lost.bearing, lost.distance), (ball.bearing, ball.distance));
         bench.set_now(seconds(3.5));
-        assert!(!show(&mut bench, &[]).is_here(), "it is not believed for long");
+        assert!(!show(&mut bench, &[]).is_known(), "it is not believed for long");
     });
 }
 

@@ -68,7 +68,7 @@ impl Plot {
                 "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
             ));
         }
-        let png = Picture::of_tale(&analysis, self.size).png();
+        let png = Picture::of_recording(&analysis, self.size).png();
         output.write(&png.map_err(|error: PictureError| Failure::Broken(error.to_string()))?)
     }
 }

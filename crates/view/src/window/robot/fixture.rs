@@ -25,14 +25,14 @@ impl FixedRobot {
         let mut senses = Sensors {
             body: "pioneer".to_owned(),
             outline: Outline::Round(0.25),
-            odometry: here(
+            odometry: reading(
                 "odometry",
                 Odometry::planar(Time::default(), pose, Twist::planar(0.3, 0.35)),
             ),
-            laser: here("laser", Box::new(scan())),
-            sonars: here("sonars", sonars()),
-            bumpers: here("bumpers", bumpers()),
-            battery: here(
+            laser: reading("laser", Box::new(scan())),
+            sonars: reading("sonars", sonars()),
+            bumpers: reading("bumpers", bumpers()),
+            battery: reading(
                 "battery",
                 BatteryState {
                     voltage: 12.3,
@@ -40,7 +40,7 @@ impl FixedRobot {
                     ..BatteryState::default()
                 },
             ),
-            encoders: here(
+            encoders: reading(
                 "encoders",
                 WheelEncoders {
                     left: 41_230,
@@ -52,7 +52,7 @@ impl FixedRobot {
                 "pioneer.pan_tilt".to_owned(),
                 NoReading::Silent("pioneer".to_owned()),
             ),
-            commanded: here("velocity", Twist::planar(0.4, 0.5)),
+            commanded: reading("velocity", Twist::planar(0.4, 0.5)),
             target: Some(Pose2D::new(5.5, 3.6, 0.0)),
             ..Sensors::default()
         };
@@ -126,7 +126,7 @@ fn bumpers() -> Bumpers {
     bumpers
 }
 
-fn here<T>(variable: &str, value: T) -> Reading<T> {
+fn reading<T>(variable: &str, value: T) -> Reading<T> {
     let fresh = Freshness {
         name: format!("pioneer.{variable}"),
         age: 0.1,

@@ -12,7 +12,7 @@ use super::input::{Input, Request};
 use super::paint::{self, ROW};
 use super::rows::{self, Row};
 use super::ruler;
-use super::signals::LANE;
+use super::signals::ROW_HEIGHT;
 use super::table::{self, Table};
 use super::traces::Traces;
 use super::{Scope, Trigger};
@@ -111,8 +111,8 @@ impl Scope {
         };
         ui.painter().vline(handle.center().x, whole.y_range(), line);
         let border = whole.left() + whole.width() * self.share;
-        let wanted = self.signals.list.len() as f32 * LANE;
-        let signals = wanted.min(((whole.height() - HEAD) * 0.5 / LANE).floor().max(1.0) * LANE);
+        let wanted = self.signals.list.len() as f32 * ROW_HEIGHT;
+        let signals = wanted.min(((whole.height() - HEAD) * 0.5 / ROW_HEIGHT).floor().max(1.0) * ROW_HEIGHT);
         let split = whole.bottom() - signals;
         Regions {
             head: whole.with_max_y(whole.top() + HEAD),

@@ -167,7 +167,7 @@ impl Scope {
     fn run_or_pause(&mut self, seen: &Input<'_>) {
         if self.axis.is_paused() {
             self.axis.follow();
-            self.trigger.again(seen.past);
+            self.trigger.rearm(seen.past);
         } else {
             self.axis.pause(seen.now());
         }

@@ -174,7 +174,7 @@ pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
 }
 
 /// The color of a signal. Signals also differ in position and name.
-pub(super) fn lane(place: usize, style: &Style) -> Color32 {
+pub(super) fn signal_color(place: usize, style: &Style) -> Color32 {
     let inks = [Ink::Accent, Ink::Warn, Ink::Good, Ink::Goal, Ink::Seen, Ink::Bad];
     style::color_of(inks[place % inks.len()], style)
 }

@@ -101,7 +101,7 @@ impl Signal {
             .max(1e-9);
         let (bottom, top) = (least - room, most + room);
         let y = |value: f64| rect.bottom() - ((value - bottom) / (top - bottom)) as f32 * rect.height();
-        let color = paint::lane(self.color, style);
+        let color = paint::signal_color(self.color, style);
         let stroke = Stroke::new(1.4, color);
         let mut curve = Curve::default();
         for &(time, value) in shown() {

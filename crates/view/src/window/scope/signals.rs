@@ -18,8 +18,8 @@ use super::paint::{self, Icon};
 use super::signal::Signal;
 use crate::style::{self, Style};
 
-/// Height of a signal's lane, in points.
-pub(super) const LANE: f32 = 58.0;
+/// Height of a signal's row, in points.
+pub(super) const ROW_HEIGHT: f32 = 58.0;
 /// Maximum number of names offered at once.
 const OFFERED: usize = 100;
 
@@ -156,10 +156,11 @@ impl Signals {
             ui.set_clip_rect(rect.intersect(ui.clip_rect()));
             ui.spacing_mut().item_spacing = Vec2::ZERO;
             let area = ScrollArea::vertical().id_salt("lanes").auto_shrink(false);
-            area.show_rows(ui, LANE, self.list.len(), |ui, range| {
+            area.show_rows(ui, ROW_HEIGHT, self.list.len(), |ui, range| {
                 for place in range {
-                    let (row, _) = ui.allocate_exact_size(vec2(ui.available_width(), LANE), Sense::hover());
-                    if lane(ui, row, &self.list[place], scale, now, cursors, style) {
+                    let (row, _) =
+                        ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::hover());
+                    if signal_row(ui, row, &self.list[place], scale, now, cursors, style) {
                         removed = Some(place);
                     }
                 }
@@ -172,7 +173,7 @@ impl Signals {
 }
 
 /// Draws a trace. Returns whether it is to be removed.
-fn lane(
+fn signal_row(
     ui: &Ui,
     row: Rect,
     signal: &Signal,
@@ -186,8 +187,8 @@ fn lane(
     painter.hline(row.x_range(), row.top(), line);
     let plot = Rect::from_x_y_ranges(scale.x, row.y_range()).shrink2(vec2(0.0, 3.0));
     let left = Rect::from_min_max(row.left_top(), pos2(scale.x.min - 6.0, row.bottom()));
-    let swatch = Rect::from_min_size(left.left_top() + vec2(6.0, 8.0), vec2(4.0, LANE - 16.0));
-    painter.rect_filled(swatch, 2.0, paint::lane(signal.color, style));
+    let swatch = Rect::from_min_size(left.left_top() + vec2(6.0, 8.0), vec2(4.0, ROW_HEIGHT - 16.0));
+    painter.rect_filled(swatch, 2.0, paint::signal_color(signal.color, style));
     let remove = Rect::from_min_size(pos2(left.right() - 20.0, left.top() + 2.0), Vec2::splat(20.0));
     let text = Rect::from_min_max(
         pos2(swatch.right() + 6.0, left.top() + 4.0),
@@ -218,7 +219,7 @@ fn lane(
         rows(1.0),
         &now_text,
         paint::digits(),
-        paint::lane(signal.color, style),
+        paint::signal_color(signal.color, style),
     );
     if let Some([a, b]) = cursors.at {
         let show =

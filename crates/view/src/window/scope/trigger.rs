@@ -113,14 +113,14 @@ impl Trigger {
         match Condition::new(text, names) {
             Ok(condition) => {
                 self.watched = Some(Triggers::new(names.clone(), vec![condition]));
-                self.again(past);
+                self.rearm(past);
             }
             Err(error) => self.trouble = Some(error.to_string()),
         }
     }
 
     /// Arms the trigger for lines from now on.
-    pub(super) fn again(&mut self, past: &History) {
+    pub(super) fn rearm(&mut self, past: &History) {
         if self.watched.is_some() {
             (self.phase, self.heard) = (Phase::Armed, past.progress());
         }

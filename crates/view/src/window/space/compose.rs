@@ -202,7 +202,7 @@ fn targets(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &St
     let faint = color_of(Ink::Faint, style);
     let goal = color_of(Ink::Goal, style);
     for way in &seen.routes {
-        show_way(draw_list, way, goal, faint, items);
+        show_route(draw_list, way, goal, faint, items);
     }
     let present = seen
         .missions
@@ -241,7 +241,7 @@ fn targets(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &St
     }
 }
 
-fn show_way(draw_list: &mut DrawList, way: &RouteData, goal: Color32, faint: Color32, items: &Items) {
+fn show_route(draw_list: &mut DrawList, way: &RouteData, goal: Color32, faint: Color32, items: &Items) {
     let points = way
         .points
         .iter()

@@ -187,12 +187,12 @@ impl Sampler {
                     pixels
                 }
             };
-            let number = |what: &str| told::<f64>(session, owner, what);
-            let robot = told::<Text<60>>(session, owner, "robot");
+            let number = |what: &str| newest_value::<f64>(session, owner, what);
+            let robot = newest_value::<Text<60>>(session, owner, "robot");
             let robot = self
                 .entities
                 .robot(robot.as_ref().map_or(owner.as_str(), Text::as_str));
-            let on_head = told::<Flag>(session, owner, "on_head").map_or_else(
+            let on_head = newest_value::<Flag>(session, owner, "on_head").map_or_else(
                 || {
                     seen.robots
                         .get(robot)
@@ -287,7 +287,7 @@ fn has_scene(items: &[Item]) -> bool {
 }
 
 /// The value of a schema's modulation, if the schema has it.
-fn told<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
+fn newest_value<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
     let schema = session.schema(owner)?;
     schema
         .ports
