@@ -1,14 +1,14 @@
-//! The common part of drivers for devices. A [`Device`] runs a conversation over a port, a [`ConnectionReport`] exports
-//! the state of the connection, and [`emulate`] emulates devices in tests. It knows no particular device: the
-//! driver defines the protocol and its exports.
+//! The common part of drivers for devices. A [`Device`] runs a protocol over a port, a [`ConnectionReport`]
+//! exports the state of the connection, and [`emulate`] emulates devices in tests. It knows no particular
+//! device: the driver defines the protocol and its exports.
 //!
 //! A driver for another device at a serial line or behind TCP can start from this example, a thermometer that
 //! answers `?` with a line:
 //!
 //! ```
 //! use core::time::Duration;
-//! use jde_device::emulate::{Emulated, Emulator, Trial};
-//! use jde_device::{Conversation, Device, Event};
+//! use jde_device::emulate::{EmulatedDevice, Emulator, DriverTest};
+//! use jde_device::{Protocol, Device, Event};
 //! use jde_device::port::{Address, Backoff, Port};
 //! use jde_schema::prelude::*;
 //!
@@ -22,7 +22,7 @@
 //!     /// How warm it is, in degrees Celsius.
 //!     #[export]
 //!     temperature: Export<f64>,
-//!     /// Whether it is heard.
+//!     /// The state of the connection.
 //!     #[export]
 //!     connection: Export<Connection>,
 //!     device: Option<Device<Session>>,
@@ -46,36 +46,36 @@
 //!         if !device.is_ready() {
 //!             self.temperature.retract(cx);
 //!         }
-//!         device.tell(cx, &mut self.connection);
+//!         device.export_connection(cx, &mut self.connection);
 //!         Ok(())
 //!     }
 //!
 //!     fn sleep(&mut self, cx: &Context) {
 //!         if let Some(device) = self.device.take() {
-//!             device.rest(cx, &mut self.connection);
+//!             device.close(cx, &mut self.connection);
 //!             self.temperature.retract(cx);
 //!         }
 //!     }
 //! }
 //!
-//! /// What is said over the wire. It does no I/O, so that it can be tested without a wire.
+//! /// The protocol. It does no I/O, so that it can be tested without a wire.
 //! struct Session {
 //!     line: Vec<u8>,
 //!     ready: bool,
 //!     asked: Duration,
 //! }
 //!
-//! impl Conversation for Session {
+//! impl Protocol for Session {
 //!     const DEVICE: &'static str = "thermometer";
-//!     type Wanted = ();
-//!     type News = f64;
+//!     type Config = ();
+//!     type Data = f64;
 //!
-//!     fn begin((): (), now: Duration, events: &mut Vec<Event<f64>>) -> Self {
+//!     fn start((): (), now: Duration, events: &mut Vec<Event<f64>>) -> Self {
 //!         events.push(Event::Send(b"?".to_vec()));
 //!         Self { line: Vec::new(), ready: false, asked: now }
 //!     }
 //!
-//!     fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<f64>>) {
+//!     fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<f64>>) {
 //!         self.line.extend_from_slice(bytes);
 //!         if let Some(end) = self.line.iter().position(|byte| *byte == b'\n') {
 //!             let line: Vec<u8> = self.line.drain(..=end).collect();
@@ -85,14 +85,14 @@
 //!                         self.ready = true;
 //!                         events.push(Event::Ready("a thermometer".to_owned()));
 //!                     }
-//!                     events.push(Event::News(celsius));
+//!                     events.push(Event::Data(celsius));
 //!                 }
 //!                 Err(error) => events.push(Event::Warn(format!("no number came: {error}"))),
 //!             }
 //!             self.asked = now;
 //!             events.push(Event::Send(b"?".to_vec()));
 //!         } else if now > self.asked + Duration::from_secs(3) {
-//!             events.push(Event::Lose("no answer came for 3 s".to_owned()));
+//!             events.push(Event::Disconnect("no answer came for 3 s".to_owned()));
 //!         }
 //!     }
 //!
@@ -100,7 +100,7 @@
 //!         self.ready
 //!     }
 //!
-//!     fn farewell() -> Vec<u8> {
+//!     fn closing_bytes() -> Vec<u8> {
 //!         Vec::new()
 //!     }
 //! }
@@ -109,22 +109,22 @@
 //! struct Warm(f64);
 //!
 //! impl Emulator for Warm {
-//!     fn hear(&mut self, bytes: &[u8], _baud: u32) -> Vec<u8> {
+//!     fn receive(&mut self, bytes: &[u8], _baud: u32) -> Vec<u8> {
 //!         bytes.iter().flat_map(|_| format!("{}\n", self.0).into_bytes()).collect()
 //!     }
 //!
-//!     fn turn(&mut self) -> Vec<u8> {
+//!     fn poll_output(&mut self) -> Vec<u8> {
 //!         Vec::new()
 //!     }
 //! }
 //!
-//! let (thermometer, path) = Emulated::at_line(Warm(21.5));
-//! let mut trial = Trial::<Thermometer>::at(&format!("serial:{}@9600", path.display()));
-//! trial.awake();
-//! trial.until(|bench| bench.exported("temperature") == Some(21.5));
-//! assert_eq!(trial.connection(), (Connection::CONNECTED, "a thermometer".to_owned()));
+//! let (thermometer, path) = EmulatedDevice::at_pty(Warm(21.5));
+//! let mut test = DriverTest::<Thermometer>::with_port(&format!("serial:{}@9600", path.display()));
+//! test.awake();
+//! test.run_until(|bench| bench.exported("temperature") == Some(21.5));
+//! assert_eq!(test.connection(), (Connection::CONNECTED, "a thermometer".to_owned()));
 //! drop(thermometer);
-//! trial.until(|bench| bench.exported::<f64>("temperature").is_none());
+//! test.run_until(|bench| bench.exported::<f64>("temperature").is_none());
 //! ```
 
 mod device;

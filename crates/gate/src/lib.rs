@@ -18,7 +18,7 @@
 //! assert_eq!(successor, Ok(Some(vec![0])));
 //! // It wakes after all, and can neither go on nor return:
 //! assert_eq!(gate.with(|list| list.push(3)), None);
-//! assert!(!gate.leave(|_| ()));
+//! assert!(!gate.finish(|_| ()));
 //! ```
 
 mod sync;

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use core::time::Duration;
-//! use jde_port::{Address, Backoff, Link, Port, Pty};
+//! use jde_port::{Address, Backoff, Port, Pty};
 //!
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
 //! let device = Pty::open()?;
@@ -15,9 +15,9 @@
 //!     // The owner's next iteration.
 //! #   std::thread::yield_now();
 //! }
-//! let mut heard = Vec::new();
+//! let mut received = Vec::new();
 //! port.write(b"who are you?");
-//! port.read(&mut heard);
+//! port.read(&mut received);
 //! # Ok(())
 //! # }
 //! ```
