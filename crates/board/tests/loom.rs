@@ -33,20 +33,20 @@ fn publish(cell: &Pinned, seat: Option<usize>, value: u64) -> Result<u64, Withdr
 }
 
 /// Pins, reads twice, and checks that the value neither moved nor was torn.
-fn read(cell: &Pinned) -> Mark {
+fn read(cell: &Pinned) -> SlotStamp {
     let pin = cell.pin();
-    let mark = cell.mark(&pin);
+    let stamp = cell.stamp(&pin);
     for _ in 0..2 {
         let block = cell.pinned_block(&pin);
         // SAFETY: pinned, and loom checks it.
         let value = unsafe { *block.deref() };
-        assert_eq!(value, mark.time, "a value and its stamp belong together");
+        assert_eq!(value, stamp.time, "a value and its stamp belong together");
         thread::yield_now();
         drop(block);
     }
-    assert_eq!(mark, cell.mark(&pin), "a pinned value keeps its stamp");
+    assert_eq!(stamp, cell.stamp(&pin), "a pinned value keeps its stamp");
     cell.unpin(pin);
-    mark
+    stamp
 }
 
 #[test]
@@ -64,11 +64,11 @@ fn a_ring_never_shows_half_a_value() {
         let mut last = 0;
         for _ in 0..2 {
             let mut value = [u64::MAX; 2];
-            let mark = ring.read(&mut value);
-            assert_eq!(value, [mark.sequence; 2]);
-            assert_eq!(mark.time, mark.sequence);
-            assert!(mark.sequence >= last, "values never run backwards");
-            last = mark.sequence;
+            let stamp = ring.read(&mut value);
+            assert_eq!(value, [stamp.sequence; 2]);
+            assert_eq!(stamp.time, stamp.sequence);
+            assert!(stamp.sequence >= last, "values never run backwards");
+            last = stamp.sequence;
         }
         writer.join().unwrap();
         assert_eq!(ring.newest(), 3);
@@ -86,8 +86,8 @@ fn a_ring_that_is_overtaken_is_read_again() {
             })
         };
         let mut value = [0];
-        let mark = ring.read(&mut value);
-        assert_eq!((value[0], mark.time), (mark.sequence, mark.sequence));
+        let stamp = ring.read(&mut value);
+        assert_eq!((value[0], stamp.time), (stamp.sequence, stamp.sequence));
         writer.join().unwrap();
     });
 }
@@ -164,8 +164,8 @@ fn a_look_at_the_newest_stamp_is_not_torn() {
                 (1..=3).for_each(|value| assert_eq!(publish(&cell, None, value), Ok(value)))
             })
         };
-        let mark = cell.newest();
-        assert_eq!((mark.time, mark.sequence), (mark.sequence, mark.time));
+        let stamp = cell.newest();
+        assert_eq!((stamp.time, stamp.sequence), (stamp.sequence, stamp.time));
         writer.join().unwrap();
     });
 }

@@ -67,14 +67,14 @@ fn race(call: fn(&Shared) -> bool) {
 
 #[test]
 fn a_call_ends_once_though_it_returns_without_the_lock() {
-    race(|gate| gate.leave_at_once() || gate.leave(|_| unreachable!("it was given up")));
+    race(|gate| gate.try_finish() || gate.finish(|_| unreachable!("it was given up")));
 }
 
 #[test]
 fn a_call_ends_once_and_puts_in_order_what_is_still_its_own() {
     race(|gate| {
         let mut tidied = false;
-        let left = gate.leave(|used| {
+        let left = gate.finish(|used| {
             used.count();
             tidied = true;
         });
@@ -89,7 +89,7 @@ fn nobody_uses_what_was_taken_away() {
         let first = gate.with(|used| used.count()).is_some();
         let second = gate.with(|used| used.count()).is_some();
         assert!(first || !second, "what was taken away does not come back");
-        let left = gate.leave_at_once() || gate.leave(|_| ());
+        let left = gate.try_finish() || gate.finish(|_| ());
         assert!(second || !left, "who was refused does not return");
         left
     });
@@ -102,9 +102,9 @@ fn the_next_call_is_not_given_up_for_the_one_before() {
         let other = {
             let gate = gate.clone();
             thread::spawn(move || {
-                let first = gate.leave_at_once() || gate.leave(|_| ());
+                let first = gate.try_finish() || gate.finish(|_| ());
                 assert_eq!(gate.enter(9), first, "only who returned enters again");
-                first && (gate.leave_at_once() || gate.leave(|_| ()))
+                first && (gate.try_finish() || gate.finish(|_| ()))
             })
         };
         let given_up = give_up(&gate, 7, &uses);
@@ -118,7 +118,7 @@ fn who_cannot_be_parted_from_what_it_has_returns_as_ever() {
         let (gate, _) = entered();
         let other = {
             let gate = gate.clone();
-            thread::spawn(move || gate.leave_at_once() || gate.leave(|used| assert!(used.count() > 0)))
+            thread::spawn(move || gate.try_finish() || gate.finish(|used| assert!(used.count() > 0)))
         };
         let part = |used: &mut Arc<Uses>| {
             used.count();
