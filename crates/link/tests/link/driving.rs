@@ -184,7 +184,7 @@ fn r16_a_schema_does_the_same_whoever_looks_floods_and_dies() {
         });
         while !over.load(Ordering::Relaxed) {
             // Excess gestures are refused.
-            let is_accepted = remote.touch("eva", "goon", click("nothing")).is_ok();
+            let is_accepted = remote.touch("eva", "goon", click("field")).is_ok();
             accepted.fetch_add(u64::from(is_accepted), Ordering::Relaxed);
         }
     });
