@@ -3,6 +3,7 @@
 //! all waiting is done on the link's own threads.
 
 mod bucket;
+mod cached_reply;
 mod description;
 mod events;
 mod fair_queue;

@@ -77,7 +77,7 @@ impl OperatorWorkers {
             threads.push(thread);
             Ok(Some(errands))
         };
-        let errands = begin("link-hands", ERRANDS)?;
+        let errands = begin("link-operator", ERRANDS)?;
         let reloads = begin("link-reload", RELOADS)?;
         Ok(Self {
             jobs: errands,

@@ -16,9 +16,9 @@ use zenoh::key_expr::KeyExpr;
 use zenoh::query::Query;
 
 use super::bucket::TokenBucket;
+use super::cached_reply::CachedReply;
 use super::description::variable_info;
 use super::events::EventHistory;
-use super::fair_queue::QUEUES;
 use super::inbox::{Inbox, Origin, QueuedQuery, is_order};
 use super::leases::Leases;
 use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers};
@@ -28,15 +28,11 @@ use super::value_publisher;
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Network, OperateReply, Refusal, Request, VariableInfo};
 
-/// Least time between two snapshots, and between two statuses of all variables.
-const MIN_INTERVAL: Duration = Duration::from_millis(50);
 /// Polling interval for events, with and without subscribers.
 const ACTIVE_POLL: Duration = Duration::from_millis(20);
 const IDLE: Duration = Duration::from_millis(250);
 /// Most requests answered between two rounds of other work.
 const ROUND: usize = 16;
-/// Most queries of one line that wait for the same answer.
-const MAX_PENDING: usize = 256 / QUEUES;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
 const MAX_REQUEST_BYTES: usize = 1 << 20;
 /// Default number of lines in the answer to a query for events.
@@ -76,15 +72,7 @@ pub(super) struct Worker {
 }
 
 /// A message in JSON.
-type JsonMessage = ZBytes;
-
-/// An answer that the operator workers fetch on demand, at a bounded rate.
-#[derive(Default)]
-struct CachedReply {
-    newest: Option<(Instant, JsonMessage)>,
-    is_pending: bool,
-    pending: Vec<(usize, Query)>,
-}
+pub(super) type JsonMessage = ZBytes;
 
 impl Worker {
     pub(super) fn new(
@@ -170,12 +158,10 @@ impl Worker {
             self.handle_query(ask);
         }
         let looked_at = self.sessions.iter().any(|door| door.hierarchy.has_subscribers());
-        let next_snapshot = (looked_at || !self.hierarchy.pending.is_empty())
+        let next_snapshot = (looked_at || self.hierarchy.is_awaited())
             .then(|| self.fetch(true))
             .flatten();
-        let next_look = (!self.statuses.pending.is_empty())
-            .then(|| self.fetch(false))
-            .flatten();
+        let next_look = self.statuses.is_awaited().then(|| self.fetch(false)).flatten();
         let listening = RecordKind::ALL.iter().any(|kind| {
             self.sessions
                 .iter()
@@ -199,28 +185,21 @@ impl Worker {
         });
     }
 
-    /// Sends the hands for a snapshot or for the variables' statuses, unless it is too early; returns when to
-    /// try again.
+    /// Fetches a snapshot or the variables' statuses, unless it is too early; returns when to try again.
     fn fetch(&mut self, snapshot: bool) -> Option<Instant> {
-        let now = Instant::now();
-        let (what, errand) = if snapshot {
+        let (reply, job) = if snapshot {
             (&mut self.hierarchy, Job::Snapshot)
         } else {
             (&mut self.statuses, Job::Statuses)
         };
-        if what.is_pending {
-            return None;
-        }
-        match &what.newest {
-            Some((at, _)) if now < *at + MIN_INTERVAL => Some(*at + MIN_INTERVAL),
-            _ => {
-                what.is_pending = self.operator_workers.send(errand).is_ok();
-                (!what.is_pending).then(|| now + MIN_INTERVAL)
-            }
-        }
+        reply.fetch(|| self.operator_workers.send(job).is_ok())
     }
 
     fn handle_outcome(&mut self, done: JobOutcome) {
+        if !matches!(done, JobOutcome::Snapshot(_) | JobOutcome::Statuses(_)) {
+            self.hierarchy.outdate();
+            self.statuses.outdate();
+        }
         match done {
             JobOutcome::Snapshot(snapshot) => self.publish_snapshot(&snapshot),
             JobOutcome::Statuses(statuses) => self.publish_statuses(&statuses),
@@ -424,27 +403,6 @@ impl Worker {
     }
 }
 
-impl CachedReply {
-    /// Answers with a fresh result, or keeps the query until one arrives.
-    fn query(&mut self, query: Query, key: &str, line: usize) {
-        let waiting = self.pending.iter().filter(|(of, _)| *of == line);
-        match &self.newest {
-            Some((at, answer)) if at.elapsed() < MIN_INTERVAL => reply(&query, key, answer.clone()),
-            // Beyond the limit the query ends without an answer.
-            _ if waiting.count() < MAX_PENDING => self.pending.push((line, query)),
-            _ => {}
-        }
-    }
-
-    fn complete(&mut self, key: &str, answer: JsonMessage) {
-        self.is_pending = false;
-        for (_, query) in self.pending.drain(..) {
-            reply(&query, key, answer.clone());
-        }
-        self.newest = Some((Instant::now(), answer));
-    }
-}
-
 /// Refuses clients on the network unless they may operate.
 pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
     match network {
@@ -482,7 +440,7 @@ pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
     serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("no request: {error}")))
 }
 
-fn reply(query: &Query, key: &str, message: JsonMessage) {
+pub(super) fn reply(query: &Query, key: &str, message: JsonMessage) {
     if let Err(error) = query.reply(key, message).wait() {
         tracing::debug!("an answer was not sent: {error}");
     }

@@ -33,6 +33,8 @@ pub(crate) struct Stage {
     pub(crate) easel: Arc<Easel>,
     /// Holding it delays gestures.
     pub(crate) hold: Mutex<()>,
+    /// Holding it delays snapshots that were taken.
+    pub(crate) hold_snapshots: Mutex<()>,
     imports: Vec<Import>,
     /// Set if its time advances in real time.
     start: Option<Instant>,
@@ -50,6 +52,7 @@ impl Stage {
             board: Board::new(),
             clock: AtomicU64::new(5_000_000_000),
             hold: Mutex::default(),
+            hold_snapshots: Mutex::default(),
             acted: Mutex::default(),
             snapshots: AtomicU64::new(0),
             looked: AtomicU64::new(0),
@@ -152,12 +155,14 @@ impl Subject for Stage {
     }
 
     fn snapshot(&self) -> Snapshot {
-        self.snapshots.fetch_add(1, Ordering::Relaxed);
-        Snapshot {
+        let snapshot = Snapshot {
             time: self.now(),
             schemas: Vec::new(),
             groups: Vec::new(),
-        }
+        };
+        self.snapshots.fetch_add(1, Ordering::Relaxed);
+        drop(self.hold_snapshots.lock().unwrap());
+        snapshot
     }
 
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {

@@ -8,8 +8,9 @@ use std::time::Duration;
 use jde_host::records::{RecordKind, RunRecord};
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
+use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, number, until, watch, write};
+use crate::common::{Home, SOON, Stage, number, socket, stranger, until, watch, write};
 
 fn play(by: &str, schema: &str) -> Request {
     Request {
@@ -223,6 +224,57 @@ fn a_snapshot_is_taken_for_those_who_look_and_for_nobody_else() {
     let taken = stage.snapshots.load(Ordering::Relaxed);
     remote.variables(true).unwrap();
     assert!(stage.snapshots.load(Ordering::Relaxed) <= taken + 1);
+}
+
+#[test]
+fn a_snapshot_that_follows_an_operation_shows_its_effect() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let _link = home.open("robot", &stage);
+    let remote = home.remote();
+    for second in 6..20 {
+        remote.hierarchy().unwrap();
+        stage.clock.store(second * 1_000_000_000, Ordering::Relaxed);
+        remote.operate(&play("ana", "goon")).unwrap();
+        assert_eq!(remote.hierarchy().unwrap().time, second * 1_000_000_000);
+    }
+}
+
+#[test]
+fn a_snapshot_taken_before_a_stop_answers_nobody_who_asks_after_it() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let link = home.open("robot", &stage);
+    let session = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let root = format!("jde/1/robot/{}", link.about().id);
+    let ask = |what: &str| {
+        let replies = session.get(format!("{root}/{what}")).wait().unwrap();
+        move || {
+            let reply = replies.recv_timeout(SOON).unwrap().expect("a reply");
+            let sample = reply.into_result().unwrap();
+            serde_json::from_slice::<serde_json::Value>(&sample.payload().to_bytes()).unwrap()
+        }
+    };
+    let held = stage.hold_snapshots.lock().unwrap();
+    let before = ask("hierarchy");
+    until("a snapshot is being taken", || {
+        stage.snapshots.load(Ordering::Relaxed) == 1
+    });
+    stage.clock.store(6_000_000_000, Ordering::Relaxed);
+    let stop = Request {
+        by: "ana".to_owned(),
+        action: Action::StopAll,
+        lease_ms: None,
+    };
+    let reach = Reach::Local(home.folder.clone());
+    jde_link::broadcast(&reach, None, &stop, &mut |what| {
+        assert!(what.outcome.is_ok(), "{what:?}")
+    })
+    .unwrap();
+    let after = ask("hierarchy");
+    // Queries of one session are read in order.
+    ask("about")();
+    drop(held);
+    assert_eq!(before()["time"], 5_000_000_000_u64);
+    assert_eq!(after()["time"], 6_000_000_000_u64);
 }
 
 #[test]
