@@ -18,7 +18,7 @@
  * - No function unwinds: a panic or an exception is caught on the side where it arose.
  * - Calls for one instance never overlap, but may come from different threads one after another.
  *
- * Made from crates/abi/src/raw.rs; `cargo xtask headers` renews it.
+ * Made from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.
  */
 #ifndef JDE_H
 #define JDE_H

@@ -14,7 +14,7 @@ use crate::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order of the declarations in C.
 const SOURCES: [&str; 5] = [
-    include_str!("../../abi/src/raw.rs"),
+    include_str!("../../abi/src/raw/mod.rs"),
     include_str!("../../abi/src/raw/host.rs"),
     include_str!("../../abi/src/raw/panel.rs"),
     include_str!("../../abi/src/raw/state.rs"),
@@ -35,7 +35,7 @@ pub(crate) fn header() -> String {
     for line in writer.doc(&file.attrs).lines() {
         let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
     }
-    out.push_str(" *\n * Made from crates/abi/src/raw.rs; `cargo xtask headers` renews it.\n */\n");
+    out.push_str(" *\n * Made from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.\n */\n");
     out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
     out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");

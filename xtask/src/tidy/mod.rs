@@ -9,6 +9,7 @@ mod length;
 mod licences;
 mod links;
 mod machine_paths;
+mod module_files;
 mod rules;
 mod rust;
 mod sources;
@@ -41,6 +42,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         licences::check(&metadata),
         links::check(&tree),
         machine_paths::check(&tree),
+        module_files::check(&tree),
         rules::check(&tree),
         sources::check(&tree),
         streams::check(&tree),

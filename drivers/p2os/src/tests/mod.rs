@@ -317,7 +317,7 @@ fn a_robot_of_an_unknown_kind_is_an_error_that_says_what_to_do_and_a_file_mends_
 
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("mine.toml");
-    std::fs::write(&path, include_str!("../../../crates/p2os/models/p3at.toml")).unwrap();
+    std::fs::write(&path, include_str!("../../../../crates/p2os/models/p3at.toml")).unwrap();
     let mut driver = Driver::asleep(&address);
     driver
         .bench

@@ -2,7 +2,6 @@
 
 #![allow(unsafe_code)]
 
-#[path = "conformance/mod.rs"]
 mod suite;
 
 use std::path::{Path, PathBuf};
