@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
-use jde_host::app::{Application, parse};
+use jde_app::{Application, parse};
 use jde_host::plugin::{Plugins, SearchPath};
 
 use crate::scope::Scope;

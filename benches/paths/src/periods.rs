@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use jde_host::app::parse;
+use jde_app::parse;
 use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
 

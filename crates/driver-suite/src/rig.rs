@@ -8,7 +8,7 @@ use std::time::Duration;
 use jde_board::value::Value;
 use jde_host::event::Outcome;
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::{Handle, Options, Running, app};
+use jde_host::{Handle, Options, Running};
 use jde_schema::derived::raw;
 use jde_schema::prelude::{Connection, LaserScan, Odometry, Pose2D, normalize_angle};
 use jde_watchdog::Watchdog;
@@ -74,7 +74,7 @@ impl Rig {
             "#,
             setting.driver_toml
         );
-        let application = app::parse(&text, Path::new("apps/suite.toml"), &[], &plugins)
+        let application = jde_app::parse(&text, Path::new("apps/suite.toml"), &[], &plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
         let running = Running::start(application, &plugins, Options::default()).expect("it starts");
         let handle = running.handle();

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use jde_abi::raw;
-use jde_host::app::parse;
+use jde_app::parse;
 use jde_host::isolated::{Program, serve};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};

@@ -15,7 +15,7 @@
 use std::path::Path;
 
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::{Lockstep, Options, app};
+use jde_host::{Lockstep, Options};
 use jde_types::Mission;
 
 const SECOND: u64 = 1_000_000_000;
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "beside the examples",
     );
     let plugins = Plugins::new(path);
-    let application = app::load(file, &[], &plugins)?;
+    let application = jde_app::load(file, &[], &plugins)?;
 
     let mut running = Lockstep::start(
         application,

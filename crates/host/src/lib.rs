@@ -2,7 +2,6 @@
 //! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; both are left to
 //! the executable.
 
-pub mod app;
 mod build;
 pub mod chattering;
 mod clock;
@@ -18,7 +17,6 @@ mod metrics;
 mod mission;
 mod operator_handle;
 mod panels;
-pub mod period;
 pub mod plugin;
 pub mod records;
 pub mod reload;

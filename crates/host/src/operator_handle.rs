@@ -147,7 +147,7 @@ impl OperatorHandle {
     /// Changes the period of a schema, ns.
     ///
     /// # Errors
-    /// The period is out of [range](crate::period::RANGE).
+    /// The period is out of [range](jde_app::period::RANGE).
     pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
         self.engine.retime(&self.by, schema, period)
     }

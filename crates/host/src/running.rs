@@ -8,7 +8,6 @@ use jde_board::Board;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
-use crate::app::{Application, Executor, InstanceConfig};
 use crate::build::Build;
 use crate::clock::Clock;
 use crate::engine::{Engine, Notifier};
@@ -26,6 +25,7 @@ use crate::runner::Runner;
 use crate::snapshot::Snapshot;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn::OnTurn;
+use jde_app::{Application, Executor, InstanceConfig};
 
 /// Called with an application that is about to start. An error prevents the start.
 pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;

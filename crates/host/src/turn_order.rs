@@ -6,8 +6,8 @@ use std::time::Duration;
 use jde_abi::describe::Kind;
 use jde_core::Nanos;
 
-use crate::app::InstanceConfig;
 use crate::clock::Clock;
+use jde_app::InstanceConfig;
 
 /// The longest stagger between two schemas: longer than most turns take.
 const MAX_STAGGER: Duration = Duration::from_millis(1);

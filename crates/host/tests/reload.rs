@@ -7,8 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use jde_app::parse;
 use jde_core::State;
-use jde_host::app::parse;
 use jde_host::event::Event;
 use jde_host::plugin::{MAX_BUILDS, PluginError, Plugins};
 use jde_host::reload::{ReloadError, ReloadOptions, ReloadOutcome, Reloader};

@@ -6,8 +6,8 @@ use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use jde_app::{Fault, FaultLocation, Faults};
 use jde_host::StartError;
-use jde_host::app::{Fault, FaultLocation, Faults};
 use jde_host::plugin::PluginError;
 #[cfg(feature = "tools")]
 use jde_log::ReadError;

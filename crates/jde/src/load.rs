@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
-use jde_host::app::{self, Application, Catalogue, Faults, Inspection, Override};
+use jde_app::{Application, Catalogue, Faults, Inspection, Override};
 use jde_host::plugin::{DescribedPlugin, PluginError, Plugins, SearchPath};
 #[cfg(feature = "tools")]
 use jde_log::replay::AttachedApplication;
@@ -93,7 +93,7 @@ fn load(
     with: impl FnOnce(PluginCatalogue) -> PluginCatalogue,
 ) -> Result<LoadedApplication, Failure> {
     let shelf = PluginCatalogue::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Trusted);
-    check_with(with(shelf), |shelf| app::load(file, overrides, shelf))
+    check_with(with(shelf), |shelf| jde_app::load(file, overrides, shelf))
 }
 
 /// Checks an application, given as a file or by name, without loading any plugin into this process.
@@ -104,7 +104,7 @@ pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application,
     let file = paths::find_application(given)?;
     let shelf = PluginCatalogue::new(SearchPath::usual(Some(&file)), Purpose::Describe, Trust::Trusted)
         .with_inspection();
-    let loaded = check_with(shelf, |shelf| app::load(&file, overrides, shelf))?;
+    let loaded = check_with(shelf, |shelf| jde_app::load(&file, overrides, shelf))?;
     Ok(loaded.application)
 }
 
@@ -133,7 +133,7 @@ pub(crate) fn load_attached(
         shelf.report.get_mut().skipped_folders.extend(beside);
     }
     let file = stood.unwrap_or_else(|| name.into());
-    check_with(shelf, |shelf| app::parse(text, &file, overrides, shelf))
+    check_with(shelf, |shelf| jde_app::parse(text, &file, overrides, shelf))
 }
 
 fn check_with(

@@ -17,7 +17,6 @@ use std::time::{Duration, Instant};
 
 use jde_abi::raw;
 use jde_core::State;
-use jde_host::app;
 use jde_host::event::{Event, Observer};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::records::RecordKind;
@@ -157,7 +156,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     let folder = Folders::at(files.path().join("jde"));
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN)?;
-    let application = app::parse(APPLICATION, std::path::Path::new("jitter.toml"), &[], &plugins)
+    let application = jde_app::parse(APPLICATION, std::path::Path::new("jitter.toml"), &[], &plugins)
         .map_err(|faults| faults.to_string())?;
     let events = Events::of(&application);
     let title = SubjectInfo::new(&application, 1.0);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use jde_host::app::Application;
+use jde_app::Application;
 
 use crate::RecordedHierarchy;
 

@@ -1,7 +1,7 @@
 //! Which variables are recorded: names in which `*` matches any text, such as `pioneer.*` and `*.laser`.
 
 use jde_abi::describe::Role;
-use jde_host::app::Application;
+use jde_app::Application;
 
 /// A selection of variables. The default selects all of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

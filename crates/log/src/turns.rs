@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use jde_app::{Application, Binding, InstanceConfig};
 use jde_core::{GroupContract, contract};
-use jde_host::app::{Application, Binding, InstanceConfig};
 use jde_host::policy_name;
 use jde_host::turn::{OnTurn, Turn};
 use jde_types::Value;

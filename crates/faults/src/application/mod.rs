@@ -6,7 +6,7 @@ mod hundred;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow};
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
 
 use crate::case::{Case, Scenario};
@@ -59,7 +59,7 @@ impl TestApplication {
     /// # Errors
     /// The faults of the application.
     pub fn application(&self, plugins: &Plugins, seed: u64) -> Result<Application> {
-        let parsed = app::parse(&self.text, &self.path, &[], plugins);
+        let parsed = jde_app::parse(&self.text, &self.path, &[], plugins);
         let mut application = parsed.map_err(|faults| anyhow!("{faults}"))?;
         application.seed = seed;
         Ok(application)

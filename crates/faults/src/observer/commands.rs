@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use jde_abi::describe::{Kind, Role};
+use jde_app::{Binding, InstanceConfig};
 use jde_board::{Access, Reader, Variable, Watch};
 use jde_core::Nanos;
 use jde_host::Handle;
-use jde_host::app::{Binding, InstanceConfig};
 
 use super::history::AuthorityStatus;
 use super::{ObserverState, Tamper, lock};

@@ -4,10 +4,10 @@
 use std::sync::{Arc, Mutex};
 
 use jde_abi::describe::{Kind, Role};
+use jde_app::Application;
 use jde_board::Watch;
 use jde_core::{Nanos, State};
 use jde_host::Handle;
-use jde_host::app::Application;
 
 use super::{ObserverState, Tamper, lock};
 use crate::case::Clock;

@@ -5,7 +5,7 @@ use jde_abi::describe::{Child, Kind, Port, Role, Schema};
 use jde_core::Policy;
 
 use super::PortMapping;
-use crate::app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
+use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
 
 /// How a build fits.
 pub(crate) struct BuildMapping {

@@ -30,7 +30,6 @@ use jde_abi::describe::Kind;
 use jde_board::{Board, Watch};
 use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
 
-use crate::app::Application;
 use crate::build;
 use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
@@ -42,6 +41,7 @@ use crate::transaction_observer::TransactionObserver;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
 use crate::turn_order::staggers;
 use authority::Commands;
+use jde_app::Application;
 use observe::{DeferredEvents, GroupStatistics};
 pub use observe::{decider_name, policy_name};
 use operate::OperatorHolds;

@@ -10,9 +10,9 @@ use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId}
 
 use super::{Engine, RulesState, Signal};
 use crate::event::OperatorAction;
-use crate::period;
 use crate::snapshot::{Hold, HoldKind};
 use crate::turn::{Moment, Turn};
+use jde_app::period;
 
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;

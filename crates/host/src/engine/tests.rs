@@ -10,10 +10,10 @@ use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
 use super::{Engine, Notifier, Signal, schema};
-use crate::app::parse;
 use crate::clock::Clock;
 use crate::event::{Event, Observer};
 use crate::plugin::{Plugins, SearchPath};
+use jde_app::parse;
 
 /// A motor schema that does nothing. The tests report its checks.
 #[derive(Describe)]

@@ -9,11 +9,11 @@ use jde_types::Value;
 
 use super::authority::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::app::{Application, Binding, ChildTarget, ImportSource};
 use crate::history::AlignedBytes;
 use crate::instance::{BoundPort, Ports};
 use crate::isolated::MAX_INLINE_BYTES;
-use crate::period;
+use jde_app::period;
+use jde_app::{Application, Binding, ChildTarget, ImportSource};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;

@@ -13,9 +13,9 @@ use super::limits;
 use super::memory::IsolatedPort;
 use super::table::{CallState, HOST, Session};
 use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
-use crate::app::Isolation;
 use crate::instance::InProcessInstance;
 use crate::plugin::SchemaFunctions;
+use jde_app::Isolation;
 
 /// A status of the ABI, and the problems found.
 pub(crate) type InspectionOutcome = (i32, Result<Vec<Problem>, String>);

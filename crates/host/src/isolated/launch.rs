@@ -12,7 +12,7 @@ use rustix::net::{
 use serde::{Deserialize, Serialize};
 
 use super::TypeLocation;
-use crate::app::Isolation;
+use jde_app::Isolation;
 
 /// The first message to a child.
 #[derive(Debug, Serialize, Deserialize)]

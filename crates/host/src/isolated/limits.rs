@@ -14,7 +14,7 @@ use seccompiler::{
     BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
 };
 
-use crate::app::Isolation;
+use jde_app::Isolation;
 
 /// Sockets of this family cannot connect to other machines.
 const AF_UNIX: u64 = libc::AF_UNIX as u64;

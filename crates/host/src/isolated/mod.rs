@@ -39,7 +39,7 @@ pub(crate) use process::{ProcessTable, describe_exit_status};
 pub use serve::{ServeError, serve};
 pub(crate) use wire::{Frame, FrameKind, Wire};
 
-use crate::app::Isolation;
+use jde_app::Isolation;
 
 /// The program that runs a schema in a process of its own: it calls [`serve`] and does nothing else.
 #[derive(Clone, Debug)]

@@ -17,7 +17,7 @@ use std::time::Duration;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
 use super::Program;
-use crate::app::Isolation;
+use jde_app::Isolation;
 
 /// How long a child may take to exit by itself after its instance has ended.
 const EXIT_TIMEOUT: Duration = Duration::from_secs(1);

@@ -9,7 +9,7 @@ use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
-use crate::app::{Catalogue, Inspection};
+use jde_app::{Catalogue, Inspection};
 
 use super::copy::PrivateCopy;
 use super::inspect::Inspector;

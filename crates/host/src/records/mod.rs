@@ -8,9 +8,9 @@ mod messages;
 
 use jde_core::Nanos;
 
-use crate::app::Application;
 use crate::event::Event;
 pub use decision_tracker::{DecisionTracker, state_name};
+use jde_app::Application;
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
 
 /// One message of a story.

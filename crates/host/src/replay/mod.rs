@@ -18,13 +18,13 @@ use jde_abi::describe::Type;
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
 
-use crate::app::{Application, ImportSource as Origin};
 use crate::clock::Clock;
 use crate::engine::Engine;
 use crate::event::Observer;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::running::{Handle, StartError, original_build};
+use jde_app::{Application, ImportSource as Origin};
 use player::Player;
 pub use recorded_run::{RecordedRun, RecordedValue, ReplayStep, StepKind};
 pub use writes::{PairedWrite, WriteOutcome};

@@ -10,10 +10,10 @@ use jde_core::Nanos;
 
 use super::recorded_run::{RecordedRun, RecordedValue};
 use super::slot::ReplaySlot;
-use crate::app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
 use crate::engine::Engine;
 use crate::history::History;
 use crate::turn::{RecordedTurn, Turn};
+use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
 
 /// The values that can be read.
 pub(super) struct RecordedInputs {

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use jde_app::parse;
 use jde_board::Stamp;
-use jde_host::app::parse;
 use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::{Event, Observer};
 use jde_host::{Lockstep, Options};

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::{Arc, RwLock, RwLockReadGuard};
 
+use jde_app::parse;
 use jde_board::Watch;
 use jde_board::value::Value;
 use jde_core::Health;
-use jde_host::app::parse;
 use jde_host::event::Event;
 use jde_host::isolated::Program;
 use jde_host::plugin::Plugins;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_host::app::{Application, parse};
+use jde_app::{Application, parse};
 use jde_host::event::{Event, Observer, Outcome};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::snapshot::{GroupView, SchemaView};

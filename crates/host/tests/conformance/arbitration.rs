@@ -7,9 +7,9 @@ use std::sync::mpsc;
 use std::sync::{Arc, Mutex};
 
 use jde_abi::raw;
+use jde_app::parse;
 use jde_core::{Decider, Health};
 use jde_host::Options;
-use jde_host::app::parse;
 use jde_host::event::Event;
 use jde_schema::{Case, Describe};
 

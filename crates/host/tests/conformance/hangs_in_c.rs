@@ -5,9 +5,9 @@ use std::os::fd::AsRawFd;
 use std::path::Path;
 
 use jde_abi::raw;
+use jde_app::parse;
 use jde_core::{Health, SchemaId, State};
 use jde_host::Options;
-use jde_host::app::parse;
 use jde_host::event::Event;
 use jde_host::plugin::SearchPath;
 

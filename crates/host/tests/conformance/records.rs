@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::sync::{Arc, Mutex};
 
-use jde_host::app::parse;
+use jde_app::parse;
 use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::Observer;
 use jde_host::{Lockstep, Options};

@@ -1,8 +1,8 @@
 //! Imports of other applications' exports: to a schema they are like any other import.
 
+use jde_app::RemoteVariable;
 use jde_board::typed::TypedWriter;
 use jde_core::State;
-use jde_host::app::RemoteVariable;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 

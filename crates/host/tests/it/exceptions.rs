@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use jde_app::{Application, parse};
 use jde_core::Health;
-use jde_host::app::{Application, parse};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
 

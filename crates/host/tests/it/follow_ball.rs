@@ -1,11 +1,9 @@
 //! The delivered application that sees: by camera and laser alone it finds its ball, in lockstep.
 
-use std::path::Path;
-
-use jde_host::app;
 use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
 use jde_types::{Mission, Truth};
+use std::path::Path;
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -16,7 +14,7 @@ const BALL: [f64; 2] = [4.9, 3.7];
 fn the_robot_finds_the_ball_behind_the_crate_and_stops_before_it() {
     let plugins = delivered::plugins();
     let file = Path::new(ROOT).join("apps/follow-ball.toml");
-    let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let application = jde_app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     let mut running =
         Lockstep::start(application, &plugins, Options::default()).unwrap_or_else(|error| panic!("{error}"));
     let handle = running.handle();

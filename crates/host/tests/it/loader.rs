@@ -7,7 +7,7 @@ use std::process::Command;
 
 use crate::delivered;
 use jde_abi::raw;
-use jde_host::app::parse;
+use jde_app::parse;
 use jde_host::plugin::{PluginError, Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
 use tempfile::TempDir;

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::{Event, Outcome};
 use jde_host::plugin::Plugins;
@@ -33,7 +33,7 @@ fn file() -> PathBuf {
 
 /// Loads the application as it is delivered.
 fn application(plugins: &Plugins) -> Application {
-    app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+    jde_app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 /// The application with only its types, wiring, groups, world and route: all other modulations have the
@@ -59,7 +59,7 @@ fn unmodulated(plugins: &Plugins) -> Application {
         schema.retain(|key, _| kept.contains(&key));
     }
     let text = toml::to_string(&table).expect("it is TOML still");
-    app::parse(&text, &file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+    jde_app::parse(&text, &file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64) -> Drive {

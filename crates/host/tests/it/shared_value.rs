@@ -7,7 +7,6 @@ use std::path::Path;
 use std::process::Command;
 
 use jde_core::State;
-use jde_host::app;
 use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
 
@@ -94,8 +93,8 @@ fn the_value_is_one_in_rust_and_in_c() {
 #[test]
 fn what_one_publishes_the_other_reads() {
     let (folder, plugins) = place(|text| text);
-    let application =
-        app::load(&folder.path().join("app.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let application = jde_app::load(&folder.path().join("app.toml"), &[], &plugins)
+        .unwrap_or_else(|faults| panic!("{faults}"));
     let mut running = Lockstep::start(application, &plugins, Options::default()).expect("it starts");
     running.run_until(2 * SECOND);
     let snapshot = running.handle().snapshot();
@@ -121,7 +120,7 @@ fn a_plugin_of_another_definition_is_refused_with_the_field_that_differs() {
         )
     };
     let (folder, plugins) = place(earlier);
-    let faults = app::load(&folder.path().join("app.toml"), &[], &plugins).expect_err("they differ");
+    let faults = jde_app::load(&folder.path().join("app.toml"), &[], &plugins).expect_err("they differ");
     let said = faults.to_string();
     for part in [
         "app.toml:21:20: ",

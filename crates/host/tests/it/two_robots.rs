@@ -1,12 +1,10 @@
 //! The delivered application with two robots: each has a winner of its own, and one of the robots has no
 //! father in code.
 
-use std::path::Path;
-
-use jde_host::app;
 use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
 use jde_types::Truth;
+use std::path::Path;
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -14,7 +12,7 @@ use crate::delivered::{self, ROOT, SECOND};
 fn r13_two_robots_drive_at_once_and_neither_waits_for_the_other() {
     let plugins = delivered::plugins();
     let file = Path::new(ROOT).join("apps/two-robots.toml");
-    let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let application = jde_app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     assert_eq!(application.warnings(), [""; 0]);
     let mut running =
         Lockstep::start(application, &plugins, Options::default()).unwrap_or_else(|error| panic!("{error}"));

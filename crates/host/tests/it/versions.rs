@@ -7,9 +7,9 @@ use std::process::Command;
 
 use crate::delivered;
 use jde_abi::raw;
+use jde_app::parse;
 use jde_board::Variable;
 use jde_core::{Health, State};
-use jde_host::app::parse;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
 use jde_types::Value as _;

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use jde_app::Override;
 use jde_core::Nanos;
-use jde_host::app::Override;
 use jde_log::replay::{Drive, ReplayError, Span, Tolerance, ToleranceEntry};
 
 use crate::cli::print_json;

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use jde_abi::describe::{Kind, Port, Role};
-use jde_board::value::Value;
-use jde_core::{Absence, Policy, contract};
-use jde_host::app::{
+use jde_app::{
     Application, Binding, ChildTarget, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation,
     is_path,
 };
+use jde_board::value::Value;
+use jde_core::{Absence, Policy, contract};
 use jde_host::policy_name;
 
 use super::value::{decode_plain, format_value};

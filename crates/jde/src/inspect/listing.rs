@@ -1,12 +1,10 @@
 //! Lists the plugins, their folders, and the files there that cannot be used.
 
+use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
+use serde::Serialize;
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-use jde_host::app;
-use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
-use serde::Serialize;
 
 use crate::failure::{self, Failure};
 use crate::load::{PluginCatalogue, Purpose, Trust};
@@ -119,7 +117,7 @@ impl PluginListing {
 /// Returns the folders that an application names, even if it has faults.
 fn named_folders(file: Option<&Path>, shelf: PluginCatalogue) -> Result<(Plugins, Vec<PathBuf>), Failure> {
     if let Some(file) = file
-        && let Err(faults) = app::load(file, &[], &shelf)
+        && let Err(faults) = jde_app::load(file, &[], &shelf)
         && !file.is_file()
     {
         return Err(Failure::Application {

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use jde_abi::describe::Type;
+use jde_app::is_path;
 use jde_board::value::{self, Value};
-use jde_host::app::is_path;
 
 use crate::failure;
 

@@ -4,9 +4,9 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::Handle;
-use jde_host::app::Application;
 use jde_host::decision_writer::DecisionWriter;
 use jde_host::event::{Event, Observer};
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use jde_app::Application;
 use jde_host::StartHook;
-use jde_host::app::Application;
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::{Handle, StartHook};
@@ -224,14 +224,14 @@ fn settings_with(name: Option<String>, application: &Application, login: Option<
     });
     Settings {
         // A chosen name is kept or refused, never changed.
-        require_name: name.is_some() || link.name != app::Link::local(&application.name).name,
+        require_name: name.is_some() || link.name != jde_app::Link::local(&application.name).name,
         name: name.unwrap_or_else(|| link.name.clone()),
         listen: link.listen.clone(),
         connect: link.connect.clone(),
         discover: link.discover,
         access: match link.access {
-            app::link::Access::Read => Access::Read,
-            app::link::Access::Operate => Access::Operate,
+            jde_app::link::Access::Read => Access::Read,
+            jde_app::link::Access::Operate => Access::Operate,
         },
         login,
         tls,

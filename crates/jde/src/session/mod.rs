@@ -25,8 +25,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::app::Application;
 use jde_host::event::Outcome;
 use jde_host::plugin::Plugins;
 use jde_host::{Handle, Lockstep, Options, Running, StartError};

@@ -4,7 +4,7 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 
-use jde_host::app::Application;
+use jde_app::Application;
 use jde_host::{Handle, PanelViewGuard, StartError};
 use jde_log::{Recorder, Selection, Stamps, Topic};
 

@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
+use jde_app::Application;
 use jde_core::{Health, Nanos};
-use jde_host::app::Application;
 use jde_host::event::Event;
 
 use super::sampler::Observation;

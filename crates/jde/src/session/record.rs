@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::app::Application;
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;

@@ -5,10 +5,10 @@
 use std::collections::BTreeMap;
 
 use jde_abi::describe::{Port, Role, Type};
+use jde_app::{Application, Binding};
 use jde_board::Reader;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_host::app::{Application, Binding};
 use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Route, Truth, Value as _};
 
 /// Reads the exports of one application that show its progress.

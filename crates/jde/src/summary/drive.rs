@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use jde_abi::describe::Role;
+use jde_app::{Application, Binding, InstanceConfig};
 use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_host::app::{Application, Binding, InstanceConfig};
 use jde_report::{Drive, Obstacle, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
 use jde_sim::{RobotConfig, World};
 

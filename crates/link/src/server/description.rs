@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Port, Role};
+use jde_app::{Application, Binding, ChildTarget};
 use jde_board::{Access, Variable};
 use jde_core::Policy;
-use jde_host::app::{Application, Binding, ChildTarget};
 
 use super::subject::Subject;
 use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas, VariableInfo};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crossbeam_queue::ArrayQueue;
-use jde_host::app::Application;
+use jde_app::Application;
 use jde_host::event::{Event, Observer};
 use jde_host::records::{RecordBuilder, RecordKind, RunRecord};
 

@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use jde_app::RemoteVariable as Import;
 use jde_board::{Nanos, Writer};
-use jde_host::app::RemoteVariable as Import;
 
 use super::peer::{self, Search};
 use super::subject::Subject;

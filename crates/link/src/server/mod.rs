@@ -31,7 +31,7 @@ pub use events::Events;
 pub(crate) use subject::no_panel;
 pub use subject::{OnDrawn, PanelViewer, Running, Subject, SubjectInfo};
 
-use jde_host::app::RemoteVariable;
+use jde_app::RemoteVariable;
 
 use crate::folder::{Announcement, Claim, Folders};
 use crate::keys::{Keys, OPERATE, PROTOCOL};

@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Kind, Port, Role};
+use jde_app::period;
+use jde_app::{Application, Executor, RemoteVariable};
 use jde_board::{Board, Nanos, Stamp, Variable};
-use jde_host::app::{Application, Executor, RemoteVariable};
 use jde_host::plugin::Plugins;
 use jde_host::reload::{ReloadOptions, ReloadReport, Reloader};
 use jde_host::snapshot::Snapshot;
-use jde_host::{Handle, OperatorHandle, PanelFrame, PanelViewGuard, period};
+use jde_host::{Handle, OperatorHandle, PanelFrame, PanelViewGuard};
 
 use super::description::schemas;
 use crate::message::{Action, Range, Refusal, Schemas};

@@ -6,8 +6,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use jde_app::RemoteVariable as Import;
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
-use jde_host::app::RemoteVariable as Import;
 use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Refusal, Schemas};
 use jde_link::{

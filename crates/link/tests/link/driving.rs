@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_link::{Events, Link, Rate, SubjectInfo};
@@ -63,7 +63,7 @@ fn application() -> (Plugins, Application) {
     plugins.link(&PAINTERS).unwrap();
     // Has the name of the other tests' stage, so that their actors find its panel.
     let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
-    let application = app::parse(text, Path::new("painters.toml"), &[], &plugins).unwrap();
+    let application = jde_app::parse(text, Path::new("painters.toml"), &[], &plugins).unwrap();
     (plugins, application)
 }
 

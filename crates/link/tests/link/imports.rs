@@ -32,7 +32,7 @@ fn an_import_comes_with_its_age_goes_with_its_peer_and_comes_back() {
     let link = home.open("robot2", &there);
     until("the value comes", || shown(&proxy) == Some(1.0));
     let stamp = proxy.reader("test").latch().unwrap().stamp;
-    assert_eq!(stamp.writer, jde_host::app::RemoteVariable::WRITER);
+    assert_eq!(stamp.writer, jde_app::RemoteVariable::WRITER);
     for value in [2.0, 3.0] {
         write(&mut writer, value, 5_000_000_000);
         until("each value comes", || shown(&proxy) == Some(value));

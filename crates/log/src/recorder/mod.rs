@@ -11,8 +11,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 
 use jde_abi::describe::Type;
+use jde_app::Application;
 use jde_board::{Nanos, Variable, Watch};
-use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
 use jde_host::records::{RecordBuilder, RunRecord};
 

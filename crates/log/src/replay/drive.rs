@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use jde_app::{Application, Binding};
 use jde_core::Nanos;
-use jde_host::app::{Application, Binding};
 use jde_host::replay::format_value;
 use jde_host::turn::Turn;
 use jde_ros::cdr;

@@ -16,8 +16,8 @@ mod values;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::app::Application;
 use jde_host::event::Event;
 use jde_host::plugin::Plugins;
 use jde_host::records::{Decision, DecisionTracker};

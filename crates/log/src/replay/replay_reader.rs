@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_abi::describe::Type;
+use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::app::Application;
 use jde_host::records::{Decision, GestureRecord, RecordKind, RunRecord};
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
 use jde_host::turn::{INPUTS, RecordedTurn, Turn};

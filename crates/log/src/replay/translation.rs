@@ -1,7 +1,7 @@
 //! Translates the numbers of schemas, groups and ports in a recording to those of the application that
 //! repeats it. It matches them by name. What the application no longer has is assigned to no schema.
 
-use jde_host::app::Application;
+use jde_app::Application;
 use jde_host::turn::{RecordedTurn, Turn};
 
 use super::Drive;

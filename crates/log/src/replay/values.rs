@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use jde_abi::describe::Type;
+use jde_app::Application;
 use jde_board::value::{self, Value};
-use jde_host::app::Application;
 use jde_host::replay::{PairedWrite, WriteOutcome, format_value};
 
 use super::{ReplayError, Span};

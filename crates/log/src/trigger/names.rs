@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::{Role, Type};
-use jde_host::app::Application;
+use jde_app::Application;
 use jde_types::Value;
 
 /// The names of an application. For an application elsewhere, the client that queried it fills them in.

@@ -1,7 +1,7 @@
-//! Formats and parses times in s. The notation is that of [`jde_host::period`], which all tools share.
+//! Formats and parses times in s. The notation is that of [`jde_app::period`], which all tools share.
 
+use jde_app::period;
 use jde_core::Nanos;
-use jde_host::period;
 
 /// Formats a time in s in a suitable unit with three digits: "75.0 ms".
 pub(crate) fn span(seconds: f64) -> String {

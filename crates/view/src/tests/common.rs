@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use eframe::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT, Queryable};
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
 use jde_link::{Client, Events, Folders, Link, Reach, Settings, SubjectInfo};
@@ -39,21 +39,23 @@ impl Robot {
     pub(crate) fn of(name: &str) -> Self {
         let plugins = plugins();
         let file = Path::new(ROOT).join("apps").join(format!("{name}.toml"));
-        let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        let application = jde_app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
         Self::start(application, &plugins, None)
     }
 
     /// Starts an application from text, with plugins that the test links in.
     pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");
-        let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        let application =
+            jde_app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
         Self::start(application, &plugins, None)
     }
 
     /// As [`Self::linked`]; the windows see it as a recording that plays.
     pub(crate) fn recorded(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");
-        let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        let application =
+            jde_app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
         Self::start(application, &plugins, Some("replay"))
     }
 

@@ -34,8 +34,8 @@ use serde::{Deserialize, Serialize};
 
 use super::LoadError;
 use super::load::table_symbol_size;
-use crate::app::Inspection;
 use crate::isolated::{Frame, FrameKind, Program, Wire, as_bytes, describe_exit_status};
+use jde_app::Inspection;
 pub use serve::serve;
 
 /// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that

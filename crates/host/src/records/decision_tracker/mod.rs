@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
-use crate::app::Application;
 use crate::engine::decider_name;
 use crate::event::Event;
+use jde_app::Application;
 
 #[cfg(test)]
 mod tests;

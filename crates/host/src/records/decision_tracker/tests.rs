@@ -9,11 +9,11 @@ use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
 use super::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
-use crate::app::parse;
 use crate::clock::Clock;
 use crate::engine::Engine;
 use crate::event::Event;
 use crate::plugin::{Plugins, SearchPath};
+use jde_app::parse;
 
 /// Leads two, if it is a father.
 #[expect(dead_code, reason = "the rules are told by hand what becomes of children")]

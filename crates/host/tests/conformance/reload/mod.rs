@@ -8,10 +8,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_abi::raw;
+use jde_app::parse;
 use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
-use jde_host::app::parse;
 use jde_host::event::{Event, OperatorAction};
 use jde_host::reload::{CarriedMemory, PendingReload, ReloadOptions, Replacement};
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_host::app::Override;
+use jde_app::Override;
 
 use crate::failure::Failure;
 use crate::{inspect, load, terminal};

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
+use jde_app::Override;
 use jde_core::Nanos;
-use jde_host::app::Override;
 
 use super::link::Link;
 use super::quantity;

@@ -5,8 +5,8 @@
 
 use std::collections::HashMap;
 
+use jde_app::Application;
 use jde_core::{Nanos, Record, SchemaId, State};
-use jde_host::app::Application;
 use jde_host::decider_name;
 use jde_host::event::Event;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, OnceLock};
 
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::records::{RecordKind, RunRecord};
 use jde_host::{Handle, Lockstep, Options, Running, StartHook};
@@ -87,7 +87,7 @@ impl Scene {
     pub(crate) fn application(&self, sets: &[&str]) -> Application {
         let sets: Vec<_> = sets.iter().map(|set| set.parse().unwrap()).collect();
         let file = Path::new(ROOT).join("apps/safe-navigation.toml");
-        app::load(&file, &sets, &self.plugins).unwrap_or_else(|faults| panic!("{faults}"))
+        jde_app::load(&file, &sets, &self.plugins).unwrap_or_else(|faults| panic!("{faults}"))
     }
 
     /// Returns the number of recorded selections.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use jde_host::app::{self, Application};
+use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_log::replay::{Drive, ReplayReport as Verdicts, Span, Tolerance, replay_and_compare};
@@ -252,7 +252,7 @@ fn plugins() -> Plugins {
 }
 
 fn application(plugins: &Plugins, text: &str) -> Application {
-    app::parse(text, Path::new("troupe.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+    jde_app::parse(text, Path::new("troupe.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 /// Records until `levels` levels were sensed. Returns the application's text, and the number of recorded

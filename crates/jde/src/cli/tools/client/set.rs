@@ -4,9 +4,9 @@ use std::path::Path;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_app::literal;
+use jde_app::period::RANGE;
 use jde_board::value::Value;
-use jde_host::app::literal;
-use jde_host::period::RANGE;
 use jde_link::message::Action;
 use jde_link::value::to_json;
 

@@ -1,6 +1,6 @@
 //! The faults that are reported for wrong keys, types and shapes in an application file.
 
-use crate::apps::{check, check_text};
+use crate::catalogue::{check, check_text};
 
 /// The roots of the good application.
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;

@@ -1,8 +1,8 @@
 //! The application that results from a file without faults.
 
-use crate::apps::{self, application, application_with, read};
+use crate::catalogue::{self, application, application_with, read};
+use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
-use jde_host::app::{Application, Binding, ChildTarget, Executor, ImportSource};
 
 fn at(application: &Application, name: &str) -> usize {
     application
@@ -183,9 +183,9 @@ fn paths_are_relative_to_the_file_and_to_the_working_directory_in_options() {
         world(&application(&[("\"office.toml\"", &format!("\"{absolute}\""))])),
         absolute
     );
-    let shelf = apps::Shelf;
-    let read = |path: &str, options: &[jde_host::app::Override]| {
-        jde_host::app::parse(apps::GOOD, std::path::Path::new(path), options, &shelf)
+    let shelf = catalogue::Shelf;
+    let read = |path: &str, options: &[jde_app::Override]| {
+        jde_app::parse(catalogue::GOOD, std::path::Path::new(path), options, &shelf)
             .unwrap_or_else(|faults| panic!("{faults}"))
     };
     assert_eq!(
@@ -319,7 +319,7 @@ fn r4_a_father_that_arbitrates_does_so_unless_the_file_says_otherwise() {
         "{ one = \"example\" }",
         "{ one = \"example\" }\ngroups.base.policy = \"priority\"",
     );
-    let text = apps::edited(&edits).replace(other.0, other.1);
+    let text = catalogue::edited(&edits).replace(other.0, other.1);
     let ready_made = read(&text, &[]).unwrap_or_else(|faults| panic!("{faults}"));
     assert_eq!(ready_made.groups[1].policy, Policy::Priority);
 }

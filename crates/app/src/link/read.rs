@@ -5,9 +5,9 @@ use std::path::Path;
 use super::address::{Address, AddressError, PROTOCOLS};
 use super::authentication;
 use super::{Access, Link};
-use crate::app::document::{Section, Text, report_wrong_shape};
-use crate::app::report::{FaultReport, quote};
-use crate::app::time;
+use crate::document::{Section, Text, report_wrong_shape};
+use crate::report::{FaultReport, quote};
+use crate::time;
 
 const KEYS: &[&str] = &[
     "name",
@@ -30,12 +30,7 @@ pub(super) struct WrittenAddress<'a> {
 }
 
 /// Reads the section of the application `application`; `folder` is the folder of its file.
-pub(in crate::app) fn read(
-    report: &mut FaultReport,
-    top: &Section,
-    application: &str,
-    folder: &Path,
-) -> Link {
+pub(crate) fn read(report: &mut FaultReport, top: &Section, application: &str, folder: &Path) -> Link {
     let mut link = Link::local(application);
     let Some(section) = top.section(report, "link", "`link`") else {
         return link;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use jde_abi::describe::{
     Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
 };
-use jde_host::app::{Application, Catalogue, Faults, Override, parse};
+use jde_app::{Application, Catalogue, Faults, Override, parse};
 
 /// An application without faults.
 pub(crate) const GOOD: &str = include_str!("../apps/good.toml");

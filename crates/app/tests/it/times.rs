@@ -1,6 +1,6 @@
 //! The faults that are reported for times that no clock can keep.
 
-use crate::apps::check;
+use crate::catalogue::check;
 
 /// The period of a schema in the good application.
 const PERIOD: &str = r#"period      = "75ms""#;

@@ -1,6 +1,6 @@
 //! The faults that are reported for impossible fathers, children and roots.
 
-use crate::apps::check;
+use crate::catalogue::check;
 
 /// The children of the good application.
 const CHILDREN: &str = r#"{ brake = "stop", avoid = "vff", cruise = "goon", lookout = "look" }"#;

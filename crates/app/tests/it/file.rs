@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::apps::{self, Shelf, check};
-use jde_host::app::{FaultLocation, Faults, Override, load};
+use crate::catalogue::{self, Shelf, check};
+use jde_app::{FaultLocation, Faults, Override, load};
 
 fn refused(path: &Path) -> Faults {
     load(path, &[], &Shelf).expect_err("a file that cannot be an application")
@@ -89,7 +89,7 @@ fn noise_that_is_text_is_refused_in_few_words() {
         "]", "=", "[[[[", "\"", "a.b.", "x = [", "\u{0}", "{", "'''", "é=1\n",
     ] {
         let text = noise.repeat((1 << 18) / noise.len());
-        let faults = apps::read(&text, &[]).expect_err(noise);
+        let faults = catalogue::read(&text, &[]).expect_err(noise);
         assert!(
             faults.list().len() <= 10,
             "{noise}: {} faults",
@@ -157,7 +157,7 @@ fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
         ("\"400 mm/s\"", "\"400 mm\""),
         ("dwell = \"500ms\"", "dwell = 0"),
     ];
-    let faults = apps::read(&apps::edited(&edits), &["goon.sped=1"]).expect_err("five faults");
+    let faults = catalogue::read(&catalogue::edited(&edits), &["goon.sped=1"]).expect_err("five faults");
     let lines: Vec<_> = faults.list().iter().map(|fault| fault.line()).collect();
     assert_eq!(lines, [Some(2), Some(7), Some(21), Some(35), None]);
     assert_eq!(
@@ -169,7 +169,7 @@ fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
 #[test]
 fn a_place_counts_characters_and_spans_bytes() {
     let text = "# ñandú\nroots = [\"ñandú\", \"gato\"]\n[schemas]\n";
-    let faults = apps::read(text, &[]).expect_err("unknown schemas");
+    let faults = catalogue::read(text, &[]).expect_err("unknown schemas");
     let FaultLocation::Text {
         line, column, span, ..
     } = &faults.list()[1].location
@@ -183,7 +183,7 @@ fn a_place_counts_characters_and_spans_bytes() {
 #[test]
 fn a_thousand_faults_are_told_by_their_number() {
     let text: String = (0..1000).map(|n| format!("x{n} = 1\n")).collect();
-    let faults = apps::read(&text, &[]).expect_err("unknown keys");
+    let faults = catalogue::read(&text, &[]).expect_err("unknown keys");
     assert_eq!((faults.list().len(), faults.count()), (200, 1002));
     assert!(faults.to_string().ends_with("\nand 962 more"), "{faults}");
 }
@@ -193,7 +193,7 @@ fn an_application_has_so_many_schemas_at_most() {
     let named: String = (0..10_001)
         .map(|n| format!("[schemas.s{n}]\ntype = \"goon\"\n"))
         .collect();
-    let faults = apps::read(&named, &[]).expect_err("too many");
+    let faults = catalogue::read(&named, &[]).expect_err("too many");
     assert!(
         faults
             .list()
@@ -206,7 +206,7 @@ fn an_application_has_so_many_schemas_at_most() {
 #[test]
 fn a_long_text_is_quoted_in_part() {
     let long = "x".repeat(100_000);
-    let faults = apps::faults(&[("\"sim/pioneer\"", &format!("\"{long}\""))]);
+    let faults = catalogue::faults(&[("\"sim/pioneer\"", &format!("\"{long}\""))]);
     assert!(faults.len() < 1000, "{} bytes", faults.len());
     assert!(faults.contains("xxx...`"), "{faults}");
 }
@@ -240,7 +240,7 @@ fn an_option_has_three_parts() {
 /// text.
 #[test]
 fn a_file_with_a_piece_missing_is_read_or_refused() {
-    let good = apps::GOOD;
+    let good = catalogue::GOOD;
     let characters = good.char_indices().map(|(at, c)| at..at + c.len_utf8());
     let lines = good.lines().map(|line| {
         let start = line.as_ptr() as usize - good.as_ptr() as usize;
@@ -248,7 +248,7 @@ fn a_file_with_a_piece_missing_is_read_or_refused() {
     });
     for piece in characters.chain(lines) {
         let text = [&good[..piece.start], &good[piece.end..]].concat();
-        let Err(faults) = apps::read(&text, &[]) else {
+        let Err(faults) = catalogue::read(&text, &[]) else {
             continue;
         };
         assert!(!faults.list().is_empty(), "{text}");

@@ -1,7 +1,7 @@
 //! The faults that are reported for several levels of roots, for fathers whose children the file names, and
 //! for roots that exclude each other for no reason.
 
-use crate::apps::{application, check};
+use crate::catalogue::{application, check};
 use jde_core::Policy;
 
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;

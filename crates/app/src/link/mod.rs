@@ -132,7 +132,7 @@ impl Link {
     }
 
     /// Returns a warning for each secret file that users other than its owner can read.
-    pub(in crate::app) fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         let identity = self.tls.as_ref().and_then(|tls| tls.identity.as_ref());
         let password = self
             .login

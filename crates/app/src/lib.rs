@@ -64,6 +64,7 @@ mod needs;
 mod numbers;
 mod option;
 mod outline;
+pub mod period;
 mod remote;
 mod report;
 mod settings;

@@ -1,7 +1,7 @@
 //! The faults that are reported for rules of groups, and for actuators that two schemas could command at
 //! once.
 
-use crate::apps::check;
+use crate::catalogue::check;
 
 /// The rules of the group of the good application.
 const RULES: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;

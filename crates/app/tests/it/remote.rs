@@ -1,7 +1,7 @@
 //! Imports of other applications' exports, as application files name them.
 
-use crate::apps::{application, check};
-use jde_host::app::{Binding, ImportSource};
+use crate::catalogue::{application, check};
+use jde_app::{Binding, ImportSource};
 
 /// The line of the good application that binds one import.
 const HEADING: &str = r#"heading = "pioneer.heading""#;
@@ -40,7 +40,7 @@ fn an_import_may_be_of_another_application() {
 fn r6_what_another_application_exports_keeps_nobody_awake_here() {
     let here = application(&[]);
     let elsewhere = application(&[(HEADING, r#"heading = "robot2:pioneer.heading""#)]);
-    let needs = |application: &jde_host::app::Application| {
+    let needs = |application: &jde_app::Application| {
         let example = application.instance("example").expect("it is there");
         application.spec().schemas[example].needs.len()
     };

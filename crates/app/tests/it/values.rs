@@ -1,6 +1,6 @@
 //! The faults that are reported for values that do not fit, in files and in options.
 
-use crate::apps::{check, check_with};
+use crate::catalogue::{check, check_with};
 
 #[test]
 fn a_value_that_does_not_fit_its_type_says_what_does() {

@@ -1,6 +1,6 @@
 //! The faults that are reported for variables that are unknown, missing or of another type.
 
-use crate::apps::{self, check};
+use crate::catalogue::{self, check};
 
 /// The roots of the good application.
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
@@ -268,7 +268,7 @@ apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` 
     // A schema may import its own export without a trigger: it is its memory. A trigger by a modulation is no
     // loop, since others write it.
     for good in [new.clone() + "triggers = []\n", look("look.tilt").1] {
-        apps::application(&[(&old, &good)]);
+        catalogue::application(&[(&old, &good)]);
     }
 }
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::read::{WrittenAddress, flag};
 use super::{Identity, Link, Login, Tls};
-use crate::app::document::Section;
-use crate::app::report::{FaultReport, quote};
+use crate::document::Section;
+use crate::report::{FaultReport, quote};
 
 pub(super) fn login(report: &mut FaultReport, section: &Section, folder: &Path) -> Option<Login> {
     let user = section.text(report, "user");
