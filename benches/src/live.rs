@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use jde_core::{Nanos, State};
-use jde_host::event::{Event, Observer};
+use jde_records::event::{Event, Observer};
 use jde_host::{Options, Running};
 
 use crate::{loaded, schemas};

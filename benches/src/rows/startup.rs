@@ -8,7 +8,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
-use jde_host::reload::{ReloadOptions, ReloadOutcome, Reloader};
+use jde_host::reload::{ReloadOptions, Reloader};
+use jde_records::reload::{ReloadOutcome};
 use jde_host::{Options, Running};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::Rounds;

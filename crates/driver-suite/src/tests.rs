@@ -3,7 +3,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use jde_host::event::Outcome;
+use jde_records::event::Outcome;
 use jde_schema::prelude::{
     BatteryState, Bumpers, LaserScan, Odometry, PanTilt, Pose2D, RangeRing, WheelEncoders, normalize_angle,
 };

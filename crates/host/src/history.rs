@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::{Stamp, Variable};
 
-use crate::turn::Turn;
+use jde_records::turn::Turn;
 
 /// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
 /// values late.

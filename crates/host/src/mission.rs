@@ -8,7 +8,7 @@ use jde_core::Nanos;
 use jde_types::{Mission, Value};
 
 use crate::engine::Engine;
-use crate::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome};
 
 /// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
 const MIN_PROGRESS: f64 = 0.05;

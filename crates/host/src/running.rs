@@ -11,7 +11,6 @@ use jde_panel::Gesture;
 use crate::build::Build;
 use crate::clock::Clock;
 use crate::engine::{Engine, Notifier};
-use crate::event::{Event, Observer, Outcome};
 use crate::exec::lockstep;
 use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, ThreadExecutor};
@@ -22,10 +21,11 @@ use crate::operator_handle::{OperatorHandle, printable_name};
 use crate::panels::{PanelError, PanelFrame, PanelViewGuard};
 use crate::plugin::Plugins;
 use crate::runner::Runner;
-use crate::snapshot::Snapshot;
 use crate::transaction_observer::TransactionObserver;
-use crate::turn::OnTurn;
 use jde_app::{Application, Executor, InstanceConfig};
+use jde_records::event::{Event, Observer, Outcome};
+use jde_records::snapshot::Snapshot;
+use jde_records::turn::OnTurn;
 
 /// Called with an application that is about to start. An error prevents the start.
 pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;

@@ -9,9 +9,10 @@ use std::fs::File;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 
 use jde_core::Health;
-use jde_host::event::{Event, Outcome};
+use jde_host::Options;
 use jde_host::reload::ReloadOptions;
-use jde_host::{Options, ResourceUsage};
+use jde_records::ResourceUsage;
+use jde_records::event::{Event, Outcome};
 
 use common::{Call, Executor, LIVE, MS, Rig, Stage, in_real_time};
 

@@ -9,10 +9,11 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jde_app::parse;
 use jde_core::State;
-use jde_host::event::Event;
 use jde_host::plugin::{MAX_BUILDS, PluginError, Plugins};
-use jde_host::reload::{ReloadError, ReloadOptions, ReloadOutcome, Reloader};
+use jde_host::reload::{ReloadError, ReloadOptions, Reloader};
 use jde_host::{Options, Running};
+use jde_records::event::Event;
+use jde_records::reload::ReloadOutcome;
 use jde_types::Twist;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;

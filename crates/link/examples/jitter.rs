@@ -17,11 +17,11 @@ use std::time::{Duration, Instant};
 
 use jde_abi::raw;
 use jde_core::State;
-use jde_host::event::{Event, Observer};
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::records::RecordKind;
 use jde_host::{Options, Running};
 use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, SubjectInfo};
+use jde_records::RecordKind;
+use jde_records::event::{Event, Observer};
 use jde_schema::prelude::*;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use jde_host::records::RecordKind;
+use jde_records::RecordKind;
 
 /// The version of this protocol, the second part of every key. Both ends must use the same version.
 pub const PROTOCOL: u32 = 1;

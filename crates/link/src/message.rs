@@ -4,8 +4,8 @@
 use std::fmt;
 
 use jde_abi::describe::Limits;
-use jde_host::reload::ReloadReport;
 use jde_panel::Gesture;
+use jde_records::reload::ReloadReport;
 use serde::{Deserialize, Serialize};
 
 /// An application's identity and location: the answer to `about`, and the content of its announcement file.

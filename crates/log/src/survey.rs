@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
 
-use jde_host::records::{EventRecord, RecordKind, RunRecord};
+use jde_records::{EventRecord, RecordKind, RunRecord};
 use serde::Serialize;
 
 use crate::{Message, ReadError, Recording};

@@ -12,9 +12,9 @@ use std::time::Duration;
 use crossbeam_queue::ArrayQueue;
 use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
-use jde_host::event::Event;
-use jde_host::records::RunRecord;
 use jde_panel::List;
+use jde_records::RunRecord;
+use jde_records::event::Event;
 
 use crate::panel;
 use crate::recorder::{Clock, Parts, TriggeredFile};

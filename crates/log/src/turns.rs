@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_app::{Application, Binding, InstanceConfig};
 use jde_core::{GroupContract, contract};
-use jde_host::policy_name;
-use jde_host::turn::{OnTurn, Turn};
+use jde_records::policy_name;
+use jde_records::turn::{OnTurn, Turn};
 use jde_types::Value;
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use jde_board::{Nanos, Reader};
-use jde_host::records::{EventRecord, RecordBuilder, RecordKind, RunRecord};
+use jde_records::{EventRecord, RecordBuilder, RecordKind, RunRecord};
 use jde_ros::cdr;
 
 use crate::pre_trigger_buffer::StateKey;

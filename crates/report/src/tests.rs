@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
-use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
 use jde_log::{
     Options, Origin, RecordedGroup, RecordedHierarchy, RecordedSchema, Recorder, Recording, Stamps, Topic,
 };
+use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
 use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 

@@ -15,9 +15,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::Watch;
 use jde_core::{Health, Nanos};
-use jde_host::event::Event;
-use jde_host::turn::{Call, OnTurn, Turn};
 use jde_host::{Handle, Options, StartHook};
+use jde_records::event::Event;
+use jde_records::turn::{Call, OnTurn, Turn};
 
 use crate::case::Clock;
 use commands::Commands;

@@ -8,39 +8,16 @@
 mod compatibility;
 mod registry;
 
-use std::fmt;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_abi::{describe, raw};
-use serde::{Deserialize, Serialize};
+use jde_records::reload::BuildName;
 
 use crate::history::AlignedBytes;
 use crate::instance::memory_of;
 use crate::plugin::{LoadedPlugin, SchemaFunctions};
 pub(crate) use compatibility::{BuildMapping, map_build};
 pub(crate) use registry::BuildRegistry;
-
-/// Identifies a build of a plugin, for people.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct BuildName {
-    /// The plugin's version, as its author states it.
-    pub version: String,
-    /// Its file; `None` if it is linked in.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<PathBuf>,
-}
-
-/// "0.2.0 from target/debug/libvff.so".
-impl fmt::Display for BuildName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.version)?;
-        match &self.file {
-            Some(file) => write!(f, " from {}", file.display()),
-            None => Ok(()),
-        }
-    }
-}
 
 /// One build of an instance's type.
 pub(crate) struct Build {

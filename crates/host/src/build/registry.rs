@@ -4,9 +4,11 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{BuildName, SharedBuild};
-use crate::reload::{Completion, Replacement, Swap};
-use crate::snapshot::ReloadView;
+use super::SharedBuild;
+use crate::reload::{Completion, Swap};
+use jde_records::reload::BuildName;
+use jde_records::reload::Replacement;
+use jde_records::snapshot::ReloadView;
 
 /// The error that a pending exchange receives at the end.
 const APPLICATION_ENDED: &str = "the application has ended";

@@ -7,8 +7,8 @@
 use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
 
 use super::Engine;
-use crate::event::OperatorAction;
-use crate::turn::Turn;
+use jde_records::event::OperatorAction;
+use jde_records::turn::Turn;
 
 impl Engine {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration

@@ -3,7 +3,7 @@
 
 use super::{Engine, Signal};
 use crate::isolated::ProcessConfig;
-use crate::turn::Turn;
+use jde_records::turn::Turn;
 
 impl Engine {
     /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next

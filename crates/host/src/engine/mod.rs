@@ -20,6 +20,8 @@ mod unload;
 mod wiring;
 
 #[cfg(test)]
+mod decision_tests;
+#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
@@ -32,18 +34,18 @@ use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Level, Nanos
 
 use crate::build;
 use crate::clock::Clock;
-use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::isolated::{ProcessTable, Program};
+use crate::journal::Journal;
 use crate::metrics::InstanceMetrics;
 use crate::panels::Panels;
 use crate::transaction_observer::TransactionObserver;
-use crate::turn::{Journal, Moment, OnTurn, Turn};
 use crate::turn_order::staggers;
 use authority::Commands;
 use jde_app::Application;
+use jde_records::event::{Event, Observer, Outcome};
+use jde_records::turn::{Moment, OnTurn, Turn};
 use observe::{DeferredEvents, GroupStatistics};
-pub use observe::{decider_name, policy_name};
 use operate::OperatorHolds;
 pub(crate) use services::FatherAction;
 pub(crate) use transact::IterationPermission;

@@ -4,12 +4,13 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, SchemaId};
+use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
+use jde_records::{decider_name, policy_name};
 
 use super::{Engine, RulesState, schema};
-use crate::chattering::{self, ChatterDetector};
-use crate::event::{Event, OperatorAction};
-use crate::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
+use jde_records::chattering::{self, ChatterDetector};
+use jde_records::event::{Event, OperatorAction};
+use jde_records::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
 
 /// What is kept of every group.
 pub(crate) struct GroupStatistics {
@@ -280,30 +281,5 @@ impl Engine {
                 switches: kept.detector.count(),
             }),
         }
-    }
-}
-
-/// A policy's name in application files.
-#[must_use]
-pub fn policy_name(policy: Policy) -> &'static str {
-    match policy {
-        Policy::Priority => "priority",
-        Policy::HighestUrgency => "urgency",
-        Policy::Sticky { .. } => "sticky",
-        Policy::RoundRobin { .. } => "round-robin",
-        Policy::Father => "father",
-    }
-}
-
-/// The name of what decided, in one or two words.
-#[must_use]
-pub fn decider_name(decider: Decider) -> &'static str {
-    match decider {
-        Decider::Nobody => "nobody",
-        Decider::Policy(policy) => policy_name(policy),
-        Decider::Father => "father",
-        Decider::ArbitrationFailed => "arbitration-failed",
-        Decider::AbsencePolicy => "absence-policy",
-        Decider::Operator => "operator",
     }
 }

@@ -9,10 +9,10 @@ use jde_board::{Refused as NotTaken, Stamp, Variable};
 use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId};
 
 use super::{Engine, RulesState, Signal};
-use crate::event::OperatorAction;
-use crate::snapshot::{Hold, HoldKind};
-use crate::turn::{Moment, Turn};
 use jde_app::period;
+use jde_records::event::OperatorAction;
+use jde_records::snapshot::{Hold, HoldKind};
+use jde_records::turn::{Moment, Turn};
 
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;

@@ -6,8 +6,8 @@ use jde_core::GroupId;
 use jde_panel::Gesture;
 
 use super::{Engine, Signal};
-use crate::event::{Event, OperatorAction};
 use crate::panels::{DrawingCallback, GestureOutcome, PanelError, PanelViewGuard};
+use jde_records::event::{Event, OperatorAction};
 
 impl Engine {
     /// Records whether an instance's build has a panel, and whether the panel can be touched. The contract

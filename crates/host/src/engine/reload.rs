@@ -4,10 +4,12 @@
 use std::sync::Arc;
 
 use super::{Engine, Signal, schema};
-use crate::build::{self, Build, BuildName, map_build};
-use crate::event::{Event, OperatorAction};
+use crate::build::{self, Build, map_build};
 use crate::plugin::LoadedPlugin;
-use crate::reload::{Completion, PendingReload, ReloadOptions, Replacement, Swap};
+use crate::reload::{Completion, PendingReload, ReloadOptions, Swap};
+use jde_records::event::{Event, OperatorAction};
+use jde_records::reload::BuildName;
+use jde_records::reload::Replacement;
 
 impl Engine {
     /// Orders another build of a schema's type, which takes over at the schema's next turn.

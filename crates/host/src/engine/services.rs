@@ -9,8 +9,8 @@ use jde_board::Refused;
 use jde_core::{Policy, State};
 
 use super::{Engine, schema};
-use crate::event::Event;
-use crate::turn::{Moment, Turn};
+use jde_records::event::Event;
+use jde_records::turn::{Moment, Turn};
 
 /// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

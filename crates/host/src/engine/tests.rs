@@ -11,9 +11,9 @@ use jde_watchdog::Watchdog;
 
 use super::{Engine, Notifier, Signal, schema};
 use crate::clock::Clock;
-use crate::event::{Event, Observer};
 use crate::plugin::{Plugins, SearchPath};
 use jde_app::parse;
+use jde_records::event::{Event, Observer};
 
 /// A motor schema that does nothing. The tests report its checks.
 #[derive(Describe)]

@@ -8,8 +8,8 @@ use jde_abi::describe::Kind;
 use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
 
 use super::{Engine, Signal, schema};
-use crate::event::OperatorAction;
-use crate::turn::Turn;
+use jde_records::event::OperatorAction;
+use jde_records::turn::Turn;
 
 impl Engine {
     /// Puts a schema to sleep and ends its instance. Its variables stay.

@@ -10,10 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use jde_core::Nanos;
 
 use crate::engine::{Engine, Notifier, Signal};
-use crate::event::Outcome;
 use crate::inbox::Inbox;
 use crate::runner::Runner;
 use crate::turn_order::turn_order;
+use jde_records::event::Outcome;
 
 /// Signals in the order in which they arrived, and the time of the rules' next timer.
 pub(crate) struct SignalQueue {

@@ -8,8 +8,8 @@ use std::time::Duration;
 use jde_core::Nanos;
 
 use crate::engine::Engine;
-use crate::event::{Event, Outcome};
 use crate::instance::AbandonedInstance;
+use jde_records::event::{Event, Outcome};
 
 /// By default, a call hangs if it takes more than this many times its budget and more than [`MIN_HANG_TIME`].
 const HUNG_BUDGETS: u64 = 10;

@@ -25,7 +25,6 @@ use jde_panel::{Gesture, List};
 use crate::build;
 use crate::engine::Engine;
 use crate::plugin::SchemaFunctions;
-use crate::turn::{self, INPUTS, Turn};
 pub(crate) use abandoned::AbandonedInstance;
 use body::Body;
 pub(crate) use call::CallContext;
@@ -34,6 +33,7 @@ pub(crate) use host_table::text_of;
 pub(crate) use in_process::{
     ArbitrationQuery, CandidateChild, InProcessInstance, PluginContext, Verdict, panel_of,
 };
+use jde_records::turn::{self, INPUTS, Turn};
 pub(crate) use memory::{SavedMemory, memory_of};
 pub(crate) use port_access::PortAccess;
 pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};

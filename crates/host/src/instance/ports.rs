@@ -8,7 +8,8 @@ use jde_board::{DetachedLoan, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
 
 use crate::history::{AlignedBytes, HistoricValue, History};
-use crate::turn::{Journal, RecordedTurn, Turn};
+use crate::journal::Journal;
+use jde_records::turn::{RecordedTurn, Turn};
 
 /// All ports of an instance, by number.
 #[derive(Default)]

@@ -14,4 +14,4 @@ pub use inspect::serve as serve_inspections;
 pub(crate) use load::SchemaFunctions;
 pub use load::{LoadError, LoadedPlugin};
 pub use search::{PluginFile, SearchPath};
-pub use store::{DescribedPlugin, ExtraBuilds, MAX_BUILDS, PluginError, Plugins, RefreshedPlugin};
+pub use store::{DescribedPlugin, MAX_BUILDS, PluginError, Plugins, RefreshedPlugin};

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
-use serde::{Deserialize, Serialize};
+use jde_records::reload::ExtraBuilds;
 
 use jde_app::{Catalogue, Inspection};
 
@@ -49,15 +49,6 @@ pub struct RefreshedPlugin {
     pub plugin: LoadedPlugin,
     /// Whether it was loaded just now; otherwise an identical build was loaded before.
     pub is_new: bool,
-}
-
-/// Builds in memory in addition to the first one of each plugin. They are never unmapped.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ExtraBuilds {
-    /// Their number.
-    pub builds: usize,
-    /// The total size of their files, bytes.
-    pub bytes: u64,
 }
 
 /// Why a plugin cannot be used.

@@ -12,10 +12,10 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
-use serde::{Deserialize, Serialize};
+use jde_records::reload::Replacement;
 
-use crate::build::{self, BuildName};
-pub use reloader::{ReloadError, ReloadOutcome, ReloadReport, Reloader};
+use crate::build::{self};
+pub use reloader::{ReloadError, Reloader};
 
 /// The default trial time of a new build, ns. Most mistakes show within seconds; a later failure is an
 /// ordinary fault.
@@ -31,33 +31,6 @@ pub struct ReloadOptions {
     pub probation: Nanos,
     /// Starts without the memory of the build before.
     pub fresh: bool,
-}
-
-/// How a build took over.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Replacement {
-    /// The build.
-    pub build: BuildName,
-    /// The memory taken over from the build before; `None` if the build started without it.
-    pub carried: Option<CarriedMemory>,
-    /// From the end of the last turn of the build before to the first check of this one, ns of application
-    /// time: the schema could not react meanwhile. `None` if it sleeps.
-    pub gap: Option<Nanos>,
-    /// How long the exchange took, ns of machine time.
-    pub took: Nanos,
-    /// How long the build is on trial, ns of application time.
-    pub probation: Nanos,
-    /// Parts of the build that take effect only when the application is restarted.
-    pub notes: Vec<String>,
-}
-
-/// The memory that one build took over from another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CarriedMemory {
-    /// The version of its format.
-    pub version: u32,
-    /// Its size in bytes.
-    pub bytes: usize,
 }
 
 /// A build that takes over at the schema's next turn. Dropping this value changes nothing.
@@ -114,30 +87,6 @@ impl PendingReload {
             .wait_timeout_while(outcome, within, |outcome| outcome.is_none())
             .unwrap_or_else(PoisonError::into_inner);
         outcome.clone()
-    }
-}
-
-impl Replacement {
-    /// Returns the takeover in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version
-    /// 1); gap 31.2 ms".
-    #[must_use]
-    pub fn summary(&self) -> String {
-        let carried = self
-            .carried
-            .map_or_else(|| "begins anew".to_owned(), |carried| carried.to_string());
-        let gap = self
-            .gap
-            .map_or_else(String::new, |gap| format!("; gap {:.1} ms", gap as f64 / 1e6));
-        format!("runs {}; {carried}{gap}", self.build)
-    }
-}
-
-/// "12 bytes of memory carried over (version 1)".
-impl fmt::Display for CarriedMemory {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { version, bytes } = self;
-        let unit = if *bytes == 1 { "byte" } else { "bytes" };
-        write!(f, "{bytes} {unit} of memory carried over (version {version})")
     }
 }
 

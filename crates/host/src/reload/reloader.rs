@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
-use super::{ReloadOptions, Replacement};
-use crate::plugin::{ExtraBuilds, LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
+use super::ReloadOptions;
+use crate::plugin::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
 use crate::running::Handle;
+use jde_records::reload::{ReloadOutcome, ReloadReport};
 
 /// The longest wait for the outcome of one reload request: all its schemas together.
 const RELOAD_TIMEOUT: Duration = Duration::from_secs(3);
@@ -19,34 +18,6 @@ pub struct Reloader {
     handle: Handle,
     plugins: Arc<Plugins>,
     reload_lock: Mutex<()>,
-}
-
-/// The result of a reload.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ReloadReport {
-    /// The plugin's file.
-    pub file: PathBuf,
-    /// The result for each schema.
-    pub schemas: Vec<(String, ReloadOutcome)>,
-    /// The builds that the process keeps in memory because of reloads.
-    pub memory: ExtraBuilds,
-}
-
-/// The result for one schema.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ReloadOutcome {
-    /// The new build took over.
-    Reloaded(Replacement),
-    /// It already runs the build in the file.
-    Unchanged,
-    /// It already runs the build in the file, but had faulted: it may start again, with a fresh instance and
-    /// all its restarts.
-    Restarted,
-    /// The build before continues, for this reason.
-    Undone(String),
-    /// It is inside a call, and takes over when the call ends.
-    Waiting,
 }
 
 /// Why nothing was reloaded.
@@ -188,20 +159,6 @@ impl Reloader {
             (name(schema), became)
         });
         Ok(became.collect())
-    }
-}
-
-impl ReloadReport {
-    /// Whether every schema runs the build in the file.
-    #[must_use]
-    pub fn is_done(&self) -> bool {
-        let done = |became: &ReloadOutcome| {
-            matches!(
-                became,
-                ReloadOutcome::Reloaded(_) | ReloadOutcome::Unchanged | ReloadOutcome::Restarted
-            )
-        };
-        self.schemas.iter().all(|(_, became)| done(became))
     }
 }
 

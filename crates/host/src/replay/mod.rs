@@ -20,11 +20,11 @@ use jde_core::Nanos;
 
 use crate::clock::Clock;
 use crate::engine::Engine;
-use crate::event::Observer;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::running::{Handle, StartError, original_build};
 use jde_app::{Application, ImportSource as Origin};
+use jde_records::event::Observer;
 use player::Player;
 pub use recorded_run::{RecordedRun, RecordedValue, ReplayStep, StepKind};
 pub use writes::{PairedWrite, WriteOutcome};

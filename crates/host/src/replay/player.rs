@@ -16,7 +16,7 @@ use crate::exec::lockstep::SignalQueue;
 use crate::inbox::Inbox;
 use crate::instance::ShownValue;
 use crate::runner::Runner;
-use crate::turn::{RecordedTurn, Turn};
+use jde_records::turn::{RecordedTurn, Turn};
 
 /// The largest value that is formatted in words, in bytes.
 const MAX_FORMATTED_BYTES: usize = 64;

@@ -12,8 +12,8 @@ use super::recorded_run::{RecordedRun, RecordedValue};
 use super::slot::ReplaySlot;
 use crate::engine::Engine;
 use crate::history::History;
-use crate::turn::{RecordedTurn, Turn};
 use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
+use jde_records::turn::{RecordedTurn, Turn};
 
 /// The values that can be read.
 pub(super) struct RecordedInputs {

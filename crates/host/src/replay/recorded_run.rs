@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
-use crate::turn::{Call, Moment, RecordedTurn};
+use jde_records::turn::{Call, Moment, RecordedTurn};
 
 /// Supplies the recorded steps in their order, and the recorded values.
 pub trait RecordedRun: Send {

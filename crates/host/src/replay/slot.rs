@@ -10,7 +10,7 @@ use super::recorded_run::StepKind;
 use crate::engine::{Engine, FatherAction};
 use crate::instance::{self, ShownValue};
 use crate::runner::Runner;
-use crate::turn::{RecordedTurn, Turn};
+use jde_records::turn::{RecordedTurn, Turn};
 
 /// A schema that takes its turns again.
 pub(super) struct ReplaySlot {

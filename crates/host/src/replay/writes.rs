@@ -13,7 +13,7 @@ use super::recorded_run::RecordedRun;
 use super::slot::ReplaySlot;
 use crate::engine::Engine;
 use crate::instance::PortWrite;
-use crate::turn::{RecordedTurn, Turn};
+use jde_records::turn::{RecordedTurn, Turn};
 
 /// A write to a port in a turn, in the recording and in the replay.
 #[derive(Clone, Debug)]

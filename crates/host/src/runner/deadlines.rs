@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use jde_core::Nanos;
 
 use super::{InstanceState, Runner};
-use crate::event::Event;
+use jde_records::event::Event;
 
 impl Runner {
     /// Applies a new period: the next iteration is due one new period after the last.

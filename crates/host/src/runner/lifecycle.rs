@@ -4,7 +4,7 @@
 use jde_core::Nanos;
 
 use super::{InstanceState, Runner};
-use crate::turn::Turn;
+use jde_records::turn::Turn;
 
 impl Runner {
     /// Wakes the instance, which the rules woke at `woken`.

@@ -21,10 +21,11 @@ use crate::build::{self, Build};
 use crate::engine::Engine;
 use crate::inbox::Inbox;
 use crate::instance::{self, Instance, PortAccess, Ports, TurnOverflow};
+use crate::journal::Journal;
 use crate::panels::DrawingPace;
 use crate::running::StartError;
-use crate::turn::{Journal, Turn};
 pub(crate) use call_handle::CallHandle;
+use jde_records::turn::Turn;
 use swap::Trial;
 
 /// An instance and its state between turns.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 
 use super::{InstanceState, Runner};
-use crate::turn::Turn;
+use jde_records::turn::Turn;
 
 impl Runner {
     /// Delivers the first of the waiting gestures. The next has another turn, so that urgent work waits for

@@ -10,7 +10,7 @@ use jde_panel::Gesture;
 use super::{InstanceState, Runner};
 use crate::history::History;
 use crate::instance::{self, PortWrite, Ports, ShownValue};
-use crate::turn::{RecordedTurn, Turn};
+use jde_records::turn::{RecordedTurn, Turn};
 
 impl Runner {
     /// Makes its inputs show values of the past.

@@ -12,8 +12,9 @@ use jde_core::Nanos;
 use super::{InstanceState, Runner};
 use crate::build;
 use crate::instance::{Instance, SavedMemory};
-use crate::reload::{CarriedMemory, MIN_TRIAL_TURNS, Replacement, Swap};
-use crate::turn::{Call, Turn};
+use crate::reload::{MIN_TRIAL_TURNS, Swap};
+use jde_records::reload::{CarriedMemory, Replacement};
+use jde_records::turn::{Call, Turn};
 
 /// A build on trial, with what is needed to go back.
 pub(super) struct Trial {

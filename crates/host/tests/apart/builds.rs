@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use jde_core::{Health, State};
-use jde_host::event::{Event, Outcome};
 use jde_host::plugin::{LoadedPlugin, SearchPath};
-use jde_host::reload::{CarriedMemory, ReloadOptions, Replacement};
+use jde_host::reload::ReloadOptions;
+use jde_records::event::{Event, Outcome};
+use jde_records::reload::{CarriedMemory, Replacement};
 use tempfile::TempDir;
 
 use crate::common::{Executor, c, in_real_time, on_every_executor, plugins_along};

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use jde_core::{Health, State};
-use jde_host::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome};
 
 use crate::common::{Executor, Stage, on_every_executor};
 use crate::odd;

@@ -1,7 +1,7 @@
 //! Failures that appear only in real time: a process that dies between calls, and a call that does not
 //! return.
 
-use jde_host::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome};
 
 use crate::common::{Executor, in_real_time};
 use crate::crashes::{PAIR, again, stage};

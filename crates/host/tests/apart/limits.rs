@@ -1,6 +1,6 @@
 //! The limits on a schema's process: each limit alone, and the reason that is reported when it is exceeded.
 
-use jde_host::event::Outcome;
+use jde_records::event::Outcome;
 use landlock::{ABI, AccessFs, CompatLevel, Compatible, Ruleset, RulesetAttr};
 
 use crate::common::{Executor, Stage, in_real_time};

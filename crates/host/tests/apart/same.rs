@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 
 use jde_app::parse;
 use jde_board::Stamp;
-use jde_host::decision_writer::DecisionWriter;
-use jde_host::event::{Event, Observer};
 use jde_host::{Lockstep, Options};
+use jde_records::decision_writer::DecisionWriter;
+use jde_records::event::{Event, Observer};
 use jde_types::LaserScan;
 
 use crate::common::{Executor, MS, Stage, on_every_executor};

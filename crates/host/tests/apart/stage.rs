@@ -7,10 +7,10 @@ use jde_app::parse;
 use jde_board::Watch;
 use jde_board::value::Value;
 use jde_core::Health;
-use jde_host::event::Event;
 use jde_host::isolated::Program;
 use jde_host::plugin::Plugins;
 use jde_host::{Options, StartError};
+use jde_records::event::Event;
 
 use crate::common::{Executor, Rig, Stage, plugins, text};
 use crate::odd::ODD;

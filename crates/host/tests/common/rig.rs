@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_app::{Application, parse};
-use jde_host::event::{Event, Observer, Outcome};
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::snapshot::{GroupView, SchemaView};
 use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
+use jde_records::event::{Event, Observer, Outcome};
+use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use super::MS;

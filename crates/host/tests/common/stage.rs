@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use jde_host::Handle;
-use jde_host::event::Event;
+use jde_records::event::Event;
 use jde_schema::{Context, Pen, Result};
 
 use super::easel::{Brush, Easel};

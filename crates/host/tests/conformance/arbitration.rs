@@ -10,7 +10,7 @@ use jde_abi::raw;
 use jde_app::parse;
 use jde_core::{Decider, Health};
 use jde_host::Options;
-use jde_host::event::Event;
+use jde_records::event::Event;
 use jde_schema::{Case, Describe};
 
 use crate::common::{Call, Executor, Io, Rig, Stage, on_every_executor, plugins, text};

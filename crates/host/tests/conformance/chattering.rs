@@ -1,6 +1,6 @@
 //! Groups whose winner changes repeatedly (R4).
 
-use jde_host::event::Event;
+use jde_records::event::Event;
 
 use crate::common::{Call, Executor, Rig, Stage, on_every_executor};
 

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::{GroupContract, Nanos, contract};
 use jde_host::Options;
-use jde_host::event::Event;
 use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_records::event::Event;
 use jde_schema::prelude::*;
 
 use crate::common::{Call, Executor, Io, MS, Rig, Stage, TEST, in_real_time, on_every_executor};

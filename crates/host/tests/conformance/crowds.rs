@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 
 use jde_core::Nanos;
-use jde_host::event::Event;
 use jde_host::{Handle, Options};
+use jde_records::event::Event;
 use jde_types::Twist;
 
 use crate::common::{Call, Executor, Io, MS, Rig, Stage, in_real_time};

@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::sync::{Arc, Mutex};
 
 use jde_core::{Health, State};
-use jde_host::event::{Event, Outcome};
 use jde_host::{Options, StartError};
+use jde_records::event::{Event, Outcome};
 
 use crate::common::{Call, Executor, LIVE, Rig, Stage, on_every_executor};
 

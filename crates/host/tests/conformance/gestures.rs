@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_core::Health;
-use jde_host::event::{Event, OperatorAction};
-use jde_host::records::{RecordBuilder, RunRecord};
 use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::{Button, Touch};
+use jde_records::event::{Event, OperatorAction};
+use jde_records::{RecordBuilder, RunRecord};
 
 use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
 use crate::panels::{APP, look, touch};

@@ -6,7 +6,7 @@
 use std::sync::{Arc, Mutex, mpsc};
 
 use jde_core::{Health, State};
-use jde_host::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome};
 
 use crate::common::{Call, Executor, Rig, Stage, in_real_time};
 

@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
-use jde_host::event::{Event, Outcome};
 use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_records::event::{Event, Outcome};
 
 use super::hangs::{PAIR, hook, hung};
 use crate::common::{Call, Executor, Rig, Stage, TEST, in_real_time};

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::event::{Event, OperatorAction};
-use jde_host::snapshot::SchemaView;
+use jde_records::event::{Event, OperatorAction};
+use jde_records::snapshot::SchemaView;
 
 use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
 

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
-use jde_host::turn::{OnTurn, Turn};
 use jde_host::{Options, PanelError, PanelFrame, PanelViewGuard};
 use jde_panel::{Gesture, Item, Touch};
+use jde_records::turn::{OnTurn, Turn};
 use jde_schema::types::Twist;
 use jde_schema::{Context, Pen};
 

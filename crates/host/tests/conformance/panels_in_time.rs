@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use jde_core::Health;
-use jde_host::event::Event;
+use jde_records::event::Event;
 use jde_schema::Pen;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, in_real_time};

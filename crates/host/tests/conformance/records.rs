@@ -4,9 +4,9 @@ use std::io::Write;
 use std::sync::{Arc, Mutex};
 
 use jde_app::parse;
-use jde_host::decision_writer::DecisionWriter;
-use jde_host::event::Observer;
 use jde_host::{Lockstep, Options};
+use jde_records::decision_writer::DecisionWriter;
+use jde_records::event::Observer;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor, plugins, text};
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use jde_board::Variable;
 use jde_core::{Case, State};
 use jde_host::Options;
-use jde_host::event::{Event, Observer};
+use jde_records::event::{Event, Observer};
 
 use crate::common::{Call, Executor, Rig, Stage, on_every_executor};
 

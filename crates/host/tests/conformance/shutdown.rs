@@ -7,7 +7,7 @@ use std::sync::Arc;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::Options;
-use jde_host::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome};
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, OnceLock, mpsc};
 use std::time::Duration;
 
 use jde_core::{SchemaId, State};
-use jde_host::snapshot::HoldKind;
 use jde_host::transaction_observer::{Transaction, TransactionObserver};
 use jde_host::{Handle, Options};
+use jde_records::snapshot::HoldKind;
 use jde_types::Twist;
 
 use crate::common::{Call, Executor, Rig, Stage, in_real_time, on_every_executor};

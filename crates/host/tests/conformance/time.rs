@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
-use jde_host::event::Event;
+use jde_records::event::Event;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::event::{Event, OperatorAction};
-use jde_host::snapshot::HoldKind;
+use jde_records::event::{Event, OperatorAction};
+use jde_records::snapshot::HoldKind;
 
 use crate::common::{Call, Executor, Rig, Stage, on_every_executor};
 

@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::event::Event;
 use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_records::event::Event;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, TEST, on_every_executor};
 

@@ -1,7 +1,7 @@
 //! The delivered application that sees: by camera and laser alone it finds its ball, in lockstep.
 
-use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
+use jde_records::event::Outcome;
 use jde_types::{Mission, Truth};
 use std::path::Path;
 

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use jde_app::Application;
-use jde_host::decision_writer::DecisionWriter;
-use jde_host::event::{Event, Outcome};
 use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
+use jde_records::decision_writer::DecisionWriter;
+use jde_records::event::{Event, Outcome};
 use jde_types::{Mission, Truth};
 
 use crate::delivered::{self, ROOT, SECOND};

@@ -1,8 +1,8 @@
 //! The delivered application with two robots: each has a winner of its own, and one of the robots has no
 //! father in code.
 
-use jde_host::event::Outcome;
 use jde_host::{Lockstep, Options};
+use jde_records::event::Outcome;
 use jde_types::Truth;
 use std::path::Path;
 

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use jde_host::plugin::SearchPath;
-use jde_host::records::Decision;
 use jde_host::replay::PortReading;
 use jde_log::replay::{Deviation, Difference, Drive, ReplayReport, Values};
+use jde_records::Decision;
 use serde_json::{Value, json};
 
 use crate::failure::{describe_skipped_folders, display_path};

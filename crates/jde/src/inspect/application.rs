@@ -10,7 +10,7 @@ use jde_app::{
 };
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_host::policy_name;
+use jde_records::policy_name;
 
 use super::value::{decode_plain, format_value};
 use crate::failure;

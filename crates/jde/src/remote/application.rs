@@ -3,11 +3,11 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_host::event::Outcome;
-use jde_host::records::{RecordKind, RunRecord};
-use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action as OperatorAction, Request, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
+use jde_records::event::Outcome;
+use jde_records::snapshot::Snapshot;
+use jde_records::{RecordKind, RunRecord};
 use jde_types::{Mission, Odometry, Pose2D, Value as _};
 
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use jde_core::{Health, State};
-use jde_host::snapshot::{ReloadView, SchemaView, Snapshot};
+use jde_records::snapshot::{ReloadView, SchemaView, Snapshot};
 
 use super::table::{Alignment, Cell, Table};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};

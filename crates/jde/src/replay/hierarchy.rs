@@ -2,10 +2,10 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
-use jde_host::records::{Decision, RunRecord};
-use jde_host::snapshot::{GroupView, SchemaView, Snapshot, Switch};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
 use jde_log::RecordedHierarchy;
+use jde_records::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use jde_records::{Decision, RunRecord};
 
 use super::index::Cycle;
 

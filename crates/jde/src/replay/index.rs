@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_core::Nanos;
-use jde_host::records::{RecordKind, RunRecord};
-use jde_host::turn::{Call, Turn};
 use jde_log::{Channel, Message, Messages, RecordedHierarchy, Recording};
+use jde_records::turn::{Call, Turn};
+use jde_records::{RecordKind, RunRecord};
 use jde_ros::{cdr, definition};
 use jde_types::Value as _;
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use jde_abi::describe::Type;
 use jde_board::value::Value;
 use jde_board::{Access, Board, Declaration, Nanos, Variable};
-use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Range, Refusal, SchemaInfo, Schemas};
 use jde_link::value::from_json;
 use jde_link::{OnDrawn, PanelViewer, Subject, SubjectInfo};
+use jde_records::snapshot::Snapshot;
 use jde_types::{Flag, Text, Value as _};
 
 use super::hierarchy;

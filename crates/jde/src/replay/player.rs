@@ -5,8 +5,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_host::records::RunRecord;
 use jde_link::Events;
+use jde_records::RunRecord;
 
 use super::clock::PlaybackClock;
 use super::hierarchy::Hierarchy;

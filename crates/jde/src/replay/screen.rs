@@ -4,7 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_host::records::RunRecord;
+use jde_records::RunRecord;
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 use ratatui::layout::{Constraint, Layout};

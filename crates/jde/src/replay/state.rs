@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_host::records::RunRecord;
+use jde_records::RunRecord;
 
 use super::hierarchy::Hierarchy;
 use super::index::{Entry, Index};
@@ -109,7 +109,7 @@ impl PlaybackState {
 mod tests {
     use std::path::Path;
 
-    use jde_host::records::RecordKind;
+    use jde_records::RecordKind;
     use mcap::records::MessageHeader;
 
     use super::*;

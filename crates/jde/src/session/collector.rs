@@ -7,8 +7,8 @@ use std::time::Duration;
 use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::Handle;
-use jde_host::decision_writer::DecisionWriter;
-use jde_host::event::{Event, Observer};
+use jde_records::decision_writer::DecisionWriter;
+use jde_records::event::{Event, Observer};
 
 use super::digest::DigestWriter;
 use super::progress::ProgressPrinter;

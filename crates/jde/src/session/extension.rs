@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use jde_app::Application;
 use jde_host::StartHook;
-use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
-use jde_host::turn::OnTurn;
+use jde_records::event::Observer;
+use jde_records::turn::OnTurn;
 
 use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;

@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use jde_host::event::Outcome;
-use jde_host::snapshot::Snapshot;
 use jde_host::{Handle, OperatorHandle};
+use jde_records::event::Outcome;
+use jde_records::snapshot::Snapshot;
 use jde_types::Pose2D;
 
 use super::sampler::Sampler;

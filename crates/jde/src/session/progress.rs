@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use jde_app::Application;
 use jde_core::{Health, Nanos};
-use jde_host::event::Event;
+use jde_records::event::Event;
 
 use super::sampler::Observation;
 use super::statistics::{Statistics, Takeover};

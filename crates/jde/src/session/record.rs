@@ -6,15 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
-use jde_host::turn::OnTurn;
 use jde_host::{StartError, StartHook};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{
     Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
     TriggeredFile,
 };
+use jde_records::event::Observer;
+use jde_records::turn::OnTurn;
 
 use super::extension::{Extension, PreparedExtension, RunContext};
 use super::panels::{PanelOptions, PanelRecording, PanelSelection};

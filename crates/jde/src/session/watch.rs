@@ -14,7 +14,8 @@ use std::time::{Duration, Instant};
 
 use jde_host::Handle;
 use jde_host::plugin::Plugins;
-use jde_host::reload::{ReloadOptions, ReloadOutcome, Reloader};
+use jde_host::reload::{ReloadOptions, Reloader};
+use jde_records::reload::ReloadOutcome;
 
 /// Time between two looks at the files.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);

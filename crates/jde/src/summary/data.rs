@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use jde_host::Handle;
-use jde_host::event::Outcome;
+use jde_records::event::Outcome;
 use serde::Serialize;
 
 use crate::session::{RecordingSummary, RunData};

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use jde_core::{Health, Nanos, State};
-use jde_host::snapshot::Snapshot;
+use jde_records::snapshot::Snapshot;
 
 /// Changes kept for a schema: with 20 snapshots per second, at least the last three minutes.
 const MAX_CHANGES: usize = 4096;

@@ -3,7 +3,7 @@
 //! It refuses to judge whether an action makes sense. The application does, and its answer is shown.
 
 use jde_core::{Nanos, State};
-use jde_host::snapshot::HoldKind;
+use jde_records::snapshot::HoldKind;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::view_state::{ActionResult, Mode, TIME_BASES, ViewState};

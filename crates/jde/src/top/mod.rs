@@ -20,8 +20,8 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_host::event::Outcome;
-use jde_host::snapshot::Snapshot;
+use jde_records::event::Outcome;
+use jde_records::snapshot::Snapshot;
 
 use crate::terminal;
 pub(crate) use tree::{Row, rows};

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use jde_host::snapshot::{Snapshot, Switch};
+use jde_records::snapshot::{Snapshot, Switch};
 
 /// More than the tallest terminals show.
 const MAX_SWITCHES: usize = 100;

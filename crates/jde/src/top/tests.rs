@@ -4,8 +4,8 @@ use std::cell::RefCell;
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
-use jde_host::event::Outcome;
-use jde_host::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot, Switch};
+use jde_records::event::Outcome;
+use jde_records::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot, Switch};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};

@@ -2,7 +2,7 @@
 //!
 //! Every schema is listed: those that no group and no father leads to follow at the end.
 
-use jde_host::snapshot::Snapshot;
+use jde_records::snapshot::Snapshot;
 
 /// One row.
 #[derive(Clone, Debug, PartialEq, Eq)]

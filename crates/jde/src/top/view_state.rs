@@ -3,8 +3,8 @@
 //! It refuses to draw and to read keys: `draw` and `keys` do.
 
 use jde_core::{Health, Nanos};
-use jde_host::event::Outcome;
-use jde_host::snapshot::{SchemaView, Snapshot};
+use jde_records::event::Outcome;
+use jde_records::snapshot::{SchemaView, Snapshot};
 
 use super::history::History;
 use super::switches::Switches;

@@ -1,6 +1,6 @@
 //! The answer to a question: the selection that it asks for. Prints nothing.
 
-use jde_host::records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision};
 
 use super::question::Question;
 

@@ -1,6 +1,6 @@
 //! Questions about a drive, and their answers in words.
 
-use jde_host::records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision};
 
 use super::{Answer, KnownSpan, Question, write};
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use jde_host::records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision};
 
 use super::answer::Answer;
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, UNIX_EPOCH};
 
-use jde_host::records::{Decision, EventRecord, RunRecord};
 use jde_log::{Options, Origin, Recorder};
+use jde_records::{Decision, EventRecord, RunRecord};
 use serde_json::Value;
 
 use crate::attached::{Place, navigation, schema};

@@ -6,8 +6,8 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use html5ever::tendril::TendrilSink;
-use jde_host::records::{RecordKind, RunRecord};
 use jde_log::Recording;
+use jde_records::{RecordKind, RunRecord};
 use jde_types::{Odometry, Pose2D, Twist, Value};
 use markup5ever_rcdom::{Handle, NodeData, RcDom};
 use mcap::WriteOptions;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_host::records::{RecordKind, RunRecord};
+use jde_records::{RecordKind, RunRecord};
 use serde::Deserialize;
 
 use crate::attachment;

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::Type;
-use jde_host::records::RecordKind;
-use jde_host::reload::ReloadReport;
-use jde_host::snapshot::Snapshot;
 use jde_panel::Gesture;
+use jde_records::RecordKind;
+use jde_records::reload::ReloadReport;
+use jde_records::snapshot::Snapshot;
 use serde::de::DeserializeOwned;
 use zenoh::Wait;
 use zenoh::pubsub::Subscriber;

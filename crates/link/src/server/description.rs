@@ -61,7 +61,7 @@ pub fn schemas(application: &Application) -> Schemas {
 }
 
 fn policy(policy: Policy) -> String {
-    jde_host::policy_name(policy).to_owned()
+    jde_records::policy_name(policy).to_owned()
 }
 
 fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {

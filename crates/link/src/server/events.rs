@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crossbeam_queue::ArrayQueue;
 use jde_app::Application;
-use jde_host::event::{Event, Observer};
-use jde_host::records::{RecordBuilder, RecordKind, RunRecord};
+use jde_records::event::{Event, Observer};
+use jde_records::{RecordBuilder, RecordKind, RunRecord};
 
 /// Most events that wait for the worker: more than the busiest application has between two polls.
 const MAX_PENDING: usize = 4096;
@@ -189,7 +189,7 @@ fn weight(line: &RunRecord) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::records::{CandidateRecord, Decision};
+    use jde_records::{CandidateRecord, Decision};
 
     use super::*;
 

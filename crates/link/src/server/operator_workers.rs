@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 use jde_board::VariableStatus;
-use jde_host::reload::ReloadReport;
-use jde_host::snapshot::Snapshot;
+use jde_records::reload::ReloadReport;
+use jde_records::snapshot::Snapshot;
 use zenoh::query::Query;
 
 use super::inbox::Inbox;

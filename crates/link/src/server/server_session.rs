@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use jde_host::records::RecordKind;
+use jde_records::RecordKind;
 use serde_json::{Value, json};
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;

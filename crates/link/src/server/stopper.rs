@@ -97,7 +97,7 @@ impl Stopper {
 #[cfg(test)]
 mod tests {
     use jde_board::{Board, Nanos};
-    use jde_host::snapshot::Snapshot;
+    use jde_records::snapshot::Snapshot;
     use jde_watchdog::Watchdog;
     use zenoh::Wait;
 

@@ -8,9 +8,10 @@ use jde_app::period;
 use jde_app::{Application, Executor, RemoteVariable};
 use jde_board::{Board, Nanos, Stamp, Variable};
 use jde_host::plugin::Plugins;
-use jde_host::reload::{ReloadOptions, ReloadReport, Reloader};
-use jde_host::snapshot::Snapshot;
+use jde_host::reload::{ReloadOptions, Reloader};
 use jde_host::{Handle, OperatorHandle, PanelFrame, PanelViewGuard};
+use jde_records::reload::ReloadReport;
+use jde_records::snapshot::Snapshot;
 
 use super::description::schemas;
 use crate::message::{Action, Range, Refusal, Schemas};

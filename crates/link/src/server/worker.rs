@@ -7,8 +7,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, VariableStatus};
-use jde_host::records::RecordKind;
-use jde_host::snapshot::Snapshot;
+use jde_records::RecordKind;
+use jde_records::snapshot::Snapshot;
 use serde::Serialize;
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;

@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 
 use jde_app::RemoteVariable as Import;
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
-use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Refusal, Schemas};
 use jde_link::{
     Client, Events, Folders, Link, OnDrawn, PanelViewer, Reach, Remote, Sample, Settings, Subject,
     SubjectInfo,
 };
+use jde_records::snapshot::Snapshot;
 use jde_types::Value as _;
 use zenoh::Wait;
 

@@ -133,8 +133,8 @@ fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
     let told = Arc::new(Mutex::new(String::new()));
     let heard = Arc::clone(&told);
     let _events = remote
-        .events(&[jde_host::records::RecordKind::Event], 100, move |happened| {
-            if let jde_host::records::RunRecord::Event(line) = happened.record {
+        .events(&[jde_records::RecordKind::Event], 100, move |happened| {
+            if let jde_records::RunRecord::Event(line) = happened.record {
                 heard
                     .lock()
                     .unwrap()

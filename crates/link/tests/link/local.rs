@@ -5,9 +5,9 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use jde_host::records::{RecordKind, RunRecord};
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
+use jde_records::{RecordKind, RunRecord};
 use zenoh::Wait;
 
 use crate::common::{Home, SOON, Stage, number, socket, stranger, until, watch, write};

@@ -13,8 +13,8 @@ use std::thread::{Builder, JoinHandle};
 use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_board::{Nanos, Variable, Watch};
-use jde_host::event::{Event, Observer};
-use jde_host::records::{RecordBuilder, RunRecord};
+use jde_records::event::{Event, Observer};
+use jde_records::{RecordBuilder, RunRecord};
 
 use crate::sink::{self, ContinuousSink, Disk, OpenFile, Plan, Sink, TriggeredSink};
 use crate::topic::{Notice, Shared, Topic, TopicContent, TopicQueue, lock};

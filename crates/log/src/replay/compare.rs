@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use jde_core::Nanos;
-use jde_host::records::{CandidateRecord, Decision};
 use jde_host::replay::PortReading;
+use jde_records::{CandidateRecord, Decision};
 
 use super::{ReplayedDecision, Span};
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use jde_app::{Application, Binding};
 use jde_core::Nanos;
 use jde_host::replay::format_value;
-use jde_host::turn::Turn;
+use jde_records::turn::Turn;
 use jde_ros::cdr;
 use jde_types::Value;
 

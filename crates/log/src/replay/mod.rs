@@ -18,11 +18,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::event::Event;
 use jde_host::plugin::Plugins;
-use jde_host::records::{Decision, DecisionTracker};
 use jde_host::replay::{PortReading, Replay, sources};
 use jde_host::{Handle, StartError};
+use jde_records::event::Event;
+use jde_records::{Decision, DecisionTracker};
 
 use crate::ReadError;
 use compare::DecisionMatcher;

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::records::{Decision, GestureRecord, RecordKind, RunRecord};
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
-use jde_host::turn::{INPUTS, RecordedTurn, Turn};
 use jde_panel::Gesture;
+use jde_records::turn::{INPUTS, RecordedTurn, Turn};
+use jde_records::{Decision, GestureRecord, RecordKind, RunRecord};
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 

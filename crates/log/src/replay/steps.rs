@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use jde_core::Nanos;
 use jde_host::replay::ReplayStep;
-use jde_host::turn::RecordedTurn;
+use jde_records::turn::RecordedTurn;
 
 /// Steps that wait for earlier ones.
 pub(super) struct Steps {
@@ -127,7 +127,7 @@ impl Ord for QueuedStep {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::turn::{Call, Moment, Turn};
+    use jde_records::turn::{Call, Moment, Turn};
 
     use super::*;
 

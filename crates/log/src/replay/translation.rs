@@ -2,7 +2,7 @@
 //! repeats it. It matches them by name. What the application no longer has is assigned to no schema.
 
 use jde_app::Application;
-use jde_host::turn::{RecordedTurn, Turn};
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::Drive;
 

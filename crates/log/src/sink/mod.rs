@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use jde_board::Nanos;
-use jde_host::records::RecordKind;
+use jde_records::RecordKind;
 
 use crate::pre_trigger_buffer::StateKey;
 use crate::topic::{Shared, TopicContent, TopicQueue};

@@ -2,8 +2,8 @@
 
 use jde_board::Nanos;
 use jde_core::{Case, Health};
-use jde_host::event::Event;
-use jde_host::records::RunRecord;
+use jde_records::RunRecord;
+use jde_records::event::Event;
 
 use super::Names;
 

@@ -17,8 +17,8 @@ mod watch;
 use std::collections::BTreeSet;
 
 use jde_board::Nanos;
-use jde_host::event::Event;
-use jde_host::records::RunRecord;
+use jde_records::RunRecord;
+use jde_records::event::Event;
 
 use condition::ConditionKind;
 pub use condition::{BadCondition, Condition, Reason};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use jde_host::records::{Decision, EventRecord, StateRecord};
+use jde_records::{Decision, EventRecord, StateRecord};
 use jde_types::{Flag, LaserScan, Mission, Odometry, Seq, Text, Value};
 
 use super::*;
@@ -303,7 +303,7 @@ fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
         time_s,
         group: group.to_owned(),
         case: case.to_owned(),
-        candidates: vec![jde_host::records::CandidateRecord {
+        candidates: vec![jde_records::CandidateRecord {
             name: "goon".to_owned(),
             state: "ready".to_owned(),
             ready: true,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jde_board::Nanos;
-use jde_host::chattering::ChatterDetector;
+use jde_records::chattering::ChatterDetector;
 
 use super::Condition;
 use super::condition::ConditionKind;

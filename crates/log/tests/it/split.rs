@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use crate::support;
-use jde_host::records::{EventRecord, RunRecord};
 use jde_log::{
     Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
 };
+use jde_records::{EventRecord, RunRecord};
 use jde_types::Value;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;

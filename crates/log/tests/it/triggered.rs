@@ -7,9 +7,9 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
 use crate::support::options;
-use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions};
+use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
@@ -183,8 +183,7 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     );
     let events = of(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
-    let RunRecord::Event(event) =
-        RunRecord::parse(jde_host::records::RecordKind::Event, &events[0].data).unwrap()
+    let RunRecord::Event(event) = RunRecord::parse(jde_records::RecordKind::Event, &events[0].data).unwrap()
     else {
         panic!("it is an event");
     };

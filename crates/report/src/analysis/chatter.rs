@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use jde_core::Nanos;
-use jde_host::chattering::ChatterDetector;
-use jde_host::records::Decision;
+use jde_records::Decision;
+use jde_records::chattering::ChatterDetector;
 
 use super::durations::Durations;
 
@@ -140,7 +140,7 @@ fn rounded_up(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::records::CandidateRecord;
+    use jde_records::CandidateRecord;
 
     use super::*;
 

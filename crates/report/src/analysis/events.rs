@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use jde_host::records::EventRecord;
+use jde_records::EventRecord;
 
 /// Events stored: so many of the first, and of the last.
 const FIRST: usize = 1000;

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use jde_core::Nanos;
-use jde_host::records::Decision;
+use jde_records::Decision;
 
 use super::chatter::ChatterStatistics;
 use super::columns::Columns;

@@ -3,8 +3,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use jde_host::records::Decision;
 use jde_log::RecordedHierarchy;
+use jde_records::Decision;
 
 /// Most schemas, and most groups, since the file is untrusted.
 const MOST: usize = 4096;
@@ -210,7 +210,7 @@ impl Hierarchy {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::records::{CandidateRecord, Decision};
+    use jde_records::{CandidateRecord, Decision};
 
     use super::*;
 

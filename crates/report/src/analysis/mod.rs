@@ -19,9 +19,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::{Nanos, State};
-use jde_host::records::{RecordKind, RunRecord};
-use jde_host::turn::Turn;
 use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey};
+use jde_records::turn::Turn;
+use jde_records::{RecordKind, RunRecord};
 use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
@@ -363,7 +363,7 @@ impl Reader {
     }
 
     /// Takes the state of a schema from a selection if it is not known otherwise.
-    fn learn(&mut self, decision: &jde_host::records::Decision) {
+    fn learn(&mut self, decision: &jde_records::Decision) {
         let columns = self.analysis.columns;
         for candidate in &decision.candidates {
             if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)

@@ -2,7 +2,7 @@
 //! driver, whose turns are not recorded, the times of its exports are used.
 
 use jde_core::Nanos;
-use jde_host::turn::Turn;
+use jde_records::turn::Turn;
 
 use super::columns::Columns;
 use super::durations::Durations;
@@ -83,7 +83,7 @@ impl SchemaTiming {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::turn::Call;
+    use jde_records::turn::Call;
 
     use super::*;
 

@@ -1,7 +1,7 @@
 //! The groups of a page: how often their winners changed, how long takeovers took, and which schemas
 //! alternate.
 
-use jde_host::chattering::MAX_SWITCHES;
+use jde_records::chattering::MAX_SWITCHES;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};

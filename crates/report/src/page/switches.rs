@@ -1,6 +1,6 @@
 //! The switches of a page: every selection that changed a winner, with its why-record (R15).
 
-use jde_host::records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision};
 use maud::{Markup, html};
 
 use super::{Page, at, counted};

@@ -4,8 +4,8 @@
 use std::collections::{HashMap, VecDeque};
 
 use jde_core::State;
-use jde_host::records::{Decision, EventRecord, RunRecord};
-use jde_host::snapshot::Snapshot;
+use jde_records::snapshot::Snapshot;
+use jde_records::{Decision, EventRecord, RunRecord};
 
 /// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
@@ -219,7 +219,7 @@ fn state_or_slept(word: &str) -> State {
 #[cfg(test)]
 mod tests {
     use jde_abi::describe::Kind;
-    use jde_host::records::StateRecord;
+    use jde_records::StateRecord;
 
     use super::*;
     use crate::window::scope::fixture;

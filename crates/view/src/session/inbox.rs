@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use jde_host::records::RunRecord;
-use jde_host::snapshot::Snapshot;
+use jde_records::RunRecord;
+use jde_records::snapshot::Snapshot;
 
 /// Maximum number of lines that wait for a frame. While the window is hidden, the newest are kept.
 const WAITING: usize = 50_000;
@@ -33,7 +33,7 @@ impl Inbox {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::records::EventRecord;
+    use jde_records::EventRecord;
 
     use super::*;
 

@@ -19,11 +19,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use jde_host::records::RecordKind;
-use jde_host::snapshot::{HoldKind, SchemaView, Snapshot};
 use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
 use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
+use jde_records::RecordKind;
+use jde_records::snapshot::{HoldKind, SchemaView, Snapshot};
 use jde_types::Value;
 
 pub(crate) use client::{Notice, Outcome};

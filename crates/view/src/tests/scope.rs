@@ -316,7 +316,7 @@ fn thousand(bands: usize) -> Fixed {
         };
         schemas.push(schema);
     }
-    let snapshot = jde_host::snapshot::Snapshot {
+    let snapshot = jde_records::snapshot::Snapshot {
         time: 1_000_000_000_000,
         schemas,
         groups,
@@ -345,7 +345,7 @@ fn thousand(bands: usize) -> Fixed {
         );
         fixed
             .past
-            .add_line(jde_host::records::RunRecord::Decision(selection), 0);
+            .add_line(jde_records::RunRecord::Decision(selection), 0);
     }
     let snapshot = fixed.snapshot.clone();
     fixed.past.add_snapshot(&snapshot);

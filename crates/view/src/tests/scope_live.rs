@@ -5,7 +5,7 @@ use eframe::egui::{Key, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use jde_core::State;
-use jde_host::snapshot::{HoldKind, SchemaView};
+use jde_records::snapshot::{HoldKind, SchemaView};
 
 use super::common::{Robot, until};
 use crate::session::Session;

@@ -12,8 +12,9 @@ use jde_app::parse;
 use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
-use jde_host::event::{Event, OperatorAction};
-use jde_host::reload::{CarriedMemory, PendingReload, ReloadOptions, Replacement};
+use jde_host::reload::{PendingReload, ReloadOptions};
+use jde_records::event::{Event, OperatorAction};
+use jde_records::reload::{CarriedMemory, Replacement};
 
 use crate::common::{Call, Executor, Rig, Stage, on_every_executor, plugins};
 use walker::{CANNOT_SAVE, ORIGINAL, build};

@@ -2,8 +2,8 @@
 //! informing the level, or the level selects again as for any fault.
 
 use jde_core::Health;
-use jde_host::event::Event;
 use jde_host::reload::ReloadOptions;
+use jde_records::event::Event;
 
 use super::walker::build;
 use super::{level_heard, outcome, reload, start, undone};

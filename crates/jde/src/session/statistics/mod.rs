@@ -7,8 +7,8 @@ use std::collections::HashMap;
 
 use jde_app::Application;
 use jde_core::{Nanos, Record, SchemaId, State};
-use jde_host::decider_name;
-use jde_host::event::Event;
+use jde_records::decider_name;
+use jde_records::event::Event;
 
 /// The sums so far.
 pub(crate) struct Statistics {

@@ -3,7 +3,7 @@
 //! The name and the strip are always shown. This module chooses the columns in between.
 
 use jde_core::{Health, State};
-use jde_host::snapshot::{Hold, SchemaView};
+use jde_records::snapshot::{Hold, SchemaView};
 use ratatui::style::Style;
 
 use crate::top::text;

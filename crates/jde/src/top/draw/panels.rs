@@ -3,7 +3,7 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
-use jde_host::snapshot::{Hold, SchemaView, Switch};
+use jde_records::snapshot::{Hold, SchemaView, Switch};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -2,7 +2,7 @@
 //!
 //! The height of a strip's cell shows the state, as its colour does.
 
-use jde_host::snapshot::GroupView;
+use jde_records::snapshot::GroupView;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

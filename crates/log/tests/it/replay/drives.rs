@@ -6,9 +6,9 @@ use std::sync::{Arc, OnceLock};
 
 use jde_app::Application;
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::records::{RecordKind, RunRecord};
 use jde_host::{Handle, Lockstep, Options, Running, StartHook};
 use jde_log::{Origin, Recorder, Recording, Selection};
+use jde_records::{RecordKind, RunRecord};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use jde_core::State;
-use jde_host::snapshot::HoldKind;
 use jde_link::Rate;
 use jde_link::message::Action;
 use jde_panel::{Gesture, Ink, List};
+use jde_records::snapshot::HoldKind;
 
 use super::Window;
 use crate::session::{Outcome, Session};

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Align2, Color32, Rect, Shape, Stroke, Ui, pos2, vec2};
 use jde_abi::describe::Kind;
-use jde_host::snapshot::{HoldKind, SchemaView};
 use jde_link::message::Action;
 use jde_panel::Ink;
+use jde_records::snapshot::{HoldKind, SchemaView};
 
 use super::bands;
 use super::input::{Input, Request};

@@ -2,9 +2,9 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
-use jde_host::records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
-use jde_host::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
+use jde_records::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
+use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
 
 use super::Scope;
 use super::input::{Input, Request};

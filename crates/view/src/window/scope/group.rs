@@ -2,8 +2,8 @@
 //! contract.
 
 use eframe::egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2};
-use jde_host::snapshot::GroupView;
 use jde_panel::Ink;
+use jde_records::snapshot::GroupView;
 
 use super::input::Input;
 use super::paint;

@@ -3,8 +3,8 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use jde_host::records::{Decision, EventRecord};
 use jde_link::message::Schemas;
+use jde_records::{Decision, EventRecord};
 
 use crate::session::{History, Progress};
 
@@ -165,7 +165,7 @@ pub(super) fn newest<T>(list: &VecDeque<T>, count: u64) -> impl Iterator<Item = 
 
 #[cfg(test)]
 mod tests {
-    use jde_host::records::RunRecord;
+    use jde_records::RunRecord;
 
     use super::super::fixture;
     use super::*;

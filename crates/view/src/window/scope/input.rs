@@ -1,7 +1,7 @@
 //! The data that the oscilloscope shows in a frame, and its requests. The types do not depend on a session.
 
-use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Schemas};
+use jde_records::snapshot::Snapshot;
 
 use crate::session::History;
 

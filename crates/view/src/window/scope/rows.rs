@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use jde_abi::describe::Kind;
 use jde_core::Health;
-use jde_host::snapshot::{SchemaView, Snapshot};
+use jde_records::snapshot::{SchemaView, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use super::bands;

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use eframe::egui::{Color32, Painter, Rangef, Rect, Shape, Stroke, pos2, vec2};
 use jde_core::State;
-use jde_host::snapshot::GroupView;
 use jde_panel::Ink;
+use jde_records::snapshot::GroupView;
 
 use super::index::Switch;
 use super::paint;

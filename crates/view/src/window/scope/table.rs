@@ -3,9 +3,9 @@
 use eframe::egui::{Align2, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
-use jde_host::snapshot::SchemaView;
 use jde_link::message::Action;
 use jde_panel::Ink;
+use jde_records::snapshot::SchemaView;
 
 use super::bands;
 use super::cells;

@@ -2,7 +2,7 @@
 //! and examines only the visible part.
 
 use eframe::egui::{Mesh, Painter, Rect, vec2};
-use jde_host::snapshot::SchemaView;
+use jde_records::snapshot::SchemaView;
 
 use super::axis::Scale;
 use super::bands::{self, ColumnRun};

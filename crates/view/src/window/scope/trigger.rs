@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::axis::Axis;
 use super::index::newest;
 use crate::session::{History, Progress};
-use jde_host::records::RunRecord;
+use jde_records::RunRecord;
 use std::sync::Arc;
 
 /// What the window does after the trigger fired.

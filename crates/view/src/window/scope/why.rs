@@ -2,9 +2,9 @@
 //! words.
 
 use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
-use jde_host::records::Decision;
-use jde_host::snapshot::GroupView;
 use jde_panel::Ink;
+use jde_records::Decision;
+use jde_records::snapshot::GroupView;
 
 use super::index::{self, Index};
 use super::input::Input;

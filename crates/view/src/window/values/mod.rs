@@ -10,10 +10,10 @@ use std::collections::{HashMap, HashSet};
 
 use eframe::egui::{self, RichText, TextWrapMode, Ui};
 use egui_extras::{Column, TableBuilder};
-use jde_host::snapshot::HoldKind;
 use jde_link::Rate;
 use jde_link::message::Action;
 use jde_panel::Ink;
+use jde_records::snapshot::HoldKind;
 
 use super::Window;
 use super::scope::field;

@@ -5,8 +5,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use jde_core::State;
-use jde_host::snapshot::Snapshot;
 use jde_link::message::{About, Network};
+use jde_records::snapshot::Snapshot;
 use serde::Serialize;
 
 use super::{Context, Target};

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use jde_host::records::{RecordKind, RunRecord};
 use jde_link::ReceivedEvent;
+use jde_records::{RecordKind, RunRecord};
 use serde_json::json;
 
 use super::{Context, Target};

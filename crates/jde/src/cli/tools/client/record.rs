@@ -10,11 +10,11 @@ use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_abi::describe::Type;
 use jde_core::Nanos;
-use jde_host::records::RecordKind;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_log::trigger::Names;
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
+use jde_records::RecordKind;
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_host::reload::{ReloadOutcome, ReloadReport, Replacement};
 use jde_link::message::{Action, Request};
+use jde_records::reload::{ReloadOutcome, ReloadReport, Replacement};
 
 use super::{Context, Target};
 use crate::cli::print_json;

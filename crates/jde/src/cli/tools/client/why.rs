@@ -6,9 +6,9 @@ use std::sync::mpsc::channel;
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_host::records::{Decision, RecordKind, RunRecord};
 use jde_link::Remote;
 use jde_log::Recording;
+use jde_records::{Decision, RecordKind, RunRecord};
 use serde::Serialize;
 
 use super::resolve::split_one_application;

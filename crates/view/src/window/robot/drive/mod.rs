@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{Slider, Ui, Vec2};
 use jde_core::{Health, State};
-use jde_host::snapshot::HoldKind;
 use jde_link::Rate;
 use jde_link::message::SchemaInfo;
 use jde_panel::Ink;
+use jde_records::snapshot::HoldKind;
 use serde_json::json;
 
 use super::sensors::Sensors;

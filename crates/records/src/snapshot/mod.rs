@@ -8,7 +8,7 @@ use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
-use crate::build::BuildName;
+use crate::reload::BuildName;
 use names::{HealthName, KindName, StateName};
 
 /// The whole application at one instant.

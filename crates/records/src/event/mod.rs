@@ -5,7 +5,7 @@ mod action;
 
 use jde_core::{Health, Nanos, Record, State};
 
-use crate::build::BuildName;
+use crate::reload::BuildName;
 use crate::reload::Replacement;
 use crate::resource_usage::ResourceUsage;
 pub use action::OperatorAction;

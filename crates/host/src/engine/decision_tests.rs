@@ -8,12 +8,12 @@ use jde_core::{Check, Nanos, Operator, SchemaId};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
-use super::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
 use crate::clock::Clock;
 use crate::engine::Engine;
-use crate::event::Event;
 use crate::plugin::{Plugins, SearchPath};
 use jde_app::parse;
+use jde_records::event::Event;
+use jde_records::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
 
 /// Leads two, if it is a father.
 #[expect(dead_code, reason = "the rules are told by hand what becomes of children")]

@@ -3,7 +3,7 @@
 use jde_core::{Nanos, Operator};
 use jde_panel::Gesture;
 
-use crate::build::BuildName;
+use crate::reload::BuildName;
 
 /// An action of an operator.
 #[derive(Clone, Debug, PartialEq)]

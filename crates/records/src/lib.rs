@@ -2,16 +2,26 @@
 //! reasons have any length, and variables have types of fixed size. `--decisions`, recordings and the link
 //! all carry the same messages.
 
+pub mod chattering;
 mod decision_tracker;
+pub mod decision_writer;
+pub mod event;
 mod event_text;
 mod messages;
+mod names;
+pub mod reload;
+mod resource_usage;
+pub mod snapshot;
+pub mod turn;
 
 use jde_core::Nanos;
 
 use crate::event::Event;
-pub use decision_tracker::{DecisionTracker, state_name};
+pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name};
 use jde_app::Application;
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
+pub use names::{decider_name, policy_name};
+pub use resource_usage::ResourceUsage;
 
 /// One message of a story.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@
 use std::io::Write;
 
 use crate::event::{Event, Observer};
-use crate::records::{Decision, DecisionTracker};
+use crate::{Decision, DecisionTracker};
 use jde_app::Application;
 
 /// Writes one line, a [`Decision`], for each selection, once the time to the winner's first iteration is

@@ -5,7 +5,6 @@
 
 use std::ops::Deref;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_core::Nanos;
 use jde_types::{Padding, Seq, Value};
@@ -96,12 +95,6 @@ pub struct RecordedTurn {
 /// Called with each turn when it is over. It must return at once.
 pub type OnTurn = Arc<dyn Fn(&Turn) + Send + Sync>;
 
-/// Numbers the transactions and forwards turns.
-pub(crate) struct Journal {
-    last: AtomicU64,
-    on_turn: OnTurn,
-}
-
 impl Turn {
     /// Kind: the schema awoke.
     pub const AWOKE: u8 = 1;
@@ -176,7 +169,8 @@ impl Turn {
     pub const NO_VALUE: u32 = u32::MAX - 1;
 
     /// Returns a turn that has not begun.
-    pub(crate) fn new(kind: u8, schema: usize) -> Self {
+    #[must_use]
+    pub fn new(kind: u8, schema: usize) -> Self {
         Self {
             kind,
             schema: schema as u32,
@@ -195,7 +189,8 @@ impl Turn {
     }
 
     /// Whether no step of the turn was taken.
-    pub(crate) fn is_empty(&self) -> bool {
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
         let moments = [self.failed, self.checked, self.begun, self.ended];
         moments.iter().all(|moment| moment.order == 0)
             && !self.looked.has_occurred()
@@ -224,49 +219,5 @@ impl Call {
     #[must_use]
     pub fn has_occurred(&self) -> bool {
         *self != Self::default()
-    }
-}
-
-impl Journal {
-    pub(crate) fn new(tell: OnTurn) -> Self {
-        Self {
-            last: AtomicU64::new(0),
-            on_turn: tell,
-        }
-    }
-
-    /// Returns the number of the next transaction. Called under the rules' lock.
-    pub(crate) fn next(&self) -> u64 {
-        self.last.fetch_add(1, Ordering::AcqRel) + 1
-    }
-
-    /// Returns the number of the last transaction.
-    pub(crate) fn last(&self) -> u64 {
-        self.last.load(Ordering::Acquire)
-    }
-
-    pub(crate) fn forward(&self, turn: &Turn) {
-        (self.on_turn)(turn);
-    }
-
-    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not fit
-    /// into it.
-    pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
-        for (place, ports) in more.chunks(INPUTS).enumerate() {
-            let mut next = Turn {
-                kind: Turn::MORE_PORTS,
-                schema: turn.schema,
-                detail: (INPUTS * (place + 1)) as u64,
-                // Not a step, but every recorded message needs a time.
-                checked: Moment {
-                    order: 0,
-                    time: turn.time(),
-                },
-                ..Turn::default()
-            };
-            next.inputs.resize(ports.len()).copy_from_slice(ports);
-            self.forward(&next);
-        }
-        self.forward(turn);
     }
 }

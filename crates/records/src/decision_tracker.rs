@@ -9,20 +9,17 @@ use std::collections::VecDeque;
 use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
-use crate::engine::decider_name;
 use crate::event::Event;
+use crate::names::decider_name;
 use jde_app::Application;
-
-#[cfg(test)]
-mod tests;
 
 /// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
 /// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
 /// reported as late, or as a fault.
-const MAX_WAIT: Nanos = 5_000_000_000;
+pub const MAX_WAIT: Nanos = 5_000_000_000;
 /// How many selections of one group wait behind an open one: while a winner does not begin, the readiness of
 /// a sibling may change at any rate.
-const MAX_QUEUED: usize = 256;
+pub const MAX_QUEUED: usize = 256;
 
 /// Turns records into [`Decision`]s, in the order of each group. Each is complete once its takeover time is
 /// known or can no longer arrive.

@@ -1,0 +1,55 @@
+//! Numbers the transactions that turns refer to, and forwards turns to whoever records them.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use jde_records::turn::{INPUTS, Moment, OnTurn, Turn};
+
+/// Numbers the transactions and forwards turns.
+pub(crate) struct Journal {
+    last: AtomicU64,
+    on_turn: OnTurn,
+}
+
+impl Journal {
+    pub(crate) fn new(tell: OnTurn) -> Self {
+        Self {
+            last: AtomicU64::new(0),
+            on_turn: tell,
+        }
+    }
+
+    /// Returns the number of the next transaction. Called under the rules' lock.
+    pub(crate) fn next(&self) -> u64 {
+        self.last.fetch_add(1, Ordering::AcqRel) + 1
+    }
+
+    /// Returns the number of the last transaction.
+    pub(crate) fn last(&self) -> u64 {
+        self.last.load(Ordering::Acquire)
+    }
+
+    pub(crate) fn forward(&self, turn: &Turn) {
+        (self.on_turn)(turn);
+    }
+
+    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not fit
+    /// into it.
+    pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
+        for (place, ports) in more.chunks(INPUTS).enumerate() {
+            let mut next = Turn {
+                kind: Turn::MORE_PORTS,
+                schema: turn.schema,
+                detail: (INPUTS * (place + 1)) as u64,
+                // Not a step, but every recorded message needs a time.
+                checked: Moment {
+                    order: 0,
+                    time: turn.time(),
+                },
+                ..Turn::default()
+            };
+            next.inputs.resize(ports.len()).copy_from_slice(ports);
+            self.forward(&next);
+        }
+        self.forward(turn);
+    }
+}
