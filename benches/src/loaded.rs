@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_app::{Application, parse};
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_loader::{Plugins, SearchPath};
 
 use crate::scope::Scope;
 

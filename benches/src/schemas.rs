@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw;
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_loader::{Plugins, SearchPath};
 use jde_measure::pairs::{Effort, Rounds, interleave, see};
 use jde_paths::Periods;
 use jde_schema::prelude::*;

@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use anyhow::{Context as _, Result, bail};
 use jde_board::Access;
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_loader::{Plugins, SearchPath};
 use jde_paths::{Level, Periods, ends, variable};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;

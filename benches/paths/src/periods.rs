@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use jde_app::parse;
-use jde_host::plugin::Plugins;
+use jde_loader::Plugins;
 use jde_host::{Lockstep, Options};
 
 /// The period of the schemas whose iterations are counted, ns.

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use jde_board::value::Value;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
+use jde_loader::{Plugins, SearchPath};
 use jde_records::event::Outcome;
 use jde_schema::derived::raw;
 use jde_schema::prelude::{Connection, LaserScan, Odometry, Pose2D, normalize_angle};

@@ -17,8 +17,8 @@ use jde_faults::case::{Case, Clock};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
-use jde_host::isolated::serve;
-use jde_host::plugin::Plugins;
+use jde_isolation::serve;
+use jde_loader::Plugins;
 use progress::ProgressDisplay;
 use signal_hook::consts::{SIGINT, SIGTERM};
 

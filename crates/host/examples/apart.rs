@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use jde_abi::raw;
 use jde_app::parse;
-use jde_host::isolated::{Program, serve};
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_isolation::{Program, serve};
+use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
 /// What this program is called with to be the process of a schema.

@@ -14,8 +14,8 @@
 
 use std::path::Path;
 
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_loader::{Plugins, SearchPath};
 use jde_types::Mission;
 
 const SECOND: u64 = 1_000_000_000;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::{Stamp, Variable};
 
+use jde_loader::AlignedBytes;
 use jde_records::turn::Turn;
 
 /// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
@@ -24,12 +25,6 @@ pub(crate) struct History {
 pub(crate) struct HistoricValue {
     pub(crate) stamp: Stamp,
     bytes: AlignedBytes,
-}
-
-/// Bytes aligned for any value type.
-pub(crate) struct AlignedBytes {
-    words: Vec<u128>,
-    bytes: usize,
 }
 
 #[derive(Default)]
@@ -118,28 +113,5 @@ impl History {
 impl HistoricValue {
     pub(crate) fn bytes(&self) -> &[u8] {
         self.bytes.bytes()
-    }
-}
-
-impl AlignedBytes {
-    pub(crate) fn new(bytes: &[u8]) -> Self {
-        let mut words = vec![0_u128; bytes.len().div_ceil(16)];
-        for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
-            let mut whole = [0; 16];
-            whole[..chunk.len()].copy_from_slice(chunk);
-            *word = u128::from_ne_bytes(whole);
-        }
-        Self {
-            words,
-            bytes: bytes.len(),
-        }
-    }
-
-    pub(crate) fn bytes(&self) -> &[u8] {
-        &bytemuck::cast_slice(&self.words)[..self.bytes]
-    }
-
-    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
-        &mut bytemuck::cast_slice_mut(&mut self.words)[..self.bytes]
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct Inbox {
     pub(crate) panel_opened: bool,
     /// Gestures wait for it: see `panels`.
     pub(crate) gesture_queued: bool,
-    /// Another build waits to take over: see `build::BuildRegistry`.
+    /// Another build waits to take over: see `reload::BuildRegistry`.
     pub(crate) build_pending: bool,
     /// At most one question for each group.
     pub(crate) arbitration_requests: Vec<(GroupId, u64, Level)>,
@@ -79,8 +79,9 @@ impl Inbox {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use jde_core::Case;
+
+    use super::*;
 
     fn asked(group: u32, ticket: u64) -> Signal {
         let level = Level {

@@ -2,20 +2,17 @@
 //! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; both are left to
 //! the executable.
 
-mod build;
 mod clock;
 mod engine;
 mod exec;
 mod history;
 mod inbox;
 mod instance;
-pub mod isolated;
 mod journal;
 mod metrics;
 mod mission;
 mod operator_handle;
 mod panels;
-pub mod plugin;
 pub mod reload;
 pub mod replay;
 mod runner;
@@ -24,5 +21,5 @@ pub mod transaction_observer;
 mod turn_order;
 
 pub use operator_handle::OperatorHandle;
-pub use panels::{MAX_PANEL_RATE, PanelError, PanelFrame, PanelViewGuard};
+pub use panels::{PanelError, PanelViewGuard};
 pub use running::{Handle, Lockstep, Options, Running, StartError, StartHook, StartHookError};

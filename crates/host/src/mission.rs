@@ -5,10 +5,10 @@
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use jde_core::Nanos;
+use jde_records::event::{Event, Outcome};
 use jde_types::{Mission, Value};
 
 use crate::engine::Engine;
-use jde_records::event::{Event, Outcome};
 
 /// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
 const MIN_PROGRESS: f64 = 0.05;

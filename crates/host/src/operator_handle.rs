@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use jde_board::value::Value;
 use jde_core::{Nanos, Operator, SchemaId};
+use jde_loader::LoadedPlugin;
 
 use crate::engine::Engine;
-use crate::plugin::LoadedPlugin;
 use crate::reload::{PendingReload, ReloadOptions};
 
 /// The longest name of an operator, in characters.

@@ -7,10 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_panel::{Gesture, List, Touch};
+use jde_panel::{Gesture, List, MAX_RATE, PanelFrame, Touch};
 
-/// The most drawings of a panel per second: more is not visible.
-pub const MAX_PANEL_RATE: f64 = 30.0;
 /// The fewest drawings per second; a viewer that needs fewer registers for each.
 const MIN_PANEL_RATE: f64 = 0.01;
 /// Drawing takes at most one part in this many of a schema's time.
@@ -19,21 +17,6 @@ pub(crate) const DRAWING_SHARE: u32 = 20;
 const ABSENT_MESSAGE: &str = "it is not there: it failed or was unloaded";
 /// The most gestures that wait for one schema: several seconds of the fastest clicking.
 const MAX_GESTURES: usize = 64;
-
-/// What a panel showed at one instant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PanelFrame {
-    /// Counts the drawings of this panel from 1.
-    pub sequence: u64,
-    /// When it was drawn, ns since the application's start.
-    pub time: Nanos,
-    /// How long the drawing took, in machine time.
-    pub took: Duration,
-    /// Failed drawings of this panel so far.
-    pub failed: u64,
-    /// The widgets, or why there is nothing to show.
-    pub list: Result<List, String>,
-}
 
 /// Why a panel cannot be shown or touched.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -188,7 +171,7 @@ impl Panels {
         news: DrawingCallback,
     ) -> PanelViewGuard {
         let rate = if rate.is_nan() { MIN_PANEL_RATE } else { rate };
-        let every = Duration::from_secs_f64(1.0 / rate.clamp(MIN_PANEL_RATE, MAX_PANEL_RATE));
+        let every = Duration::from_secs_f64(1.0 / rate.clamp(MIN_PANEL_RATE, MAX_RATE));
         let easel = &self.panels[schema];
         let mut lookers = lock(&easel.viewers);
         let id = lookers.next;

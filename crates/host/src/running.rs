@@ -4,28 +4,29 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
+use jde_app::{Application, Executor, InstanceConfig};
 use jde_board::Board;
 use jde_core::Nanos;
+use jde_isolation::Program;
+use jde_loader::Plugins;
+use jde_loader::build::Build;
 use jde_panel::Gesture;
+use jde_records::event::{Event, Observer, Outcome};
+use jde_records::snapshot::Snapshot;
+use jde_records::turn::OnTurn;
 
-use crate::build::Build;
 use crate::clock::Clock;
 use crate::engine::{Engine, Notifier};
 use crate::exec::lockstep;
 use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, ThreadExecutor};
 use crate::exec::threads::Threads;
-use crate::isolated::Program;
 use crate::mission;
 use crate::operator_handle::{OperatorHandle, printable_name};
-use crate::panels::{PanelError, PanelFrame, PanelViewGuard};
-use crate::plugin::Plugins;
+use crate::panels::{PanelError, PanelViewGuard};
 use crate::runner::Runner;
 use crate::transaction_observer::TransactionObserver;
-use jde_app::{Application, Executor, InstanceConfig};
-use jde_records::event::{Event, Observer, Outcome};
-use jde_records::snapshot::Snapshot;
-use jde_records::turn::OnTurn;
+use jde_panel::PanelFrame;
 
 /// Called with an application that is about to start. An error prevents the start.
 pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;
@@ -396,14 +397,14 @@ impl Handle {
     }
 
     /// Has the panel of a schema drawn, at most `rate` times a second and never more often than
-    /// [`MAX_PANEL_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
+    /// [`MAX_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
     /// checks; a sleeping schema is drawn on its own.
     ///
     /// `news` is called after each drawing, on the schema's thread. If there is no instance to draw the
     /// panel, it is called at once, on the caller's thread. It must return at once: it may wake a thread or
     /// send a message.
     ///
-    /// [`MAX_PANEL_RATE`]: crate::MAX_PANEL_RATE
+    /// [`MAX_RATE`]: jde_panel::MAX_RATE
     ///
     /// # Errors
     /// [`PanelError`]: there is no such schema, it has no panel, or the run is a replay.

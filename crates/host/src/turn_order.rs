@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use jde_abi::describe::Kind;
+use jde_app::InstanceConfig;
 use jde_core::Nanos;
 
 use crate::clock::Clock;
-use jde_app::InstanceConfig;
 
 /// The longest stagger between two schemas: longer than most turns take.
 const MAX_STAGGER: Duration = Duration::from_millis(1);

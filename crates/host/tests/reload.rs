@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jde_app::parse;
 use jde_core::State;
-use jde_host::plugin::{MAX_BUILDS, PluginError, Plugins};
 use jde_host::reload::{ReloadError, ReloadOptions, Reloader};
 use jde_host::{Options, Running};
+use jde_loader::{MAX_BUILDS, PluginError, Plugins};
 use jde_records::event::Event;
 use jde_records::reload::ReloadOutcome;
 use jde_types::Twist;
@@ -76,7 +76,7 @@ impl Site {
         let folder = tempfile::tempdir().expect("a folder");
         fs::write(file(&folder), build(speed)).expect("it is written");
         let stage = Stage::new();
-        let mut path = jde_host::plugin::SearchPath::default();
+        let mut path = jde_loader::SearchPath::default();
         path.push(folder.path(), "of this test");
         let plugins = common::plugins_along(path);
         let text = common::text(Executor::Threads, &stage, APP);

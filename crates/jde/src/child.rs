@@ -4,8 +4,8 @@
 use std::ffi::OsStr;
 use std::process::ExitCode;
 
-use jde_host::isolated::{Program, serve};
-use jde_host::plugin::{Plugins, serve_inspections};
+use jde_isolation::{Program, serve, serve_inspections};
+use jde_loader::Plugins;
 
 use crate::terminal;
 

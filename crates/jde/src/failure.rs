@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use jde_app::{Fault, FaultLocation, Faults};
 use jde_host::StartError;
-use jde_host::plugin::PluginError;
+use jde_loader::PluginError;
 #[cfg(feature = "tools")]
 use jde_log::ReadError;
 

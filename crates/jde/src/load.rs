@@ -7,7 +7,8 @@ use std::sync::Arc;
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
 use jde_app::{Application, Catalogue, Faults, Inspection, Override};
-use jde_host::plugin::{DescribedPlugin, PluginError, Plugins, SearchPath};
+use jde_isolation::Inspector;
+use jde_loader::{DescribedPlugin, PluginError, Plugins, SearchPath};
 #[cfg(feature = "tools")]
 use jde_log::replay::AttachedApplication;
 
@@ -111,7 +112,7 @@ pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application,
 /// The plugins along a path. Their files are inspected in a child process, so a damaged file cannot end this
 /// one.
 pub(crate) fn plugins(path: SearchPath) -> Plugins {
-    Plugins::new(path).with_inspector(child::inspector())
+    Plugins::new(path).with_inspector(Inspector::new(child::inspector()))
 }
 
 /// Checks the text of an application's file that a recording contains.

@@ -17,9 +17,9 @@ use std::time::{Duration, Instant};
 
 use jde_abi::raw;
 use jde_core::State;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Options, Running};
 use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, SubjectInfo};
+use jde_loader::{Plugins, SearchPath};
 use jde_records::RecordKind;
 use jde_records::event::{Event, Observer};
 use jde_schema::prelude::*;

@@ -24,8 +24,8 @@ pub use error::Error;
 pub use folder::Folders;
 pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
-pub use server::{
-    Access, Events, Link, OnDrawn, PanelViewer, Running, Settings, Subject, SubjectInfo, schemas,
-};
+#[cfg(feature = "host")]
+pub use server::Running;
+pub use server::{Access, Events, Link, OnDrawn, PanelViewer, Settings, Subject, SubjectInfo, schemas};
 pub use session::{Login, Tls};
 pub use whoami::operator;

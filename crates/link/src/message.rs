@@ -396,6 +396,7 @@ impl Refusal {
     }
 
     /// Refuses an unknown name and suggests the most similar one.
+    #[cfg(feature = "host")]
     pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
             error: format!("there is no {what} `{name}`"),

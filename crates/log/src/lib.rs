@@ -13,6 +13,7 @@ mod pattern;
 mod pre_trigger_buffer;
 mod recorder;
 mod recording;
+#[cfg(feature = "host")]
 pub mod replay;
 mod sink;
 mod subscriber;

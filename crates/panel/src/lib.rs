@@ -5,6 +5,7 @@
 mod boundary;
 mod builder;
 mod bytes;
+mod frame;
 mod gesture;
 mod item;
 mod limits;
@@ -15,6 +16,7 @@ mod takes;
 pub use boundary::{lend_gesture, lend_pen, read_gesture};
 pub use builder::{Builder, Holds};
 pub use bytes::{decode, encode};
+pub use frame::{MAX_RATE, PanelFrame};
 pub use gesture::{Button, Gesture, Touch};
 pub use item::{Item, Trace, Words};
 pub use limits::{Broken, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, MOST_SIDE, MOST_TEXT, check};

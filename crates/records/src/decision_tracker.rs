@@ -6,12 +6,12 @@
 
 use std::collections::VecDeque;
 
+use jde_app::Application;
 use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
 use crate::event::Event;
 use crate::names::decider_name;
-use jde_app::Application;
 
 /// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
 /// and a hung call is given up after a second unless the application states otherwise; a longer takeover is

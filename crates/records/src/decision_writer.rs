@@ -3,9 +3,10 @@
 
 use std::io::Write;
 
+use jde_app::Application;
+
 use crate::event::{Event, Observer};
 use crate::{Decision, DecisionTracker};
-use jde_app::Application;
 
 /// Writes one line, a [`Decision`], for each selection, once the time to the winner's first iteration is
 /// known.

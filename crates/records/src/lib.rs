@@ -14,11 +14,11 @@ mod resource_usage;
 pub mod snapshot;
 pub mod turn;
 
+use jde_app::Application;
 use jde_core::Nanos;
 
 use crate::event::Event;
 pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name};
-use jde_app::Application;
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
 pub use names::{decider_name, policy_name};
 pub use resource_usage::ResourceUsage;

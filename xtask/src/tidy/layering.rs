@@ -1,4 +1,4 @@
-//! The directions of dependencies: which crate may use which, as `docs/architecture.md` draws it.
+//! The directions of dependencies: which crate may use which. The table of `docs/architecture.md` agrees.
 //! Dependencies of tests are not restricted. Cycles of other dependencies are refused by cargo itself.
 
 use super::tree::{Tree, Violation};
@@ -55,14 +55,55 @@ const TABLE: &[Row] = &[
         &["crates/abi", "crates/types", "crates/macros", "crates/panel"],
     ),
     row("crates/headers", &["crates/abi", "crates/types"]),
+    // An application file is checked without any runtime.
+    row(
+        "crates/app",
+        &["crates/abi", "crates/board", "crates/core", "crates/types"],
+    ),
+    row(
+        "crates/records",
+        &[
+            "crates/abi",
+            "crates/app",
+            "crates/core",
+            "crates/panel",
+            "crates/types",
+        ],
+    ),
+    // The only crate that maps libraries and calls their functions.
+    row(
+        "crates/loader",
+        &[
+            "crates/abi",
+            "crates/app",
+            "crates/core",
+            "crates/panel",
+            "crates/records",
+        ],
+    ),
+    // The only crate that starts processes for schemas and limits them.
+    row(
+        "crates/isolation",
+        &[
+            "crates/abi",
+            "crates/app",
+            "crates/board",
+            "crates/loader",
+            "crates/panel",
+        ],
+    ),
     row(
         "crates/host",
         &[
             "crates/abi",
-            "crates/core",
+            "crates/app",
             "crates/board",
+            "crates/core",
             "crates/gate",
+            "crates/isolation",
+            "crates/loader",
             "crates/panel",
+            "crates/records",
             "crates/types",
         ],
     ),
@@ -70,10 +111,14 @@ const TABLE: &[Row] = &[
         "crates/log",
         &[
             "crates/abi",
+            "crates/app",
             "crates/board",
             "crates/core",
+            // To decide a recording again.
             "crates/host",
+            "crates/loader",
             "crates/panel",
+            "crates/records",
             "crates/ros",
             "crates/types",
         ],
@@ -84,8 +129,8 @@ const TABLE: &[Row] = &[
         &[
             "crates/board",
             "crates/core",
-            "crates/host",
             "crates/log",
+            "crates/records",
             "crates/ros",
             "crates/sim",
             "crates/types",
@@ -99,12 +144,13 @@ const TABLE: &[Row] = &[
         "crates/view",
         &[
             "crates/abi",
+            "crates/app",
             "crates/board",
             "crates/core",
-            "crates/host",
             "crates/link",
             "crates/log",
             "crates/panel",
+            "crates/records",
             "crates/types",
         ],
     ),
@@ -113,10 +159,14 @@ const TABLE: &[Row] = &[
         "crates/link",
         &[
             "crates/abi",
+            "crates/app",
             "crates/board",
             "crates/core",
+            // A running application as the subject of a link.
             "crates/host",
+            "crates/loader",
             "crates/panel",
+            "crates/records",
             "crates/ros",
         ],
     ),
@@ -129,18 +179,30 @@ const TABLE: &[Row] = &[
     row("crates/p2os", &[]),
     row(
         "crates/driver-suite",
-        &["crates/board", "crates/host", "crates/schema", "crates/watchdog"],
+        &[
+            "crates/app",
+            "crates/board",
+            "crates/host",
+            "crates/loader",
+            "crates/records",
+            "crates/schema",
+            "crates/watchdog",
+        ],
     ),
     // It runs whole applications and observes everything from outside.
     row(
         "crates/faults",
         &[
             "crates/abi",
+            "crates/app",
             "crates/board",
             "crates/core",
             "crates/host",
+            "crates/isolation",
+            "crates/loader",
             "crates/p2os-server",
             "crates/port",
+            "crates/records",
             "crates/shadow",
             "crates/sim",
             "crates/types",
@@ -173,12 +235,19 @@ const TABLE: &[Row] = &[
     row("xtask", &["crates/headers"]),
 ];
 
-/// Checks that the table has every dependency of the workspace, and a row for every folder.
+/// The page with the same table for readers.
+const PAGE: &str = "docs/architecture.md";
+
+/// Checks that the table has every dependency of the workspace and a row for every folder, and that the page
+/// shows the same table.
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
-    metadata
-        .members()
+    let packages = metadata.members();
+    let mut found: Vec<_> = packages
         .flat_map(|package| check_package(tree, package))
-        .collect()
+        .collect();
+    let page = tree.file(PAGE).map_or("", |file| file.text.as_str());
+    found.extend(TABLE.iter().filter_map(|row| row.check_page(page)));
+    found
 }
 
 fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
@@ -256,6 +325,37 @@ impl Row {
         }
     }
 
+    /// Checks that the page has this row, with these uses. Folders of folders share a row in words.
+    fn check_page(&self, page: &str) -> Option<Violation> {
+        let AllowedCrates::Listed(folders) = self.ours else {
+            return None;
+        };
+        if self.folder.ends_with('/') {
+            return None;
+        }
+        let names: Vec<_> = folders
+            .iter()
+            .map(|folder| folder.trim_start_matches("crates/"))
+            .collect();
+        let uses = match (names.is_empty(), self.libraries) {
+            (true, true) => "nothing of jde".to_owned(),
+            (true, false) => "nothing".to_owned(),
+            (false, _) => names.join(", "),
+        };
+        let begin = format!("| `{}` |", self.folder);
+        let line = page.lines().position(|line| line.starts_with(&begin));
+        let shown = line.and_then(|line| page.lines().nth(line));
+        if shown.is_some_and(|shown| shown.ends_with(&format!("| {uses} |"))) {
+            return None;
+        }
+        Some(Violation::new(
+            PAGE,
+            line.map_or(1, |line| line + 1),
+            format!("the page does not say that {} uses {uses}", self.folder),
+            "make the row agree with the table in xtask/src/tidy/layering.rs",
+        ))
+    }
+
     fn ours(&self) -> String {
         match self.ours {
             AllowedCrates::Listed([]) => "nothing of this workspace".to_owned(),
@@ -305,6 +405,19 @@ mod tests {
 
     fn ours(folder: &str, kind: &str) -> String {
         format!(r#"{{"name": "x", "req": "*", "path": "no-such-root/{folder}", "kind": {kind}}}"#)
+    }
+
+    #[test]
+    fn the_page_has_the_same_uses() {
+        let row = row("crates/a", &["crates/b", "crates/c"]);
+        assert_eq!(row.check_page("# A\n| `crates/a` | does | b, c |\n"), None);
+        let wrong = row.check_page("# A\n| `crates/a` | does | b |\n").unwrap();
+        assert_eq!(wrong.line, 2);
+        assert_eq!(
+            alone("crates/a").check_page("| `crates/a` | does | nothing |"),
+            None
+        );
+        assert!(row.check_page("").is_some());
     }
 
     #[test]

@@ -44,7 +44,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "what the gate keeps apart is looked at by loom, through its raw cells",
     ),
     (
-        "crates/host/src/isolated/",
+        "crates/isolation/src/",
         "an instance in a process of its own gets that process's table",
     ),
     (
@@ -52,7 +52,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "an instance is driven through the plugin's table, and gets the host's",
     ),
     (
-        "crates/host/src/plugin/",
+        "crates/loader/src/",
         "the loader opens libraries and calls their tables",
     ),
     (

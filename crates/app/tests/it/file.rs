@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use crate::catalogue::{self, Shelf, check};
 use jde_app::{FaultLocation, Faults, Override, load};
+
+use crate::catalogue::{self, Shelf, check};
 
 fn refused(path: &Path) -> Faults {
     load(path, &[], &Shelf).expect_err("a file that cannot be an application")

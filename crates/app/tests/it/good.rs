@@ -1,8 +1,9 @@
 //! The application that results from a file without faults.
 
-use crate::catalogue::{self, application, application_with, read};
 use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
+
+use crate::catalogue::{self, application, application_with, read};
 
 fn at(application: &Application, name: &str) -> usize {
     application

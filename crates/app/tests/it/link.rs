@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::catalogue::{GOOD, Shelf, application, check};
 use jde_app::link::{Access, Identity, Link, Login, Tls};
 use jde_app::{Application, Faults, parse};
+
+use crate::catalogue::{GOOD, Shelf, application, check};
 
 /// The line of the good application before which a test inserts `[link]`.
 const SCHEMAS: &str = "[schemas.pioneer]";

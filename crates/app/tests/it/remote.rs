@@ -1,7 +1,8 @@
 //! Imports of other applications' exports, as application files name them.
 
-use crate::catalogue::{application, check};
 use jde_app::{Binding, ImportSource};
+
+use crate::catalogue::{application, check};
 
 /// The line of the good application that binds one import.
 const HEADING: &str = r#"heading = "pioneer.heading""#;

@@ -1,8 +1,9 @@
 //! The faults that are reported for several levels of roots, for fathers whose children the file names, and
 //! for roots that exclude each other for no reason.
 
-use crate::catalogue::{application, check};
 use jde_core::Policy;
+
+use crate::catalogue::{application, check};
 
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
 const MISSION: &str = r#"mission = "example.mission""#;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow};
 use jde_app::Application;
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_loader::{Plugins, SearchPath};
 
 use crate::case::{Case, Scenario};
 use crate::plan::TargetKind;

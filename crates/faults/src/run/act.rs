@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
 use jde_host::{Handle, OperatorHandle};
+use jde_loader::LoadedPlugin;
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
 use crate::application::TestApplication;

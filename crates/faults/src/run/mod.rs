@@ -11,9 +11,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use jde_core::Nanos;
-use jde_host::isolated::Program;
-use jde_host::plugin::{LoadedPlugin, Plugins};
 use jde_host::{Handle, Lockstep, Options, Running};
+use jde_isolation::Program;
+use jde_loader::{LoadedPlugin, Plugins};
 
 use crate::application::{self, TestApplication};
 use crate::case::{Case, Clock};

@@ -4,11 +4,11 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use jde_core::{Health, Nanos};
+use jde_records::ResourceUsage;
+use jde_records::event::Event;
 
 use super::{Engine, Signal, schema};
 use crate::instance::AbandonedInstance;
-use jde_records::ResourceUsage;
-use jde_records::event::Event;
 
 /// The limit of calls of one schema that were given up and have not returned. Each keeps a thread, its stack,
 /// and the memory and files of the schema. A few are tolerated; a schema that always hangs must not exhaust

@@ -5,10 +5,10 @@
 //! entirely.
 
 use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
-
-use super::Engine;
 use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
+
+use super::Engine;
 
 impl Engine {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration

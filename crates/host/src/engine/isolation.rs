@@ -1,9 +1,10 @@
 //! Schemas in processes of their own, as the rules see them: whether an instance runs in one, and what
 //! follows from its death.
 
-use super::{Engine, Signal};
-use crate::isolated::ProcessConfig;
+use jde_isolation::ProcessConfig;
 use jde_records::turn::Turn;
+
+use super::{Engine, Signal};
 
 impl Engine {
     /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next

@@ -20,8 +20,6 @@ mod unload;
 mod wiring;
 
 #[cfg(test)]
-mod decision_tests;
-#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
@@ -29,22 +27,23 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
+use jde_app::Application;
 use jde_board::{Board, Watch};
 use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
+use jde_isolation::Program;
+use jde_isolation::process::ProcessTable;
+use jde_records::event::{Event, Observer, Outcome};
+use jde_records::turn::{Moment, OnTurn, Turn};
 
-use crate::build;
 use crate::clock::Clock;
 use crate::instance::Ports;
-use crate::isolated::{ProcessTable, Program};
 use crate::journal::Journal;
 use crate::metrics::InstanceMetrics;
 use crate::panels::Panels;
+use crate::reload::BuildRegistry;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn_order::staggers;
 use authority::Commands;
-use jde_app::Application;
-use jde_records::event::{Event, Observer, Outcome};
-use jde_records::turn::{Moment, OnTurn, Turn};
 use observe::{DeferredEvents, GroupStatistics};
 use operate::OperatorHolds;
 pub(crate) use services::FatherAction;
@@ -112,7 +111,7 @@ pub(crate) struct Engine {
     staggers: Vec<Nanos>,
     pub(crate) metrics: Vec<InstanceMetrics>,
     pub(crate) panels: Arc<Panels>,
-    pub(crate) builds: build::BuildRegistry,
+    pub(crate) builds: BuildRegistry,
     pub(crate) processes: ProcessTable,
     pub(crate) id: u64,
     /// Receives the turns, if they are recorded.
@@ -204,7 +203,7 @@ impl Engine {
         };
         let early = staggers(&application.instances, &clock);
         let panels = Arc::new(Panels::new(application.instances.len()));
-        let builds = build::BuildRegistry::new(application.instances.len());
+        let builds = BuildRegistry::new(application.instances.len());
         let processes = ProcessTable::new(application.instances.len(), apart);
         let engine = Arc::new(Self {
             application,

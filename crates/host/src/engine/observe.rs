@@ -5,12 +5,12 @@ use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
-use jde_records::{decider_name, policy_name};
-
-use super::{Engine, RulesState, schema};
 use jde_records::chattering::{self, ChatterDetector};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
+use jde_records::{decider_name, policy_name};
+
+use super::{Engine, RulesState, schema};
 
 /// What is kept of every group.
 pub(crate) struct GroupStatistics {

@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, MutexGuard, PoisonError};
 
 use jde_abi::describe::Limits;
+use jde_app::period;
 use jde_board::value::{self, Value};
 use jde_board::{Refused as NotTaken, Stamp, Variable};
 use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId};
-
-use super::{Engine, RulesState, Signal};
-use jde_app::period;
 use jde_records::event::OperatorAction;
 use jde_records::snapshot::{Hold, HoldKind};
 use jde_records::turn::{Moment, Turn};
+
+use super::{Engine, RulesState, Signal};
 
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;

@@ -4,10 +4,10 @@ use std::sync::atomic::Ordering;
 
 use jde_core::GroupId;
 use jde_panel::Gesture;
+use jde_records::event::{Event, OperatorAction};
 
 use super::{Engine, Signal};
 use crate::panels::{DrawingCallback, GestureOutcome, PanelError, PanelViewGuard};
-use jde_records::event::{Event, OperatorAction};
 
 impl Engine {
     /// Records whether an instance's build has a panel, and whether the panel can be touched. The contract

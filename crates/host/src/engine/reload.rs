@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::{Engine, Signal, schema};
-use crate::build::{self, Build, map_build};
-use crate::plugin::LoadedPlugin;
-use crate::reload::{Completion, PendingReload, ReloadOptions, Swap};
+use jde_loader::LoadedPlugin;
+use jde_loader::build::{self, Build, map_build};
 use jde_records::event::{Event, OperatorAction};
-use jde_records::reload::BuildName;
-use jde_records::reload::Replacement;
+use jde_records::reload::{BuildName, Replacement};
+
+use super::{Engine, Signal, schema};
+use crate::reload::{Completion, PendingReload, ReloadOptions, Swap};
 
 impl Engine {
     /// Orders another build of a schema's type, which takes over at the schema's next turn.
@@ -83,7 +83,7 @@ impl Engine {
             return Err(wrong);
         };
         let table = with.schema(number);
-        let state = crate::instance::memory_of(&table).unwrap_or_else(|error| {
+        let state = jde_loader::instance::memory_of(&table).unwrap_or_else(|error| {
             wrong.push(error);
             None
         });

@@ -7,10 +7,10 @@ use jde_abi::describe::Role;
 use jde_abi::raw;
 use jde_board::Refused;
 use jde_core::{Policy, State};
-
-use super::{Engine, schema};
 use jde_records::event::Event;
 use jde_records::turn::{Moment, Turn};
+
+use super::{Engine, schema};
 
 /// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

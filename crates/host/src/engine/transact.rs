@@ -2,12 +2,12 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
+use jde_records::event::Event;
+use jde_records::turn::{Moment, Turn};
 
 use super::{Engine, RulesState, Signal, schema, subtree_with};
 use crate::journal::Journal;
 use crate::transaction_observer::{Transaction, TransactionInput};
-use jde_records::event::Event;
-use jde_records::turn::{Moment, Turn};
 
 /// Whether permission to iterate was given, and when it was asked for.
 pub(crate) type IterationPermission = (bool, Moment);

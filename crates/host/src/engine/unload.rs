@@ -6,10 +6,10 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
-
-use super::{Engine, Signal, schema};
 use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
+
+use super::{Engine, Signal, schema};
 
 impl Engine {
     /// Puts a schema to sleep and ends its instance. Its variables stay.

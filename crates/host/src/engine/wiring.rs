@@ -4,16 +4,15 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Role};
+use jde_app::{Application, Binding, ChildTarget, ImportSource, period};
 use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
+use jde_loader::AlignedBytes;
 use jde_types::Value;
 
 use super::authority::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::history::AlignedBytes;
+use crate::instance::MAX_INLINE_BYTES;
 use crate::instance::{BoundPort, Ports};
-use crate::isolated::MAX_INLINE_BYTES;
-use jde_app::period;
-use jde_app::{Application, Binding, ChildTarget, ImportSource};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;

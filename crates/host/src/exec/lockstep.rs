@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_core::Nanos;
+use jde_records::event::Outcome;
 
 use crate::engine::{Engine, Notifier, Signal};
 use crate::inbox::Inbox;
 use crate::runner::Runner;
 use crate::turn_order::turn_order;
-use jde_records::event::Outcome;
 
 /// Signals in the order in which they arrived, and the time of the rules' next timer.
 pub(crate) struct SignalQueue {

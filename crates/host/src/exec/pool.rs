@@ -172,7 +172,7 @@ impl Pool {
     }
 
     fn run(&self, engine: &Arc<Engine>, worker: usize) {
-        super::supervisor::sharpen_timers();
+        jde_isolation::sharpen_timers();
         while let Some((number, inbox)) = self.next_turn(engine, worker) {
             let runner = Arc::clone(&lock(&self.runners[number]).runner);
             let mut runner = lock(&runner);

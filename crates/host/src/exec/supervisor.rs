@@ -6,10 +6,10 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
+use jde_records::event::{Event, Outcome};
 
 use crate::engine::Engine;
 use crate::instance::AbandonedInstance;
-use jde_records::event::{Event, Outcome};
 
 /// By default, a call hangs if it takes more than this many times its budget and more than [`MIN_HANG_TIME`].
 const HUNG_BUDGETS: u64 = 10;
@@ -77,7 +77,7 @@ pub(crate) fn supervise(
     alarm: &Alarm,
     limit: Option<Nanos>,
 ) {
-    sharpen_timers();
+    jde_isolation::sharpen_timers();
     let mut reported = vec![None; engine.metrics.len()];
     let look = check_interval(engine);
     loop {
@@ -159,14 +159,6 @@ pub(crate) fn run_guarded(engine: &Engine, body: impl FnOnce()) {
     match AbandonedInstance::from_payload(payload) {
         Ok(left) => engine.end_abandoned(left),
         Err(_) => engine.report_panic(),
-    }
-}
-
-/// Makes this thread's waits end on time instead of up to 50 us later, which is the kernel's default timer
-/// slack.
-pub(crate) fn sharpen_timers() {
-    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
-        tracing::debug!("timer slack stays as it is: {error}");
     }
 }
 

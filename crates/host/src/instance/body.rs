@@ -3,11 +3,12 @@
 
 #![allow(unsafe_code)]
 
+use jde_loader::instance::{ArbitrationQuery, InProcessInstance, PluginContext, SavedMemory, Verdict};
 use jde_panel::{Gesture, List};
 
+use super::CallContext;
 use super::host_table::HOST;
-use super::{ArbitrationQuery, CallContext, InProcessInstance, PluginContext, SavedMemory, Verdict};
-use crate::isolated::IsolatedInstance;
+use super::isolated::IsolatedInstance;
 
 /// The functions of an instance that was created.
 pub(crate) enum Body {

@@ -15,11 +15,11 @@ use std::sync::atomic::Ordering;
 use jde_abi::raw;
 use jde_board::Variable;
 use jde_core::{Nanos, Policy};
+use jde_loader::build::{Build, PortMapping};
 
 use super::port_access::PortAccess;
 use super::ports::{PortError, Ports, View};
 use super::{Scratch, state_number};
-use crate::build::{Build, PortMapping};
 use crate::engine::Engine;
 
 /// A call in progress: what a [`raw::Context`] really is.

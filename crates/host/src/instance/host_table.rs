@@ -11,6 +11,7 @@ use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
 use jde_abi::table;
+use jde_loader::instance::text_of;
 
 use super::call::CallContext;
 
@@ -166,20 +167,4 @@ unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
             u32::from(call.engine.clock.has_wall_clock_speed())
         })
     }
-}
-
-/// Longest text that is accepted from a plugin, bytes.
-const MAX_TEXT_BYTES: u64 = 64 << 10;
-
-/// Copies a text of a plugin, at most [`LONGEST`] bytes of it.
-///
-/// # Safety
-/// `text` is null, or has that length.
-pub(crate) unsafe fn text_of(text: *const c_char, length: u64) -> String {
-    if text.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller vouches for the length.
-    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
-    String::from_utf8_lossy(bytes).into_owned()
 }

@@ -2,30 +2,12 @@
 //! without losing the schema's memory. Going to sleep and waking up occur within one turn, in which nothing
 //! is commanded and no child is woken or put to sleep.
 
-#![allow(unsafe_code)]
-
-use jde_abi::{raw, state};
+use jde_loader::build::SharedBuild;
+use jde_loader::instance::SavedMemory;
 
 use super::body::Body;
 use super::call::{CallContext, Permissions};
 use super::{Instance, call_result};
-
-/// The memory that an instance has saved.
-#[derive(Clone, Debug)]
-pub(crate) struct SavedMemory {
-    pub(crate) version: u32,
-    pub(crate) bytes: Vec<u8>,
-}
-
-/// A type's functions for saving and restoring memory, if it has them.
-///
-/// # Errors
-/// What is wrong with them.
-pub(crate) fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
-    // SAFETY: the table was checked when its plugin was loaded.
-    let state = unsafe { state::of(table) };
-    state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
-}
 
 impl Instance {
     /// Saves the instance's memory. `None` if its build cannot save.
@@ -86,7 +68,7 @@ impl Instance {
     }
 
     /// The build of the instance.
-    pub(crate) fn build(&self) -> &crate::build::SharedBuild {
+    pub(crate) fn build(&self) -> &SharedBuild {
         &self.build
     }
 

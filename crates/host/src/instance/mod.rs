@@ -8,7 +8,7 @@ mod abandoned;
 mod body;
 mod call;
 mod host_table;
-mod in_process;
+mod isolated;
 mod memory;
 mod port_access;
 mod ports;
@@ -20,21 +20,17 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_core::{Case, Level, Nanos};
+use jde_loader::instance::{ArbitrationQuery, CandidateChild, InProcessInstance, Verdict, panel_of};
+use jde_loader::{SchemaFunctions, build};
 use jde_panel::{Gesture, List};
+use jde_records::turn::{self, INPUTS, Turn};
 
-use crate::build;
 use crate::engine::Engine;
-use crate::plugin::SchemaFunctions;
 pub(crate) use abandoned::AbandonedInstance;
 use body::Body;
 pub(crate) use call::CallContext;
 use call::Permissions;
-pub(crate) use host_table::text_of;
-pub(crate) use in_process::{
-    ArbitrationQuery, CandidateChild, InProcessInstance, PluginContext, Verdict, panel_of,
-};
-use jde_records::turn::{self, INPUTS, Turn};
-pub(crate) use memory::{SavedMemory, memory_of};
+pub(crate) use isolated::MAX_INLINE_BYTES;
 pub(crate) use port_access::PortAccess;
 pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};
 use scratch::Scratch;

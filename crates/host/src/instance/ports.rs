@@ -6,10 +6,11 @@ use std::sync::Arc;
 use jde_abi::raw;
 use jde_board::{DetachedLoan, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
-
-use crate::history::{AlignedBytes, HistoricValue, History};
-use crate::journal::Journal;
+use jde_loader::AlignedBytes;
 use jde_records::turn::{RecordedTurn, Turn};
+
+use crate::history::{HistoricValue, History};
+use crate::journal::Journal;
 
 /// All ports of an instance, by number.
 #[derive(Default)]

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use jde_board::{DetachedLoan, Error};
+use jde_loader::AlignedBytes;
 
 use super::ports::{BoundPort, Ports, RecordedInput};
-use crate::history::AlignedBytes;
 
 /// The values and loans that a call which was given up may still use. It must outlive that call.
 pub(crate) struct RetainedValues {

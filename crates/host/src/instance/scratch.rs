@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::history::AlignedBytes;
+use jde_loader::AlignedBytes;
 
 /// Memory by port, as the build numbers them.
 #[derive(Default)]

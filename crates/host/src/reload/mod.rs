@@ -5,6 +5,7 @@
 //! carries out the exchange, in a turn of the schema. The hierarchy is not involved: the schema keeps its
 //! state, its authority and its variables.
 
+mod registry;
 mod reloader;
 
 use std::fmt;
@@ -12,9 +13,10 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
+use jde_loader::build;
 use jde_records::reload::Replacement;
 
-use crate::build::{self};
+pub(crate) use registry::BuildRegistry;
 pub use reloader::{ReloadError, Reloader};
 
 /// The default trial time of a new build, ns. Most mistakes show within seconds; a later failure is an

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::ReloadOptions;
-use crate::plugin::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
-use crate::running::Handle;
+use jde_loader::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
 use jde_records::reload::{ReloadOutcome, ReloadReport};
+
+use super::ReloadOptions;
+use crate::running::Handle;
 
 /// The longest wait for the outcome of one reload request: all its schemas together.
 const RELOAD_TIMEOUT: Duration = Duration::from_secs(3);

@@ -15,16 +15,16 @@ mod writes;
 use std::sync::Arc;
 
 use jde_abi::describe::Type;
+use jde_app::{Application, ImportSource as Origin};
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
+use jde_loader::Plugins;
+use jde_records::event::Observer;
 
 use crate::clock::Clock;
 use crate::engine::Engine;
-use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::running::{Handle, StartError, original_build};
-use jde_app::{Application, ImportSource as Origin};
-use jde_records::event::Observer;
 use player::Player;
 pub use recorded_run::{RecordedRun, RecordedValue, ReplayStep, StepKind};
 pub use writes::{PairedWrite, WriteOutcome};

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use jde_core::{Nanos, Operator, SchemaId};
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_inputs::RecordedInputs;
 use super::recorded_run::{RecordedRun, ReplayStep, StepKind};
@@ -16,7 +17,6 @@ use crate::exec::lockstep::SignalQueue;
 use crate::inbox::Inbox;
 use crate::instance::ShownValue;
 use crate::runner::Runner;
-use jde_records::turn::{RecordedTurn, Turn};
 
 /// The largest value that is formatted in words, in bytes.
 const MAX_FORMATTED_BYTES: usize = 64;

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 
 use jde_abi::describe::{Kind, Role};
+use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
 use jde_board::{Reader, Stamp, Variable, Watch, Writer};
 use jde_core::Nanos;
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_run::{RecordedRun, RecordedValue};
 use super::slot::ReplaySlot;
 use crate::engine::Engine;
 use crate::history::History;
-use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
-use jde_records::turn::{RecordedTurn, Turn};
 
 /// The values that can be read.
 pub(super) struct RecordedInputs {

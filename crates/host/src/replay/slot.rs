@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_run::StepKind;
 use crate::engine::{Engine, FatherAction};
 use crate::instance::{self, ShownValue};
 use crate::runner::Runner;
-use jde_records::turn::{RecordedTurn, Turn};
 
 /// A schema that takes its turns again.
 pub(super) struct ReplaySlot {

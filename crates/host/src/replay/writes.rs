@@ -8,12 +8,12 @@ use std::sync::Arc;
 use jde_abi::describe::{Role, Type};
 use jde_board::Variable;
 use jde_core::Nanos;
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_run::RecordedRun;
 use super::slot::ReplaySlot;
 use crate::engine::Engine;
 use crate::instance::PortWrite;
-use jde_records::turn::{RecordedTurn, Turn};
 
 /// A write to a port in a turn, in the recording and in the replay.
 #[derive(Clone, Debug)]

@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use jde_core::Nanos;
+use jde_records::event::Event;
 
 use super::{InstanceState, Runner};
-use jde_records::event::Event;
 
 impl Runner {
     /// Applies a new period: the next iteration is due one new period after the last.

@@ -2,9 +2,9 @@
 //! up.
 
 use jde_core::Nanos;
+use jde_records::turn::Turn;
 
 use super::{InstanceState, Runner};
-use jde_records::turn::Turn;
 
 impl Runner {
     /// Wakes the instance, which the rules woke at `woken`.

@@ -16,8 +16,9 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use jde_abi::describe::Kind;
 use jde_core::{ArbitrationReply, Check, GroupId, Level, Nanos};
+use jde_loader::build::{self, Build};
+use jde_records::turn::Turn;
 
-use crate::build::{self, Build};
 use crate::engine::Engine;
 use crate::inbox::Inbox;
 use crate::instance::{self, Instance, PortAccess, Ports, TurnOverflow};
@@ -25,7 +26,6 @@ use crate::journal::Journal;
 use crate::panels::DrawingPace;
 use crate::running::StartError;
 pub(crate) use call_handle::CallHandle;
-use jde_records::turn::Turn;
 use swap::Trial;
 
 /// An instance and its state between turns.
@@ -94,7 +94,7 @@ impl Runner {
     fn with_ports(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
-        let panel = instance::panel_of(&engine.builds.current(number).table);
+        let panel = jde_loader::instance::panel_of(&engine.builds.current(number).table);
         engine.declare_panel(number, panel.map(|panel| panel.touch.is_some()));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {

@@ -5,9 +5,9 @@
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
+use jde_records::turn::Turn;
 
 use super::{InstanceState, Runner};
-use jde_records::turn::Turn;
 
 impl Runner {
     /// Delivers the first of the waiting gestures. The next has another turn, so that urgent work waits for

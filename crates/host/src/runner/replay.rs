@@ -6,11 +6,11 @@ use std::sync::Arc;
 use jde_board::{Reader, Variable};
 use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
 use jde_panel::Gesture;
+use jde_records::turn::{RecordedTurn, Turn};
 
 use super::{InstanceState, Runner};
 use crate::history::History;
 use crate::instance::{self, PortWrite, Ports, ShownValue};
-use jde_records::turn::{RecordedTurn, Turn};
 
 impl Runner {
     /// Makes its inputs show values of the past.

@@ -8,13 +8,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use jde_core::Nanos;
-
-use super::{InstanceState, Runner};
-use crate::build;
-use crate::instance::{Instance, SavedMemory};
-use crate::reload::{MIN_TRIAL_TURNS, Swap};
+use jde_loader::build;
+use jde_loader::instance::SavedMemory;
 use jde_records::reload::{CarriedMemory, Replacement};
 use jde_records::turn::{Call, Turn};
+
+use super::{InstanceState, Runner};
+use crate::instance::Instance;
+use crate::reload::{MIN_TRIAL_TURNS, Swap};
 
 /// A build on trial, with what is needed to go back.
 pub(super) struct Trial {

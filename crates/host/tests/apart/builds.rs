@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use jde_core::{Health, State};
-use jde_host::plugin::{LoadedPlugin, SearchPath};
 use jde_host::reload::ReloadOptions;
+use jde_loader::{LoadedPlugin, SearchPath};
 use jde_records::event::{Event, Outcome};
 use jde_records::reload::{CarriedMemory, Replacement};
 use tempfile::TempDir;

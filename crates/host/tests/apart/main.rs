@@ -15,8 +15,8 @@ mod odd;
 mod same;
 mod stage;
 
-use jde_host::isolated::serve;
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_isolation::serve;
+use jde_loader::{Plugins, SearchPath};
 
 /// The entry point of the child processes, which select it by its exact name. It does nothing among the other
 /// tests. Selected without a host, it checks that [`serve`] reports that.

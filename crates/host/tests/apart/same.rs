@@ -153,13 +153,13 @@ fn one_that_cannot_be_loaded_does_not_start(executor: Executor) {
         words.contains("schema `high` wants a process of its own"),
         "{words}"
     );
-    let nowhere = jde_host::isolated::Program {
+    let nowhere = jde_isolation::Program {
         path: "/nowhere/jde".into(),
         arguments: Vec::new(),
     };
     let words = refused(Some(nowhere));
     assert!(words.contains("its process cannot be started"), "{words}");
-    let silent = jde_host::isolated::Program {
+    let silent = jde_isolation::Program {
         path: "true".into(),
         arguments: Vec::new(),
     };

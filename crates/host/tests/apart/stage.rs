@@ -7,9 +7,9 @@ use jde_app::parse;
 use jde_board::Watch;
 use jde_board::value::Value;
 use jde_core::Health;
-use jde_host::isolated::Program;
-use jde_host::plugin::Plugins;
 use jde_host::{Options, StartError};
+use jde_isolation::Program;
+use jde_loader::Plugins;
 use jde_records::event::Event;
 
 use crate::common::{Executor, Rig, Stage, plugins, text};

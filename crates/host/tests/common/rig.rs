@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_app::{Application, parse};
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
+use jde_loader::{Plugins, SearchPath};
 use jde_records::event::{Event, Observer, Outcome};
 use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::{GroupContract, Nanos, contract};
 use jde_host::Options;
-use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_loader::LoadedPlugin;
 use jde_records::event::Event;
 use jde_schema::prelude::*;
 

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
-use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_loader::LoadedPlugin;
 use jde_records::event::{Event, Outcome};
 
 use super::hangs::{PAIR, hook, hung};

@@ -8,7 +8,7 @@ use jde_abi::raw;
 use jde_app::parse;
 use jde_core::{Health, SchemaId, State};
 use jde_host::Options;
-use jde_host::plugin::SearchPath;
+use jde_loader::SearchPath;
 use jde_records::event::Event;
 
 use crate::common::{Call, Executor, Rig, Stage, c, in_real_time, plugins_along, text};

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
-use jde_host::{Options, PanelError, PanelFrame, PanelViewGuard};
+use jde_host::{Options, PanelError, PanelViewGuard};
+use jde_panel::PanelFrame;
 use jde_panel::{Gesture, Item, Touch};
 use jde_records::turn::{OnTurn, Turn};
 use jde_schema::types::Twist;

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_host::plugin::LoadedPlugin;
 use jde_host::reload::ReloadOptions;
+use jde_loader::LoadedPlugin;
 use jde_records::event::Event;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, TEST, on_every_executor};

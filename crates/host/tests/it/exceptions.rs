@@ -6,8 +6,8 @@ use std::process::Command;
 
 use jde_app::{Application, parse};
 use jde_core::Health;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_loader::{Plugins, SearchPath};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 

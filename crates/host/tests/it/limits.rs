@@ -6,8 +6,8 @@ use std::path::Path;
 use jde_abi::raw;
 use jde_app::{Override, parse};
 use jde_board::value::Value;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 use jde_types::Value as _;
 

@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::delivered;
 use jde_abi::raw;
 use jde_app::parse;
-use jde_host::plugin::{PluginError, Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_loader::{PluginError, Plugins, SearchPath};
+
+use crate::delivered;
 use tempfile::TempDir;
 
 /// The beginning of the C source of most libraries here.

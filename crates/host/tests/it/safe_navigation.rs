@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use jde_app::Application;
-use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
+use jde_loader::Plugins;
 use jde_records::decision_writer::DecisionWriter;
 use jde_records::event::{Event, Outcome};
 use jde_types::{Mission, Truth};

@@ -7,8 +7,8 @@ use std::path::Path;
 use std::process::Command;
 
 use jde_core::State;
-use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
+use jde_loader::Plugins;
 
 use crate::delivered::{self, ROOT, SECOND};
 

@@ -5,14 +5,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::delivered;
 use jde_abi::raw;
 use jde_app::parse;
 use jde_board::Variable;
 use jde_core::{Health, State};
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
+use jde_loader::{Plugins, SearchPath};
 use jde_types::Value as _;
+
+use crate::delivered;
 use tempfile::TempDir;
 
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/abi");

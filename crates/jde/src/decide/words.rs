@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use jde_host::plugin::SearchPath;
 use jde_host::replay::PortReading;
+use jde_loader::SearchPath;
 use jde_log::replay::{Deviation, Difference, Drive, ReplayReport, Values};
 use jde_records::Decision;
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Lists the plugins, their folders, and the files there that cannot be used.
 
-use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
+use jde_loader::{LoadError, PluginError, Plugins, SearchPath};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::io::{self, Write};

@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
-use jde_host::PanelFrame;
 use jde_link::{OnDrawn, PanelViewer};
 use jde_panel::List;
+use jde_panel::PanelFrame;
 
 /// Shown while the recording has no drawing of a panel.
 const NO_DRAWING: &str = "nothing of it was recorded before this time";

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use jde_app::Application;
 use jde_host::StartHook;
-use jde_host::plugin::Plugins;
+use jde_loader::Plugins;
 use jde_records::event::Observer;
 use jde_records::turn::OnTurn;
 

@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use jde_app::Application;
-use jde_host::plugin::Plugins;
 use jde_host::{Handle, StartHook};
 use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, SubjectInfo, Tls};
+use jde_loader::Plugins;
 use jde_records::event::Observer;
 
 use super::extension::{Extension, PreparedExtension, RunContext};

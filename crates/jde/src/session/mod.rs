@@ -27,8 +27,8 @@ use std::time::{Duration, Instant};
 
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::plugin::Plugins;
 use jde_host::{Handle, Lockstep, Options, Running, StartError};
+use jde_loader::Plugins;
 use jde_records::event::Outcome;
 
 use crate::failure::Failure;

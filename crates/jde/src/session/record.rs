@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::plugin::Plugins;
 use jde_host::{StartError, StartHook};
+use jde_loader::Plugins;
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{
     Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,

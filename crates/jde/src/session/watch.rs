@@ -13,8 +13,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_host::Handle;
-use jde_host::plugin::Plugins;
 use jde_host::reload::{ReloadOptions, Reloader};
+use jde_loader::Plugins;
 use jde_records::reload::ReloadOutcome;
 
 /// Time between two looks at the files.

@@ -1,7 +1,8 @@
 //! Times as text, and names cut to a width.
 
-pub(crate) use jde_app::period::{format_duration, format_setting, parse as period};
 use jde_core::Nanos;
+
+pub(crate) use jde_app::period::{format_duration, format_setting, parse as period};
 use ratatui::text::Span;
 
 /// Returns a time since the start in seconds: "12.345 s".

@@ -14,6 +14,8 @@ mod operator_workers;
 mod panel_publisher;
 mod peer;
 mod publications;
+#[cfg(feature = "host")]
+mod running;
 mod server_session;
 mod stopper;
 mod subject;
@@ -28,8 +30,10 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 pub use description::schemas;
 pub use events::Events;
+#[cfg(feature = "host")]
+pub use running::Running;
 pub(crate) use subject::no_panel;
-pub use subject::{OnDrawn, PanelViewer, Running, Subject, SubjectInfo};
+pub use subject::{OnDrawn, PanelViewer, Subject, SubjectInfo};
 
 use jde_app::RemoteVariable;
 

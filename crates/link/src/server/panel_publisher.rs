@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use jde_host::MAX_PANEL_RATE;
+use jde_panel::MAX_RATE;
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Publisher;
@@ -38,7 +38,7 @@ impl PanelPublisher {
             .inspect_err(|error| tracing::warn!("the panel of {schema} cannot be sent: {error}"))
             .ok()?;
         let period = period(want);
-        let rate = period.map_or(MAX_PANEL_RATE, |period| 1.0 / period.as_secs_f64());
+        let rate = period.map_or(MAX_RATE, |period| 1.0 / period.as_secs_f64());
         let inbox = Arc::clone(yard.inbox);
         let looking = yard
             .subject

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use jde_app::Application;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_link::{Events, Link, Rate, SubjectInfo};
+use jde_loader::{Plugins, SearchPath};
 use jde_panel::{Button, Item, List, Touch};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;

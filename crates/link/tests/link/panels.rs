@@ -6,9 +6,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use jde_host::PanelFrame;
 use jde_link::message::{Action, Request, SchemaInfo, Schemas};
 use jde_link::{Access, Link, OnDrawn, PanelSample, PanelViewer, Rate, Remote, Subscription};
+use jde_panel::PanelFrame;
 use jde_panel::{Button, Gesture, Item, List, Touch};
 use zenoh::Wait;
 

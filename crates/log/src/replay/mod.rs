@@ -18,9 +18,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_app::Application;
 use jde_core::Nanos;
-use jde_host::plugin::Plugins;
 use jde_host::replay::{PortReading, Replay, sources};
 use jde_host::{Handle, StartError};
+use jde_loader::Plugins;
 use jde_records::event::Event;
 use jde_records::{Decision, DecisionTracker};
 

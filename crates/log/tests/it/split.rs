@@ -7,13 +7,14 @@ use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use crate::support;
 use jde_log::{
     Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
 };
 use jde_records::{EventRecord, RunRecord};
 use jde_types::Value;
 use jde_watchdog::Watchdog;
+
+use crate::support;
 use tempfile::TempDir;
 
 const SECOND: u64 = 1_000_000_000;

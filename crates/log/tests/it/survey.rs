@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::support::options;
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{GroupSurvey, Recorder, Recording, SchemaProblems, Stamps, Survey, TriggerOptions};
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_types::Value;
+
+use crate::support::options;
 
 const SECOND: u64 = 1_000_000_000;
 

@@ -6,13 +6,14 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
-use crate::support::options;
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions};
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
+
+use crate::support::options;
 
 const SECOND: u64 = 1_000_000_000;
 const TENTH: u64 = SECOND / 10;

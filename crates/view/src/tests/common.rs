@@ -9,9 +9,9 @@ use eframe::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT, Queryable};
 use jde_app::Application;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
 use jde_link::{Client, Events, Folders, Link, Reach, Settings, SubjectInfo};
+use jde_loader::{Plugins, SearchPath};
 
 use crate::session::Session;
 

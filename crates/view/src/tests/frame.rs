@@ -11,8 +11,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use jde_core::State;
 use jde_host::Handle;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_link::{Folders, Reach};
+use jde_loader::{Plugins, SearchPath};
 use jde_records::snapshot::HoldKind;
 use jde_schema::prelude::*;
 

@@ -1,6 +1,6 @@
 //! A schema with modulations and a panel, which runs in its own application.
 
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_loader::{Plugins, SearchPath};
 use jde_panel::Touch;
 use jde_schema::prelude::*;
 

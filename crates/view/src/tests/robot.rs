@@ -6,9 +6,9 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions};
 use jde_core::State;
 use jde_host::Handle;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_link::Client;
 use jde_link::message::{Action, Request};
+use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};

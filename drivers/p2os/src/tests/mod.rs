@@ -10,12 +10,12 @@ use std::time::Instant;
 
 use jde_p2os::*;
 use jde_schema::bench::Bench;
-
-use super::Pioneer;
 use jde_schema::prelude::{
     BatteryState, Bumpers as Pressed, Connection, LaserScan, Odometry, PanTilt, Pose2D, RangeRing, Text,
     Twist, WheelEncoders,
 };
+
+use super::Pioneer;
 use robot::{Robot, Script};
 
 /// The driver, and the time at which it was made.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_host::plugin::LoadedPlugin;
+use jde_loader::LoadedPlugin;
 use jde_schema::prelude::*;
 
 use crate::common::Stage;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Args, ValueHint};
-use jde_host::plugin::SearchPath;
+use jde_loader::SearchPath;
 
 use crate::cli::print_json;
 use crate::failure::Failure;

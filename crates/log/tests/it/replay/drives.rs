@@ -5,8 +5,8 @@ use std::process::Command;
 use std::sync::{Arc, OnceLock};
 
 use jde_app::Application;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running, StartHook};
+use jde_loader::{Plugins, SearchPath};
 use jde_log::{Origin, Recorder, Recording, Selection};
 use jde_records::{RecordKind, RunRecord};
 

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use jde_app::Application;
-use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
+use jde_loader::{Plugins, SearchPath};
 use jde_log::replay::{Drive, ReplayReport as Verdicts, Span, Tolerance, replay_and_compare};
 use jde_log::{Origin, Recorder, Recording};
 use jde_schema::prelude::*;

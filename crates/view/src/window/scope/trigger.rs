@@ -3,12 +3,12 @@
 
 use jde_link::message::{Schemas, VariableInfo};
 use jde_log::trigger::{Condition, Names, Triggers};
+use jde_records::RunRecord;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
 use super::index::newest;
 use crate::session::{History, Progress};
-use jde_records::RunRecord;
 use std::sync::Arc;
 
 /// What the window does after the trigger fired.

@@ -120,7 +120,7 @@ fn write_results(reloaded: &ReloadReport, words: &mut TextWriter) -> io::Result<
             words,
             "{FAINT}{} {builds} of {} in memory beside the first, {:.1} MB{FAINT:#}",
             memory.builds,
-            jde_host::plugin::MAX_BUILDS,
+            jde_loader::MAX_BUILDS,
             memory.bytes as f64 / 1e6
         )?;
     }

@@ -14,23 +14,23 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
+use jde_app::Isolation;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
 use super::Program;
-use jde_app::Isolation;
 
 /// How long a child may take to exit by itself after its instance has ended.
 const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The processes of an application, and the program that runs them.
-pub(crate) struct ProcessTable {
+pub struct ProcessTable {
     program: Option<Program>,
     /// By instance. Of several processes, the one called last is last.
     by_instance: Vec<Mutex<Vec<Arc<Process>>>>,
 }
 
 /// A child.
-pub(crate) struct Process {
+pub struct Process {
     pid: u32,
     /// Identifies the process for good: the system reuses process numbers.
     handle: OwnedFd,
@@ -54,7 +54,8 @@ struct ProcessState {
 }
 
 impl ProcessTable {
-    pub(crate) fn new(instances: usize, program: Option<Program>) -> Self {
+    /// The table of an application with that many instances.
+    pub fn new(instances: usize, program: Option<Program>) -> Self {
         Self {
             program,
             by_instance: (0..instances).map(|_| Mutex::default()).collect(),
@@ -62,30 +63,31 @@ impl ProcessTable {
     }
 
     /// The program that runs the processes, if there is one.
-    pub(crate) fn program(&self) -> Option<&Program> {
+    pub fn program(&self) -> Option<&Program> {
         self.program.as_ref()
     }
 
     /// Notes that this process of an instance is about to be called.
-    pub(super) fn mark_called(&self, instance: usize, process: &Arc<Process>) {
+    pub fn mark_called(&self, instance: usize, process: &Arc<Process>) {
         let mut children = lock(&self.by_instance[instance]);
         children.retain(|other| !Arc::ptr_eq(other, process));
         children.push(Arc::clone(process));
     }
 
-    pub(super) fn remove(&self, instance: usize, process: &Arc<Process>) {
+    /// Removes a process that ended.
+    pub fn remove(&self, instance: usize, process: &Arc<Process>) {
         lock(&self.by_instance[instance]).retain(|other| !Arc::ptr_eq(other, process));
     }
 
     /// Whether no other process of the instance was called since.
-    pub(super) fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
+    pub fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
         self.current(instance)
             .is_some_and(|present| Arc::ptr_eq(&present, process))
     }
 
     /// Kills the process of an instance, if it has one. With `told`, the caller reports the death to the
     /// rules.
-    pub(crate) fn kill(&self, instance: usize, why: &str, told: bool) {
+    pub fn kill(&self, instance: usize, why: &str, told: bool) {
         if let Some(process) = self.current(instance) {
             process.state().is_reported |= told;
             process.kill(why);
@@ -93,18 +95,18 @@ impl ProcessTable {
     }
 
     /// Whether the death of an instance's process must be reported to the rules. Returns true at most once.
-    pub(crate) fn claim_death_report(&self, instance: usize) -> bool {
+    pub fn claim_death_report(&self, instance: usize) -> bool {
         self.current(instance)
             .is_some_and(|process| process.claim_death_report())
     }
 
     /// Whether an instance has a process. If so, no call of it blocks a thread for ever.
-    pub(crate) fn has_process(&self, instance: usize) -> bool {
+    pub fn has_process(&self, instance: usize) -> bool {
         self.current(instance).is_some()
     }
 
     /// The process number of an instance, if it has a process.
-    pub(crate) fn pid(&self, instance: usize) -> Option<u32> {
+    pub fn pid(&self, instance: usize) -> Option<u32> {
         self.current(instance).map(|process| process.pid)
     }
 
@@ -130,7 +132,7 @@ impl Drop for ProcessTable {
 impl Process {
     /// Starts a child. `died` is called, on the thread that waits for the child, if it dies outside of a call
     /// and its death was not intended.
-    pub(super) fn start(
+    pub fn start(
         program: &Program,
         name: &str,
         limits: Isolation,
@@ -205,7 +207,7 @@ impl Process {
     ///
     /// # Errors
     /// Why the process is dead, if it is.
-    pub(super) fn begin_call(&self) -> Result<(), String> {
+    pub fn begin_call(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = true;
         state.death_cause.clone().map_or(Ok(()), Err)
@@ -215,14 +217,14 @@ impl Process {
     ///
     /// # Errors
     /// Why the process died after its last message, if it did.
-    pub(super) fn end_call(&self) -> Result<(), String> {
+    pub fn end_call(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = false;
         state.death_cause.clone().map_or(Ok(()), Err)
     }
 
     /// Handles a broken call: ensures that the child is dead, and returns why.
-    pub(super) fn fail_call(&self, why: &str) -> String {
+    pub fn fail_call(&self, why: &str) -> String {
         // The stream of a dying process may close before its death is visible.
         if !self.is_dead_within(EXIT_TIMEOUT / 10) {
             self.kill(why);
@@ -237,23 +239,23 @@ impl Process {
     }
 
     /// Whether the process is dead, or about to be.
-    pub(super) fn is_dead(&self) -> bool {
+    pub fn is_dead(&self) -> bool {
         let state = self.state();
         state.death_cause.is_some() || state.kill_reason.is_some()
     }
 
     /// Whether the death must be reported to the rules. Returns true at most once.
-    pub(super) fn claim_death_report(&self) -> bool {
+    pub fn claim_death_report(&self) -> bool {
         !std::mem::replace(&mut self.state().is_reported, true)
     }
 
     /// From now on the end of the process is intended.
-    pub(super) fn expect_exit(&self) {
+    pub fn expect_exit(&self) {
         self.state().ending = true;
     }
 
     /// Waits for the intended end of the process, and kills it if it does not exit in time.
-    pub(super) fn reap(&self) {
+    pub fn reap(&self) {
         self.expect_exit();
         if !self.is_dead_within(EXIT_TIMEOUT) {
             self.kill("it was to exit");
@@ -290,7 +292,7 @@ impl Process {
 }
 
 /// The end of a process without limits, in words.
-pub(crate) fn describe_exit_status(end: ExitStatus) -> String {
+pub fn describe_exit_status(end: ExitStatus) -> String {
     describe_exit(end, Isolation::default())
 }
 

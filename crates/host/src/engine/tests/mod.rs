@@ -1,19 +1,21 @@
 //! The effects of transactions as executors, writers of variables and observers see them.
 
+mod decisions;
+
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock, Weak, mpsc};
 
+use jde_app::parse;
 use jde_core::{Check, GroupId, Health, Nanos};
+use jde_loader::{Plugins, SearchPath};
+use jde_records::event::{Event, Observer};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
 use super::{Engine, Notifier, Signal, schema};
 use crate::clock::Clock;
-use crate::plugin::{Plugins, SearchPath};
-use jde_app::parse;
-use jde_records::event::{Event, Observer};
 
 /// A motor schema that does nothing. The tests report its checks.
 #[derive(Describe)]

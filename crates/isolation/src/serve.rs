@@ -9,18 +9,18 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 
 use jde_abi::raw;
+use jde_loader::instance::{ArbitrationQuery, InProcessInstance, SavedMemory};
+use jde_loader::{LoadedPlugin, PluginLocation, Plugins, SchemaFunctions};
 use jde_panel::Gesture;
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
+use super::TypeLocation;
 use super::launch::{Launch, receive_files};
 use super::limits;
 use super::memory::IsolatedPort;
 use super::table::{CallState, HOST, Session};
 use super::wire::{Frame, FrameKind, READY, Wire};
-use super::{PluginLocation, TypeLocation};
-use crate::instance::{ArbitrationQuery, InProcessInstance, SavedMemory};
-use crate::plugin::{LoadedPlugin, Plugins, SchemaFunctions};
 
 /// Why a schema is not run.
 #[derive(Debug, thiserror::Error)]
@@ -49,7 +49,7 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
     let name = CString::new(launch.name.replace('\0', "")).unwrap_or_default();
     // The name that `ps` and `top` show. Failing to set it is harmless.
     let _ = rustix::thread::set_name(&name);
-    crate::exec::supervisor::sharpen_timers();
+    super::sharpen_timers();
     let mut session = Session {
         wire,
         name,
@@ -95,7 +95,7 @@ fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
 
 fn load(plugins: &Plugins, code: &TypeLocation) -> Result<SchemaFunctions, String> {
     let loaded = match &code.plugin {
-        PluginLocation::File(path) => LoadedPlugin::open_copy(path).map_err(|error| error.to_string()),
+        PluginLocation::File(path) => LoadedPlugin::open_copy(path, path).map_err(|error| error.to_string()),
         PluginLocation::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
     }?;
     if code.number >= loaded.description.schemas.len() {

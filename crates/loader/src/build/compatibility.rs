@@ -2,17 +2,19 @@
 //! and no new port or role may require one. Collects all reasons against it; changes nothing.
 
 use jde_abi::describe::{Child, Kind, Port, Role, Schema};
+use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
 use jde_core::Policy;
 
 use super::PortMapping;
-use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
 
 /// How a build fits.
-pub(crate) struct BuildMapping {
-    pub(crate) ports: Vec<PortMapping>,
-    pub(crate) roles: Vec<Option<usize>>,
+pub struct BuildMapping {
+    /// Where each port of the build leads.
+    pub ports: Vec<PortMapping>,
+    /// For each role of the build, the application's role.
+    pub roles: Vec<Option<usize>>,
     /// New parts of the build that take effect only when the application is restarted.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// The present build and the new one, with the findings so far.
@@ -28,7 +30,7 @@ struct CompatibilityCheck<'a> {
 ///
 /// # Errors
 /// Every reason why it cannot replace the present build.
-pub(crate) fn map_build(
+pub fn map_build(
     application: &Application,
     number: usize,
     new: &Schema,

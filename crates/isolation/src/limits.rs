@@ -20,7 +20,7 @@ use jde_app::Isolation;
 const AF_UNIX: u64 = libc::AF_UNIX as u64;
 
 /// Limits this process. Returns each limit that could not be set, and the reason.
-pub(super) fn apply(limits: Isolation) -> Vec<String> {
+pub(crate) fn apply(limits: Isolation) -> Vec<String> {
     let mut failed = Vec::new();
     let mut note = |what: &str, result: Result<(), String>| {
         if let Err(why) = result {
@@ -44,7 +44,7 @@ pub(super) fn apply(limits: Isolation) -> Vec<String> {
 }
 
 /// Renews the processor time for a call.
-pub(super) fn renew(limits: Isolation) {
+pub(crate) fn renew(limits: Isolation) {
     if let Some(seconds) = limits.cpu {
         // Setting the limit again fails only if `apply` failed and reported it.
         drop(limit_cpu(seconds));

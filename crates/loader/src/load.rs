@@ -17,8 +17,7 @@ use jde_abi::{describe, raw, read};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use super::copy::PrivateCopy;
-use super::{copy, elf};
-use crate::isolated;
+use super::{PluginLocation, copy, elf};
 
 /// A plugin whose tables have been read and are valid.
 #[derive(Clone, Debug)]
@@ -35,7 +34,7 @@ pub struct LoadedPlugin {
 
 /// The table of a schema type in the layout of this ABI version, and the address of the plugin's own table.
 #[derive(Clone, Copy)]
-pub(crate) struct SchemaFunctions {
+pub struct SchemaFunctions {
     pub(crate) own: *const raw::Schema,
     table: raw::Schema,
 }
@@ -111,24 +110,19 @@ impl LoadedPlugin {
 
     /// Loads a copy of the library at `path`, as [`Self::open`].
     pub(super) fn from_copy(path: &Path, copy: PrivateCopy) -> Result<Self, LoadError> {
-        let loaded = Self::map(copy.path(), path)?;
+        let loaded = Self::open_copy(copy.path(), path)?;
         Ok(Self {
             copy: Some(Arc::new(copy)),
             ..loaded
         })
     }
 
-    /// Loads a file without copying it. No process may write to it: it is the private copy of another
-    /// process.
+    /// Loads `file` without copying it; errors name it by `path`, the file that the user knows. No process may
+    /// write to it: it is the private copy of another process.
     ///
     /// # Errors
     /// As [`Self::open`].
-    pub(crate) fn open_copy(path: &Path) -> Result<Self, LoadError> {
-        Self::map(path, path)
-    }
-
-    /// Maps the library `file`; errors name it by `path`, the file that the user knows.
-    pub(super) fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
+    pub fn open_copy(file: &Path, path: &Path) -> Result<Self, LoadError> {
         let held = table_symbol_size(file)?;
         // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
@@ -200,10 +194,10 @@ impl LoadedPlugin {
     }
 
     /// Returns where another process finds the same code.
-    pub(crate) fn location(&self) -> isolated::PluginLocation {
+    pub fn location(&self) -> PluginLocation {
         match self.copy.as_deref() {
-            Some(copy) => isolated::PluginLocation::File(copy.path().to_path_buf()),
-            None => isolated::PluginLocation::LinkedIn(self.description.name.clone()),
+            Some(copy) => PluginLocation::File(copy.path().to_path_buf()),
+            None => PluginLocation::LinkedIn(self.description.name.clone()),
         }
     }
 
@@ -221,13 +215,13 @@ impl LoadedPlugin {
     }
 
     /// Whether both are the same library in memory.
-    pub(crate) fn is_same_library(&self, other: &Self) -> bool {
+    pub fn is_same_library(&self, other: &Self) -> bool {
         self.table == other.table
     }
 
     /// Returns the functions of a type, by its place in the description.
     #[must_use]
-    pub(crate) fn schema(&self, index: usize) -> SchemaFunctions {
+    pub fn schema(&self, index: usize) -> SchemaFunctions {
         self.schemas[index]
     }
 }

@@ -10,26 +10,26 @@ use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
 use jde_abi::table;
+use jde_loader::instance::{PluginContext, text_of};
 
-use super::caller::machine_time;
 use super::memory::IsolatedPort;
+use super::timers::machine_time;
 use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
-use crate::instance::{PluginContext, text_of};
 
 /// The state of a child: what a [`Context`] really is there.
-pub(super) struct Session {
-    pub(super) wire: Wire,
-    pub(super) name: CString,
-    pub(super) application: u64,
-    pub(super) seed: u64,
-    pub(super) real_time: bool,
-    pub(super) ports: Vec<IsolatedPort>,
-    pub(super) call: CallState,
+pub(crate) struct Session {
+    pub(crate) wire: Wire,
+    pub(crate) name: CString,
+    pub(crate) application: u64,
+    pub(crate) seed: u64,
+    pub(crate) real_time: bool,
+    pub(crate) ports: Vec<IsolatedPort>,
+    pub(crate) call: CallState,
 }
 
 /// What the present call provides.
 #[derive(Default)]
-pub(super) struct CallState {
+pub(crate) struct CallState {
     /// The application's time when the call was sent, and the machine's.
     now: u64,
     machine: u64,
@@ -43,7 +43,7 @@ pub(super) struct CallState {
 }
 
 /// The table given to the instance of a child.
-pub(super) static HOST: Host = Host {
+pub(crate) static HOST: Host = Host {
     size: size_of::<Host>() as u32,
     abi_major: raw::ABI_MAJOR,
     abi_minor: raw::ABI_MINOR,
@@ -68,7 +68,7 @@ pub(super) static HOST: Host = Host {
 
 impl CallState {
     /// The state at the start of a call.
-    pub(super) fn of(frame: &Frame) -> Self {
+    pub(crate) fn of(frame: &Frame) -> Self {
         let [now, machine, speed, release] = frame.words;
         Self {
             now,
@@ -81,7 +81,7 @@ impl CallState {
     }
 
     /// The application's time.
-    pub(super) fn now(&self) -> u64 {
+    pub(crate) fn now(&self) -> u64 {
         let passed = machine_time().saturating_sub(self.machine);
         self.now + (passed as f64 * self.speed) as u64
     }
@@ -89,7 +89,7 @@ impl CallState {
 
 impl Session {
     /// Ends the call.
-    pub(super) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
+    pub(crate) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(IsolatedPort::discard);
         let mut words = done.words;
         words[3] = self.call.reported_time.map_or(0, |told| told + 1);
@@ -97,13 +97,13 @@ impl Session {
     }
 
     /// The context for the functions of an instance that was created with [`HOST`].
-    pub(super) fn context(&mut self) -> PluginContext<'_> {
+    pub(crate) fn context(&mut self) -> PluginContext<'_> {
         // SAFETY: the functions of `HOST` expect a session behind their context.
         unsafe { PluginContext::new(self) }
     }
 
     /// Sends a message that needs no answer.
-    pub(super) fn notify(&mut self, kind: FrameKind, number: u32, text: &str) {
+    pub(crate) fn notify(&mut self, kind: FrameKind, number: u32, text: &str) {
         let frame = Frame {
             number,
             bytes: text.as_bytes().to_vec(),

@@ -15,11 +15,13 @@ use jde_abi::{state, table};
 use jde_panel::{Gesture, List};
 use serde::{Deserialize, Serialize};
 
-use super::memory::{SavedMemory, memory_of};
-use crate::plugin::SchemaFunctions;
+use super::SchemaFunctions;
+
+/// Longest text that is accepted from a plugin, bytes.
+const MAX_TEXT_BYTES: u64 = 64 << 10;
 
 /// An instance that was created in this process.
-pub(crate) struct InProcessInstance {
+pub struct InProcessInstance {
     table: SchemaFunctions,
     panel: Option<raw::Panel>,
     state: Option<raw::State>,
@@ -31,36 +33,61 @@ unsafe impl Send for InProcessInstance {}
 
 /// The question to a father.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct ArbitrationQuery {
+pub struct ArbitrationQuery {
     /// Numbered as in the ABI.
-    pub(crate) case: u32,
-    pub(crate) group: String,
-    pub(crate) candidates: Vec<CandidateChild>,
+    pub case: u32,
+    /// The name of the group within the father.
+    pub group: String,
+    /// The competing children.
+    pub candidates: Vec<CandidateChild>,
     /// The role of the present winner, if it is one of the father's.
-    pub(crate) winner: Option<u32>,
+    pub winner: Option<u32>,
 }
 
 /// A competing child.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct CandidateChild {
+pub struct CandidateChild {
     /// Its role.
-    pub(crate) child: u32,
+    pub child: u32,
     /// Numbered as in the ABI.
-    pub(crate) state: u32,
-    pub(crate) ready: bool,
-    pub(crate) urgency: f64,
+    pub state: u32,
+    /// Whether its precondition holds.
+    pub ready: bool,
+    /// Its urgency.
+    pub urgency: f64,
 }
 
 /// The answer of a father: a role or none, and the reason.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Verdict {
-    pub(crate) child: Option<u32>,
-    pub(crate) reason: String,
+pub struct Verdict {
+    /// The role of the chosen child; `None` for nobody.
+    pub child: Option<u32>,
+    /// The reason in words.
+    pub reason: String,
+}
+
+/// The memory that an instance has saved.
+#[derive(Clone, Debug)]
+pub struct SavedMemory {
+    /// The version of the format.
+    pub version: u32,
+    /// The saved bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// A type's functions for saving and restoring memory, if it has them.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
+    // SAFETY: the table was checked when its plugin was loaded.
+    let state = unsafe { state::of(table) };
+    state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
 }
 
 /// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
 /// uses it meanwhile.
-pub(crate) struct PluginContext<'c> {
+pub struct PluginContext<'c> {
     context: *mut Context,
     call: PhantomData<&'c mut ()>,
 }
@@ -68,7 +95,7 @@ pub(crate) struct PluginContext<'c> {
 impl<'c> PluginContext<'c> {
     /// # Safety
     /// The functions of the table given to [`InProcessInstance::create`] expect a `T` behind their context.
-    pub(crate) unsafe fn new<T>(what: &'c mut T) -> Self {
+    pub unsafe fn new<T>(what: &'c mut T) -> Self {
         Self {
             context: std::ptr::from_mut(what).cast(),
             call: PhantomData,
@@ -82,7 +109,7 @@ impl InProcessInstance {
     ///
     /// # Safety
     /// `table` was checked.
-    pub(crate) unsafe fn create(
+    pub unsafe fn create(
         table: SchemaFunctions,
         host: &'static Host,
         given: PluginContext<'_>,
@@ -99,7 +126,8 @@ impl InProcessInstance {
         })
     }
 
-    pub(crate) fn awake(&mut self, given: PluginContext<'_>) -> i32 {
+    /// Wakes the instance up; it returns a status of the ABI, as the calls below do.
+    pub fn awake(&mut self, given: PluginContext<'_>) -> i32 {
         match self.table.awake {
             // SAFETY: `this` came from this table's create; the context lives for the call.
             Some(awake) => unsafe { awake(self.this.as_ptr(), given.context) },
@@ -108,7 +136,7 @@ impl InProcessInstance {
     }
 
     /// Also returns whether the precondition is true, and the urgency.
-    pub(crate) fn check(&mut self, given: PluginContext<'_>) -> (i32, bool, f64) {
+    pub fn check(&mut self, given: PluginContext<'_>) -> (i32, bool, f64) {
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
             ready: 1,
@@ -122,7 +150,8 @@ impl InProcessInstance {
         (status, out.ready != 0, out.urgency)
     }
 
-    pub(crate) fn iterate(&mut self, given: PluginContext<'_>) -> i32 {
+    /// Runs one iteration.
+    pub fn iterate(&mut self, given: PluginContext<'_>) -> i32 {
         let iterate = self
             .table
             .iterate
@@ -131,11 +160,8 @@ impl InProcessInstance {
         unsafe { iterate(self.this.as_ptr(), given.context) }
     }
 
-    pub(crate) fn arbitrate(
-        &mut self,
-        given: PluginContext<'_>,
-        question: &ArbitrationQuery,
-    ) -> (i32, Verdict) {
+    /// Asks a father which child acts; returns the verdict with the status.
+    pub fn arbitrate(&mut self, given: PluginContext<'_>, question: &ArbitrationQuery) -> (i32, Verdict) {
         let Some(arbitrate) = self.table.arbitrate else {
             return (raw::FAILED, Verdict::default());
         };
@@ -170,7 +196,8 @@ impl InProcessInstance {
         (status, verdict)
     }
 
-    pub(crate) fn sleep(&mut self, given: PluginContext<'_>) {
+    /// Puts the instance to sleep.
+    pub fn sleep(&mut self, given: PluginContext<'_>) {
         if let Some(sleep) = self.table.sleep {
             // SAFETY: as in `awake`.
             unsafe { sleep(self.this.as_ptr(), given.context) };
@@ -178,7 +205,7 @@ impl InProcessInstance {
     }
 
     /// Also returns the drawing.
-    pub(crate) fn draw(&mut self, given: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
+    pub fn draw(&mut self, given: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
         let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
             return (raw::FAILED, Err(String::from("it has no panel")));
         };
@@ -189,7 +216,8 @@ impl InProcessInstance {
         (status, list.map_err(|broken| broken.to_string()))
     }
 
-    pub(crate) fn touch(&mut self, given: PluginContext<'_>, by: &str, gesture: &Gesture) -> i32 {
+    /// Delivers a gesture of `by` on the panel.
+    pub fn touch(&mut self, given: PluginContext<'_>, by: &str, gesture: &Gesture) -> i32 {
         let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
             return raw::OK;
         };
@@ -200,7 +228,7 @@ impl InProcessInstance {
     }
 
     /// Also returns the saved bytes.
-    pub(crate) fn save(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
+    pub fn save(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
         let Some(save) = self.state.and_then(|state| state.save) else {
             return (raw::FAILED, Err(String::from("it hands nothing on")));
         };
@@ -211,7 +239,8 @@ impl InProcessInstance {
         (status, kept.map_err(|too_many| too_many.to_string()))
     }
 
-    pub(crate) fn restore(&mut self, given: PluginContext<'_>, remembered: &SavedMemory) -> i32 {
+    /// Restores what another build saved.
+    pub fn restore(&mut self, given: PluginContext<'_>, remembered: &SavedMemory) -> i32 {
         let Some(restore) = self.state.and_then(|state| state.restore) else {
             return raw::FAILED;
         };
@@ -231,7 +260,7 @@ impl InProcessInstance {
 
 impl InProcessInstance {
     /// Inspects what its modulations name. Also returns the problems found.
-    pub(crate) fn inspect(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<Problem>, String>) {
+    pub fn inspect(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<Problem>, String>) {
         // SAFETY: the table was checked.
         let inspect = unsafe { inspect::of(&self.table) }.unwrap_or_default();
         let Some(inspect) = inspect.and_then(|inspect| inspect.inspect) else {
@@ -267,7 +296,7 @@ impl CandidateChild {
 }
 
 /// The panel of a type of schema, if it has one. The loading of the plugin has checked that it can be drawn.
-pub(crate) fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
+pub fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
     // SAFETY: the table was checked.
     unsafe { table::ability(table, raw::ABILITY_PANEL) }.ok()?
 }
@@ -278,4 +307,17 @@ fn text_from_chars(text: &[c_char]) -> String {
     CStr::from_bytes_until_nul(&bytes)
         .map(|text| text.to_string_lossy().into_owned())
         .unwrap_or_default()
+}
+
+/// Copies a text of a plugin, at most `MAX_TEXT_BYTES` of it.
+///
+/// # Safety
+/// `text` is null, or has that length.
+pub unsafe fn text_of(text: *const c_char, length: u64) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller vouches for the length.
+    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
+    String::from_utf8_lossy(bytes).into_owned()
 }

@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use jde_app::parse;
 use jde_core::{Check, Nanos, Operator, SchemaId};
+use jde_loader::{Plugins, SearchPath};
+use jde_records::event::Event;
+use jde_records::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
 use crate::clock::Clock;
 use crate::engine::Engine;
-use crate::plugin::{Plugins, SearchPath};
-use jde_app::parse;
-use jde_records::event::Event;
-use jde_records::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
 
 /// Leads two, if it is a father.
 #[expect(dead_code, reason = "the rules are told by hand what becomes of children")]

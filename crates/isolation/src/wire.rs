@@ -15,34 +15,55 @@ const MAX_BYTES: u64 = 256 << 20;
 
 /// The kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FrameKind {
-    // From the host: calls. The child answers each with `Done`.
+pub enum FrameKind {
+    /// The first message: what to load, its ports and its limits. The host sends this and the calls below, and
+    /// the child answers each with [`Self::Done`].
     Start,
+    /// Call: create an instance.
     Create,
+    /// Call: wake it up.
     Awake,
+    /// Call: evaluate its precondition.
     Check,
+    /// Call: iterate.
     Iterate,
+    /// Call: arbitrate among its children.
     Arbitrate,
+    /// Call: put it to sleep.
     Sleep,
+    /// Call: draw its panel.
     Draw,
+    /// Call: deliver a gesture on its panel.
     Touch,
+    /// Call: save its memory.
     Save,
+    /// Call: restore saved memory.
     Restore,
+    /// Call: end the instance.
     Destroy,
     /// The host's answer to a request.
     Reply,
-    // From the child: requests during a call.
+    /// Request of the child during a call: the value of an input.
     Read,
+    /// Request of the child during a call: memory for the next value of an output.
     Loan,
+    /// Request of the child during a call: publish the loan.
     Publish,
+    /// Request of the child during a call: retract the last value.
     Retract,
+    /// Request of the child during a call: wake a child.
     Wake,
+    /// Request of the child during a call: put a child to sleep.
     PutToSleep,
+    /// Request of the child during a call: the state of a child.
     Child,
+    /// Request of the child during a call: change the policy of a group.
     SetPolicy,
-    // From the child, without an answer.
+    /// From the child, without an answer: a line for the log.
     Log,
+    /// From the child, without an answer: why the call fails.
     Fail,
+    /// From the child: the call ended.
     Done,
 }
 
@@ -76,32 +97,39 @@ impl FrameKind {
 }
 
 /// A value or loan is in mapped memory, at the offset in the third word.
-pub(super) const IN_PLACE: u32 = 1 << 31;
+pub const IN_PLACE: u32 = 1 << 31;
 /// The precondition is true.
-pub(super) const READY: u32 = 1;
+pub const READY: u32 = 1;
 /// The call may change nothing.
-pub(super) const CHANGES_NOTHING: u32 = 2;
+pub const CHANGES_NOTHING: u32 = 2;
 
 /// One message. The meaning of numbers and words is defined where a kind is built.
 #[derive(Debug)]
-pub(crate) struct Frame {
-    pub(crate) kind: FrameKind,
-    pub(crate) number: u32,
-    pub(crate) status: i32,
-    pub(crate) flags: u32,
-    pub(crate) words: [u64; 4],
-    pub(crate) bytes: Vec<u8>,
+pub struct Frame {
+    /// What it is.
+    pub kind: FrameKind,
+    /// A port, a role or a version.
+    pub number: u32,
+    /// A status of the ABI.
+    pub status: i32,
+    /// The flags of its kind.
+    pub flags: u32,
+    /// The numbers of its kind.
+    pub words: [u64; 4],
+    /// The data of its kind.
+    pub bytes: Vec<u8>,
 }
 
 /// One end of the stream.
 #[derive(Debug)]
-pub(crate) struct Wire {
+pub struct Wire {
     stream: BufReader<UnixStream>,
     out: Vec<u8>,
 }
 
 impl Frame {
-    pub(crate) fn new(kind: FrameKind) -> Self {
+    /// An empty message.
+    pub fn new(kind: FrameKind) -> Self {
         Self {
             kind,
             number: 0,
@@ -114,7 +142,8 @@ impl Frame {
 }
 
 impl Wire {
-    pub(crate) fn new(stream: UnixStream) -> Self {
+    /// One end of `stream`.
+    pub fn new(stream: UnixStream) -> Self {
         Self {
             stream: BufReader::new(stream),
             out: Vec::new(),
@@ -122,19 +151,20 @@ impl Wire {
     }
 
     /// Sets how long to wait for the other end, for reading and writing; for ever without a value.
-    pub(crate) fn set_timeout(&self, patience: Option<Duration>) -> io::Result<()> {
+    pub fn set_timeout(&self, patience: Option<Duration>) -> io::Result<()> {
         let stream = self.stream.get_ref();
         stream.set_read_timeout(patience)?;
         stream.set_write_timeout(patience)
     }
 
     /// Shuts the stream down, so that the other end sees its end.
-    pub(super) fn close(&self) {
+    pub fn close(&self) {
         // Fails only if the other end is gone already.
         drop(self.stream.get_ref().shutdown(Shutdown::Both));
     }
 
-    pub(crate) fn send(&mut self, frame: &Frame) -> io::Result<()> {
+    /// Sends a message.
+    pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
         self.out.clear();
         for number in [frame.kind as u32, frame.number, frame.status as u32, frame.flags] {
             self.out.extend(number.to_ne_bytes());
@@ -151,7 +181,7 @@ impl Wire {
     /// # Errors
     /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are no
     /// frame.
-    pub(crate) fn receive(&mut self) -> io::Result<Frame> {
+    pub fn receive(&mut self) -> io::Result<Frame> {
         let mut head = [0; HEAD];
         self.stream.read_exact(&mut head)?;
         let number = |place: usize| u32::from_ne_bytes(field_at(&head, 4 * place));

@@ -10,7 +10,7 @@ use super::launch::PortInfo;
 use super::wire::{Frame, IN_PLACE};
 
 /// A port of the child.
-pub(super) struct IsolatedPort {
+pub(crate) struct IsolatedPort {
     info: PortInfo,
     mapped: Option<Mapping>,
     /// Aligned for any value.
@@ -23,7 +23,7 @@ pub(super) struct IsolatedPort {
 
 impl IsolatedPort {
     /// All ports, with the files of those that have shared memory.
-    pub(super) fn open_all(about: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
+    pub(crate) fn open_all(about: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
         let mut files = files.into_iter();
         let port = |about: &PortInfo| {
             let mapped = match about.memory {
@@ -45,13 +45,13 @@ impl IsolatedPort {
     }
 
     /// What it has shown since that release, if anything.
-    pub(super) fn cached(&self, release: u64) -> Option<raw::Sample> {
+    pub(crate) fn cached(&self, release: u64) -> Option<raw::Sample> {
         let (_, sample) = self.cached.as_ref().filter(|(since, _)| *since == release)?;
         Some(copy_sample(sample))
     }
 
     /// Shows the host's answer; `None` if the answer is invalid.
-    pub(super) fn store(&mut self, release: u64, answer: &Frame) -> Option<raw::Sample> {
+    pub(crate) fn store(&mut self, release: u64, answer: &Frame) -> Option<raw::Sample> {
         let [time_ns, sequence, _, bytes] = answer.words;
         let data = if answer.flags & IN_PLACE != 0 {
             self.address_of(answer)?
@@ -73,7 +73,7 @@ impl IsolatedPort {
     }
 
     /// Memory for a value that is sent with its publication; `None` if the host must provide the memory.
-    pub(super) fn loan(&mut self) -> Option<*mut u8> {
+    pub(crate) fn loan(&mut self) -> Option<*mut u8> {
         if !self.info.writes || self.mapped.is_some() {
             return None;
         }
@@ -83,7 +83,7 @@ impl IsolatedPort {
     }
 
     /// The memory that the host loaned, shared or in the child.
-    pub(super) fn loan_from(&mut self, answer: &Frame) -> Option<*mut u8> {
+    pub(crate) fn loan_from(&mut self, answer: &Frame) -> Option<*mut u8> {
         if answer.flags & IN_PLACE != 0 {
             return self.address_of(answer);
         }
@@ -93,7 +93,7 @@ impl IsolatedPort {
     }
 
     /// The value to send with its publication; empty if it is in shared memory, or nothing was loaned.
-    pub(super) fn take_loan(&mut self) -> Vec<u8> {
+    pub(crate) fn take_loan(&mut self) -> Vec<u8> {
         if !std::mem::take(&mut self.loaned) {
             return Vec::new();
         }
@@ -102,7 +102,7 @@ impl IsolatedPort {
     }
 
     /// Discards an unpublished loan.
-    pub(super) fn discard(&mut self) {
+    pub(crate) fn discard(&mut self) {
         self.loaned = false;
     }
 

@@ -4,11 +4,11 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::SharedBuild;
-use crate::reload::{Completion, Swap};
-use jde_records::reload::BuildName;
-use jde_records::reload::Replacement;
+use jde_loader::build::SharedBuild;
+use jde_records::reload::{BuildName, Replacement};
 use jde_records::snapshot::ReloadView;
+
+use super::{Completion, Swap};
 
 /// The error that a pending exchange receives at the end.
 const APPLICATION_ENDED: &str = "the application has ended";

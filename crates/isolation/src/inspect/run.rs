@@ -7,15 +7,15 @@ use std::ffi::CString;
 
 use jde_abi::inspect::Problem;
 use jde_abi::raw;
-
-use super::launch::PortInfo;
-use super::limits;
-use super::memory::IsolatedPort;
-use super::table::{CallState, HOST, Session};
-use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
-use crate::instance::InProcessInstance;
-use crate::plugin::SchemaFunctions;
 use jde_app::Isolation;
+use jde_loader::SchemaFunctions;
+use jde_loader::instance::InProcessInstance;
+
+use crate::launch::PortInfo;
+use crate::limits;
+use crate::memory::IsolatedPort;
+use crate::table::{CallState, HOST, Session};
+use crate::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
 
 /// A status of the ABI, and the problems found.
 pub(crate) type InspectionOutcome = (i32, Result<Vec<Problem>, String>);

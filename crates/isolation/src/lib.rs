@@ -18,28 +18,26 @@
 //! of the trial. `limits` restricts what a child may use. Nothing here decides what follows a death: the
 //! restart policy does.
 
-mod caller;
 mod inspect;
-mod launch;
+pub mod launch;
 mod limits;
 mod memory;
-mod process;
+pub mod process;
 mod serve;
 mod table;
-mod wire;
+mod timers;
+pub mod wire;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use jde_app::Isolation;
+use jde_loader::PluginLocation;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use caller::{IsolatedInstance, MAX_INLINE_BYTES};
-pub(crate) use inspect::{restrict_to_reading, run_inspection};
-pub(crate) use process::{ProcessTable, describe_exit_status};
+pub use inspect::{Inspector, serve as serve_inspections};
 pub use serve::{ServeError, serve};
-pub(crate) use wire::{Frame, FrameKind, Wire};
-
-use jde_app::Isolation;
+pub use timers::{machine_time, sharpen_timers};
 
 /// The program that runs a schema in a process of its own: it calls [`serve`] and does nothing else.
 #[derive(Clone, Debug)]
@@ -51,40 +49,18 @@ pub struct Program {
 }
 
 /// The program and the limits that run an instance in a process of its own.
-pub(crate) struct ProcessConfig {
-    pub(crate) program: Program,
-    pub(crate) limits: Isolation,
+pub struct ProcessConfig {
+    /// The program.
+    pub program: Program,
+    /// The limits.
+    pub limits: Isolation,
 }
 
 /// The functions to run: a plugin as this process has it, and the index of the type in it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct TypeLocation {
-    pub(crate) plugin: PluginLocation,
-    pub(crate) number: usize,
-}
-
-/// Where the child finds a plugin.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) enum PluginLocation {
-    /// In the file that is mapped here: the same bytes, whatever was built since.
-    File(#[serde(with = "as_bytes")] PathBuf),
-    /// Linked into the program.
-    LinkedIn(String),
-}
-
-/// Serializes paths as bytes: they need not be valid text.
-pub(crate) mod as_bytes {
-    use std::ffi::OsString;
-    use std::os::unix::ffi::{OsStrExt, OsStringExt};
-    use std::path::{Path, PathBuf};
-
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(crate) fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
-        path.as_os_str().as_bytes().serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
-        Ok(OsString::from_vec(Vec::deserialize(deserializer)?).into())
-    }
+pub struct TypeLocation {
+    /// Where the plugin is.
+    pub plugin: PluginLocation,
+    /// The place of the type in its plugin.
+    pub number: usize,
 }

@@ -12,9 +12,9 @@ use jde_records::reload::ExtraBuilds;
 use jde_app::{Catalogue, Inspection};
 
 use super::copy::PrivateCopy;
-use super::inspect::Inspector;
+use super::inspector::Inspect;
+use super::load::table_symbol_size;
 use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
-use crate::isolated::Program;
 
 /// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
 /// disk. A plugin has 0.5 to 5 MB, so this is enough for a day of editing, and less than a robot's computer
@@ -30,7 +30,7 @@ pub struct Plugins {
     linked_in: BTreeMap<String, LoadedPlugin>,
     /// Plugins that were only inspected.
     described: Mutex<BTreeMap<PathBuf, DescribedPlugin>>,
-    inspector: Option<Inspector>,
+    inspector: Option<Box<dyn Inspect>>,
 }
 
 /// A plugin that was inspected, and is not necessarily loaded.
@@ -101,12 +101,11 @@ impl Plugins {
         }
     }
 
-    /// Has each file inspected in a separate process before this process maps it, so that a damaged library
-    /// ends that process and not this one. The program must call [`super::serve_inspections`] and do nothing
-    /// else.
+    /// Has each file inspected before this process maps it, so that a damaged library ends the inspecting
+    /// process and not this one.
     #[must_use]
-    pub fn with_inspector(mut self, program: Program) -> Self {
-        self.inspector = Some(Inspector::new(program));
+    pub fn with_inspector(mut self, inspector: impl Inspect + 'static) -> Self {
+        self.inspector = Some(Box::new(inspector));
         self
     }
 
@@ -170,7 +169,7 @@ impl Plugins {
             return Ok(plugin.clone());
         }
         let copy = copy::create(&key).map_err(unusable(file))?;
-        let description = inspector.describe(copy.path(), &key).map_err(unusable(file))?;
+        let description = describe_copy(&**inspector, copy.path(), &key).map_err(unusable(file))?;
         let plugin = DescribedPlugin {
             description: Arc::new(description),
             path: Some(key.clone()),
@@ -214,7 +213,7 @@ impl Plugins {
     /// Has a copy inspected before this process maps it, if there is an inspector.
     fn inspect_copy(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
         if let Some(inspector) = &self.inspector {
-            inspector.describe(copy.path(), file)?;
+            describe_copy(&**inspector, copy.path(), file)?;
         }
         Ok(copy)
     }
@@ -260,7 +259,8 @@ impl Plugins {
     }
 
     /// Returns the loaded plugin that has this description.
-    pub(crate) fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<LoadedPlugin> {
+    #[must_use]
+    pub fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<LoadedPlugin> {
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let found = loaded
             .values()
@@ -374,6 +374,12 @@ fn check_name(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), P
 }
 
 /// Counts all builds except the first one of each file.
+/// Returns the description of the plugin in `copy`, whose tables this process has found in the file.
+fn describe_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
+    table_symbol_size(copy)?;
+    inspector.describe(copy, path)
+}
+
 fn count_replacements(loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>) -> ExtraBuilds {
     let replacements = loaded.values().flat_map(|builds| builds.iter().skip(1));
     replacements.fold(ExtraBuilds::default(), |sum, build| ExtraBuilds {

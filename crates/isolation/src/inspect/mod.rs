@@ -16,6 +16,7 @@
 //! no network.
 
 mod description;
+mod run;
 mod serve;
 
 use std::fs::File;
@@ -30,12 +31,14 @@ use std::time::{Duration, Instant};
 
 use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
+use jde_app::Inspection;
+use jde_loader::location::as_bytes;
+use jde_loader::{Inspect, LoadError};
 use serde::{Deserialize, Serialize};
 
-use super::LoadError;
-use super::load::table_symbol_size;
-use crate::isolated::{Frame, FrameKind, Program, Wire, as_bytes, describe_exit_status};
-use jde_app::Inspection;
+use super::Program;
+use super::process::describe_exit_status;
+use super::wire::{Frame, FrameKind, Wire};
 pub use serve::serve;
 
 /// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that
@@ -92,9 +95,9 @@ enum RequestError {
     Died(String),
 }
 
-/// Inspects files.
+/// Inspects plugin files in a separate process.
 #[derive(Debug)]
-pub(super) struct Inspector {
+pub struct Inspector {
     program: Program,
     process: Mutex<Option<InspectorProcess>>,
 }
@@ -111,68 +114,12 @@ struct InspectorProcess {
 }
 
 impl Inspector {
-    /// Returns an inspector that runs that program.
-    pub(super) fn new(program: Program) -> Self {
+    /// Returns an inspector that runs that program, which must call [`serve`] and do nothing else.
+    #[must_use]
+    pub fn new(program: Program) -> Self {
         Self {
             program,
             process: Mutex::default(),
-        }
-    }
-
-    /// Returns the description of the plugin in `copy`; `path` is the file that the user knows.
-    ///
-    /// # Errors
-    /// Why it cannot be loaded, for example [`LoadError::InspectionFailed`].
-    pub(super) fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
-        // The checks of the file alone need no process.
-        table_symbol_size(copy)?;
-        let question = InspectorRequest::Look {
-            copy: copy.to_owned(),
-            path: path.to_owned(),
-        };
-        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&question)) {
-            Ok(InspectorResponse::Plugin(plugin)) => Ok(plugin),
-            Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
-            Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
-                "its process answers nonsense",
-            ))),
-            Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
-            Err(RequestError::Died(words)) => Err(LoadError::InspectionFailed(words)),
-        }
-    }
-
-    /// Returns the problems that a type of the plugin in the file `path` finds in what its modulations name.
-    ///
-    /// # Errors
-    /// Why there is no answer, or no valid one, in words.
-    pub(super) fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
-        let question = InspectorRequest::Inspect {
-            path: path.to_owned(),
-            number: asked.number,
-            name: asked.name.to_owned(),
-        };
-        match self.request(INSPECT_TIMEOUT, |child| child.run_inspection(&question, asked)) {
-            Ok((
-                InspectorResponse::Inspected {
-                    status: raw::OK,
-                    found,
-                },
-                _,
-            )) => {
-                let problem = |(unavailable, port, words)| Problem {
-                    unavailable,
-                    port,
-                    words,
-                };
-                found.map(|found| found.into_iter().map(problem).collect())
-            }
-            Ok((InspectorResponse::Inspected { status, .. }, failure)) => {
-                Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
-            }
-            Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
-            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process answers nonsense")),
-            Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
-            Err(RequestError::Died(words)) => Err(words),
         }
     }
 
@@ -205,9 +152,57 @@ impl Inspector {
             }
         }
     }
+}
 
-    /// Ends the inspecting process, if there is one; the next request starts another.
-    pub(super) fn stop(&self) {
+impl Inspect for Inspector {
+    fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
+        let question = InspectorRequest::Look {
+            copy: copy.to_owned(),
+            path: path.to_owned(),
+        };
+        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&question)) {
+            Ok(InspectorResponse::Plugin(plugin)) => Ok(plugin),
+            Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
+            Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
+                "its process answers nonsense",
+            ))),
+            Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
+            Err(RequestError::Died(words)) => Err(LoadError::InspectionFailed(words)),
+        }
+    }
+
+    fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
+        let question = InspectorRequest::Inspect {
+            path: path.to_owned(),
+            number: asked.number,
+            name: asked.name.to_owned(),
+        };
+        match self.request(INSPECT_TIMEOUT, |child| child.run_inspection(&question, asked)) {
+            Ok((
+                InspectorResponse::Inspected {
+                    status: raw::OK,
+                    found,
+                },
+                _,
+            )) => {
+                let problem = |(unavailable, port, words)| Problem {
+                    unavailable,
+                    port,
+                    words,
+                };
+                found.map(|found| found.into_iter().map(problem).collect())
+            }
+            Ok((InspectorResponse::Inspected { status, .. }, failure)) => {
+                Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
+            }
+            Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
+            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process answers nonsense")),
+            Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
+            Err(RequestError::Died(words)) => Err(words),
+        }
+    }
+
+    fn stop(&self) {
         self.process.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
 }

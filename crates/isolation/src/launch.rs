@@ -5,6 +5,7 @@ use std::io::{self, IoSlice, IoSliceMut};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 
+use jde_app::Isolation;
 use rustix::net::{
     RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendAncillaryBuffer, SendAncillaryMessage,
     SendFlags, recvmsg, sendmsg,
@@ -12,31 +13,35 @@ use rustix::net::{
 use serde::{Deserialize, Serialize};
 
 use super::TypeLocation;
-use jde_app::Isolation;
 
 /// The first message to a child.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Launch {
-    pub(super) code: TypeLocation,
+pub struct Launch {
+    /// The functions to run.
+    pub code: TypeLocation,
     /// The schema's name.
-    pub(super) name: String,
-    pub(super) application: u64,
-    pub(super) seed: u64,
+    pub name: String,
+    /// The number that identifies the run of the application.
+    pub application: u64,
+    /// The schema's seed.
+    pub seed: u64,
     /// Whether a second of the application is a second of wall-clock time.
-    pub(super) real_time: bool,
-    pub(super) ports: Vec<PortInfo>,
-    pub(super) limits: Isolation,
+    pub real_time: bool,
+    /// Its ports, in order.
+    pub ports: Vec<PortInfo>,
+    /// What the child may use.
+    pub limits: Isolation,
 }
 
 /// What a child knows of a port.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct PortInfo {
+pub struct PortInfo {
     /// It is bound to a variable that it writes.
-    pub(super) writes: bool,
+    pub writes: bool,
     /// Bytes of a value; 0 for an unbound port.
-    pub(super) bytes: usize,
+    pub bytes: usize,
     /// Offset and length of the values in the next of the files, if they are in shared memory.
-    pub(super) memory: Option<(usize, usize)>,
+    pub memory: Option<(usize, usize)>,
 }
 
 /// This byte accompanies a file.
@@ -45,7 +50,7 @@ const WITH_FILE: u8 = 1;
 const END_OF_FILES: u8 = 0;
 
 /// Sends files. Each is open in the receiver afterwards.
-pub(super) fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<()> {
+pub fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<()> {
     for file in files {
         let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
         let mut control = SendAncillaryBuffer::new(&mut space);
@@ -69,7 +74,7 @@ pub(super) fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<(
 }
 
 /// Receives the files. Must be called before anything else is read from the stream.
-pub(super) fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
+pub fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
     let mut files = Vec::new();
     loop {
         let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];

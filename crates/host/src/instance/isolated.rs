@@ -6,15 +6,16 @@ use std::time::Duration;
 
 use jde_abi::raw;
 use jde_panel::{Gesture, List};
-use rustix::time::{ClockId, clock_gettime};
 
-use super::launch::{Launch, PortInfo, send_files};
-use super::process::Process;
-use super::wire::{CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, Wire};
-use super::{ProcessConfig, TypeLocation};
-use crate::build::PortMapping;
+use jde_isolation::launch::{Launch, PortInfo, send_files};
+use jde_isolation::process::Process;
+use jde_isolation::wire::{CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, Wire};
+use jde_isolation::{ProcessConfig, TypeLocation, machine_time};
+use jde_loader::build::PortMapping;
+use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
+
+use super::CallContext;
 use crate::engine::Engine;
-use crate::instance::{ArbitrationQuery, CallContext, SavedMemory, Verdict};
 
 /// Values up to this size are sent with the message that requests them; larger ones are mapped. One page:
 /// beyond it, copying costs more than the message.
@@ -421,12 +422,6 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
         });
     }
     Ok((ports, files))
-}
-
-/// The machine's monotonic clock, the same in every process, ns.
-pub(super) fn machine_time() -> u64 {
-    let time = clock_gettime(ClockId::Monotonic);
-    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
 /// Why a child is killed after its stream broke, unless its own death was the cause.

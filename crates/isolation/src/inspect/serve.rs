@@ -7,12 +7,14 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
 use jde_abi::inspect::Problem;
+use jde_loader::{LoadError, LoadedPlugin};
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
+use super::run::{restrict_to_reading, run_inspection};
 use super::{InspectorRequest, InspectorResponse};
-use crate::isolated::{Frame, FrameKind, ServeError, Wire, restrict_to_reading, run_inspection};
-use crate::plugin::{LoadError, LoadedPlugin};
+use crate::ServeError;
+use crate::wire::{Frame, FrameKind, Wire};
 
 /// Inspects plugins in this process for the host at standard input; returns when the host sends no more
 /// requests. Call it first in a program of its own that does nothing else.
@@ -78,7 +80,7 @@ fn map(
     file: &Path,
     path: PathBuf,
 ) -> Result<LoadedPlugin, LoadError> {
-    let loaded = LoadedPlugin::map(file, &path)?;
+    let loaded = LoadedPlugin::open_copy(file, &path)?;
     mapped.push((path, loaded.clone()));
     Ok(loaded)
 }

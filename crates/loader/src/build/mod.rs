@@ -6,42 +6,47 @@
 //! Calls no schema.
 
 mod compatibility;
-mod registry;
 
 use std::sync::Arc;
 
 use jde_abi::{describe, raw};
 use jde_records::reload::BuildName;
 
-use crate::history::AlignedBytes;
 use crate::instance::memory_of;
-use crate::plugin::{LoadedPlugin, SchemaFunctions};
-pub(crate) use compatibility::{BuildMapping, map_build};
-pub(crate) use registry::BuildRegistry;
+use crate::{AlignedBytes, LoadedPlugin, SchemaFunctions};
+pub use compatibility::{BuildMapping, map_build};
 
 /// One build of an instance's type.
-pub(crate) struct Build {
-    pub(crate) table: SchemaFunctions,
-    pub(crate) state: Option<raw::State>,
+pub struct Build {
+    /// The functions of the type.
+    pub table: SchemaFunctions,
+    /// Its functions for saving and restoring memory, if it has them.
+    pub state: Option<raw::State>,
     /// The place of the type in its plugin.
-    pub(crate) number: usize,
-    pub(crate) name: BuildName,
+    pub number: usize,
+    /// The build's version and file.
+    pub name: BuildName,
     /// Where each of its ports leads.
     ports: Vec<PortMapping>,
     /// For each of its roles, the application's role.
     roles: Vec<Option<usize>>,
     /// The library that contains its functions.
-    pub(crate) plugin: LoadedPlugin,
+    pub plugin: LoadedPlugin,
 }
 
 /// Where a port of a build leads.
-pub(crate) enum PortMapping {
+pub enum PortMapping {
     /// To the application's port of that number.
     Bound(usize),
     /// Nowhere: it is new and optional.
     Unbound,
     /// To a constant: a new modulation has its default, a new command its neutral value.
-    Fixed { value: AlignedBytes, neutral: bool },
+    Fixed {
+        /// The value.
+        value: AlignedBytes,
+        /// Whether it is the neutral value of a command.
+        neutral: bool,
+    },
     /// To no reader: a new export of that many bytes.
     Discarded(usize),
 }
@@ -49,7 +54,7 @@ pub(crate) enum PortMapping {
 impl Build {
     /// Returns the build against which the application was checked; `about` is the type as the application
     /// has it.
-    pub(crate) fn original(plugin: LoadedPlugin, number: usize, about: &describe::Schema) -> Self {
+    pub fn original(plugin: LoadedPlugin, number: usize, about: &describe::Schema) -> Self {
         let fit = BuildMapping {
             ports: (0..about.ports.len()).map(PortMapping::Bound).collect(),
             roles: (0..about.children.len()).map(Some).collect(),
@@ -64,12 +69,7 @@ impl Build {
     }
 
     /// Returns another build, mapped as `fit` states.
-    pub(crate) fn new(
-        plugin: LoadedPlugin,
-        number: usize,
-        state: Option<raw::State>,
-        fit: BuildMapping,
-    ) -> Self {
+    pub fn new(plugin: LoadedPlugin, number: usize, state: Option<raw::State>, fit: BuildMapping) -> Self {
         Self {
             table: plugin.schema(number),
             state,
@@ -85,34 +85,34 @@ impl Build {
     }
 
     /// The number of its ports.
-    pub(crate) fn ports(&self) -> usize {
+    pub fn ports(&self) -> usize {
         self.ports.len()
     }
 
     /// Returns where a port leads; `None` if the build has no such port.
-    pub(crate) fn mapping(&self, port: u32) -> Option<&PortMapping> {
+    pub fn mapping(&self, port: u32) -> Option<&PortMapping> {
         self.ports.get(port as usize)
     }
 
     /// Maps the build's role number to the application's: `None` if the build has no such role, `Some(None)`
     /// if the application does not have it.
-    pub(crate) fn role(&self, role: u32) -> Option<Option<usize>> {
+    pub fn role(&self, role: u32) -> Option<Option<usize>> {
         self.roles.get(role as usize).copied()
     }
 
     /// Maps the application's role number to the build's.
-    pub(crate) fn own_role(&self, role: usize) -> Option<usize> {
+    pub fn own_role(&self, role: usize) -> Option<usize> {
         self.roles.iter().position(|own| *own == Some(role))
     }
 
     /// The number of its roles.
-    pub(crate) fn roles(&self) -> usize {
+    pub fn roles(&self) -> usize {
         self.roles.len()
     }
 }
 
 /// Returns the place of a type in another build of its plugin.
-pub(crate) fn schema_index(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
+pub fn schema_index(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
     plugin.schemas.iter().position(|other| other.name == schema)
 }
 
@@ -126,4 +126,4 @@ impl PortMapping {
 }
 
 /// A shared build.
-pub(crate) type SharedBuild = Arc<Build>;
+pub type SharedBuild = Arc<Build>;

@@ -1,0 +1,272 @@
+//! A running application as the subject of a link.
+
+use std::sync::Arc;
+
+use jde_abi::describe::{Kind, Port, Role};
+use jde_app::{RemoteVariable, period};
+use jde_board::{Board, Nanos, Stamp, Variable};
+use jde_host::reload::{ReloadOptions, Reloader};
+use jde_host::{Handle, OperatorHandle, PanelViewGuard};
+use jde_loader::Plugins;
+use jde_panel::PanelFrame;
+use jde_records::reload::ReloadReport;
+use jde_records::snapshot::Snapshot;
+
+use super::description::schemas;
+use super::subject::{OnDrawn, PanelViewer, Subject, SubjectInfo};
+use crate::message::{Action, Refusal, Schemas};
+use crate::value;
+
+/// A running application as a subject.
+pub struct Running {
+    handle: Handle,
+    info: SubjectInfo,
+    reloader: Option<Reloader>,
+}
+
+impl Running {
+    /// Creates the subject from a handle; the title states how the application runs.
+    #[must_use]
+    pub fn new(handle: Handle, title: SubjectInfo) -> Self {
+        Self {
+            handle,
+            info: title,
+            reloader: None,
+        }
+    }
+
+    /// Allows reloads from the files of these plugins, which the application was checked against.
+    #[must_use]
+    pub fn reloading(self, plugins: Arc<Plugins>) -> Self {
+        let reloader = Some(Reloader::new(self.handle.clone(), plugins));
+        Self { reloader, ..self }
+    }
+
+    fn index_of(&self, schema: &str) -> Result<usize, Refusal> {
+        let application = self.handle.application();
+        application.instance(schema).ok_or_else(|| {
+            let names = application
+                .instances
+                .iter()
+                .map(|instance| instance.name.as_str());
+            Refusal::unknown("schema", schema, names)
+        })
+    }
+}
+
+impl Subject for Running {
+    fn info(&self) -> SubjectInfo {
+        self.info.clone()
+    }
+
+    fn schemas(&self) -> Schemas {
+        let mut schemas = schemas(self.handle.application());
+        for place in self.handle.panels() {
+            schemas.schemas[place].panel = true;
+        }
+        schemas
+    }
+
+    fn board(&self) -> &Board {
+        self.handle.board()
+    }
+
+    fn is_fixed(&self, variable: &Variable) -> bool {
+        let declared = variable.describe();
+        let application = self.handle.application();
+        let ports = application
+            .instance(&declared.owner)
+            .map(|place| &application.instances[place].schema.ports);
+        ports.is_some_and(|ports| {
+            let fixed = |port: &&Port| matches!(port.role, Role::Modulation { fixed: true, .. });
+            ports.iter().filter(fixed).any(|port| port.name == declared.name)
+        })
+    }
+
+    fn writer(&self, number: u32) -> String {
+        let application = self.handle.application();
+        match application.instances.get(number as usize) {
+            Some(instance) => instance.name.clone(),
+            None if number == Stamp::NO_WRITER => String::new(),
+            None if number == RemoteVariable::WRITER => "another application".to_owned(),
+            None => "operator".to_owned(),
+        }
+    }
+
+    fn now(&self) -> Nanos {
+        self.handle.now()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        self.handle.snapshot()
+    }
+
+    fn imports(&self) -> &[RemoteVariable] {
+        &self.handle.application().remotes
+    }
+
+    fn view_panel(&self, schema: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
+        let schema = self.index_of(schema)?;
+        let look = self
+            .handle
+            .view_panel(schema, rate, move || news())
+            .map_err(|refusal| Refusal::new(refusal.to_string()))?;
+        Ok(Box::new(PanelView {
+            handle: self.handle.clone(),
+            schema,
+            _view: look,
+        }))
+    }
+
+    fn reload(&self, by: &str, action: &Action) -> Result<ReloadReport, Refusal> {
+        let Action::Reload {
+            schema,
+            probation_s,
+            fresh,
+        } = action
+        else {
+            return Err(Refusal::new("this is no reload"));
+        };
+        let reloader = self
+            .reloader
+            .as_ref()
+            .ok_or_else(|| Refusal::new("this application does not know the files of its plugins"))?;
+        let mut how = ReloadOptions {
+            fresh: *fresh,
+            ..ReloadOptions::default()
+        };
+        if let Some(seconds) = probation_s {
+            if !(0.0..=MAX_PROBATION_S).contains(seconds) {
+                return Err(Refusal::new(format!(
+                    "a probation of {seconds} s is not given; ask for 0 to {MAX_PROBATION_S}"
+                )));
+            }
+            how.probation = (seconds * 1e9) as Nanos;
+        }
+        reloader.reload(by, schema, how).map_err(|refused| Refusal {
+            nearest: refused.nearest().map(str::to_owned),
+            error: refused.to_string(),
+        })
+    }
+
+    fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
+        match action {
+            Action::Reload { .. } => return self.reload(by, action).map(drop),
+            Action::Unload { schema } | Action::Load { schema } => {
+                let of_plugin = self.handle.schema_indices(schema);
+                if of_plugin.len() > 1 {
+                    return self.act_on_all(by, action, of_plugin);
+                }
+            }
+            _ => {}
+        }
+        let operator = self.handle.operator(by);
+        let schema = || self.index_of(action.schema());
+        match action {
+            Action::StopAll => operator.stop_all(),
+            Action::ReleaseAll => operator.release_all(),
+            Action::Play { .. } => operator.play(schema()?),
+            Action::Stop { .. } => operator.hold_asleep(schema()?),
+            Action::Force { .. } => operator.force(schema()?),
+            Action::Release { .. } => operator.release(schema()?),
+            Action::LetGo { .. } => operator.release_own(schema()?),
+            Action::Period { period_s, .. } => match period::from_seconds(*period_s) {
+                Ok(period) => operator.set_period(schema()?, period),
+                Err(error) => Err(error.to_string()),
+            },
+            Action::Modulate {
+                schema: owner,
+                variable,
+                value,
+            } => return self.modulate(&operator, schema()?, owner, variable, value),
+            Action::Unload { .. } => operator.unload(schema()?),
+            Action::Load { .. } => operator.load(schema()?),
+            Action::Reload { .. } => unreachable!("it was carried out above"),
+            Action::Touch { gesture, .. } => self
+                .handle
+                .touch(by, schema()?, gesture.clone())
+                .map_err(|refusal| refusal.to_string()),
+            Action::Renew { .. } => schema().map(drop).map_err(|refusal| refusal.error),
+        }
+        .map_err(Refusal::new)
+    }
+}
+
+/// An action on one schema.
+type SchemaAction = fn(&OperatorHandle, usize) -> Result<(), String>;
+
+/// The longest probation of a new build, s: an hour.
+const MAX_PROBATION_S: f64 = 3600.0;
+
+/// The panel of a running schema.
+struct PanelView {
+    handle: Handle,
+    schema: usize,
+    _view: PanelViewGuard,
+}
+
+impl PanelViewer for PanelView {
+    fn newest(&self) -> Option<Arc<PanelFrame>> {
+        self.handle.panel(self.schema)
+    }
+}
+
+impl Running {
+    /// Unloads or loads all schemas of a plugin. Unloads motor schemas first and drivers last, since the
+    /// former depend on the latter; loads in the reverse order. If one is refused, the others are restored.
+    fn act_on_all(&self, by: &str, action: &Action, mut schemas: Vec<usize>) -> Result<(), Refusal> {
+        let operator = self.handle.operator(by);
+        let unloads = matches!(action, Action::Unload { .. });
+        let (act, undo): (SchemaAction, SchemaAction) = if unloads {
+            (OperatorHandle::unload, OperatorHandle::load)
+        } else {
+            (OperatorHandle::load, OperatorHandle::unload)
+        };
+        let instances = &self.handle.application().instances;
+        let rank = |schema: &usize| match instances[*schema].schema.kind {
+            Kind::Motor => 0,
+            Kind::Perceptive => 1,
+            Kind::Driver => 2,
+        };
+        schemas.sort_by_key(rank);
+        if !unloads {
+            schemas.reverse();
+        }
+        for (place, schema) in schemas.iter().enumerate() {
+            if let Err(reason) = act(&operator, *schema) {
+                for done in schemas[..place].iter().rev() {
+                    // A recent action can be undone, unless the schema is not yet at rest. Then it remains,
+                    // and its state shows it.
+                    let _ = undo(&operator, *done);
+                }
+                return Err(Refusal::new(reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the variable and converts its new value.
+    fn modulate(
+        &self,
+        operator: &OperatorHandle,
+        schema: usize,
+        owner: &str,
+        variable: &str,
+        json: &serde_json::Value,
+    ) -> Result<(), Refusal> {
+        let full = format!("{owner}.{variable}");
+        if self.board().find(&full).is_none() {
+            let known: Vec<_> = self
+                .board()
+                .list()
+                .filter(|variable| variable.describe().owner == owner)
+                .map(|variable| variable.describe().name.clone())
+                .collect();
+            let mut refusal = Refusal::unknown("modulation", variable, known.iter().map(String::as_str));
+            refusal.error = format!("`{owner}` has no modulation `{variable}`");
+            return Err(refusal);
+        }
+        let new = value::from_json(json).map_err(|error| Refusal::new(format!("`{full}`: {error}")))?;
+        operator.modulate(schema, variable, &new).map_err(Refusal::new)
+    }
+}

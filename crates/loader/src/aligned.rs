@@ -1,0 +1,33 @@
+//! Memory for values of any type.
+
+/// Bytes aligned for any value type.
+pub struct AlignedBytes {
+    words: Vec<u128>,
+    bytes: usize,
+}
+
+impl AlignedBytes {
+    /// A copy of these bytes.
+    pub fn new(bytes: &[u8]) -> Self {
+        let mut words = vec![0_u128; bytes.len().div_ceil(16)];
+        for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
+            let mut whole = [0; 16];
+            whole[..chunk.len()].copy_from_slice(chunk);
+            *word = u128::from_ne_bytes(whole);
+        }
+        Self {
+            words,
+            bytes: bytes.len(),
+        }
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        &bytemuck::cast_slice(&self.words)[..self.bytes]
+    }
+
+    /// The bytes, to be changed.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut bytemuck::cast_slice_mut(&mut self.words)[..self.bytes]
+    }
+}
