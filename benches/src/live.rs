@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use jde_core::{Nanos, State};
-use jde_records::event::{Event, Observer};
 use jde_host::{Options, Running};
+use jde_records::event::{Event, Observer};
 
 use crate::{loaded, schemas};
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use jde_app::parse;
-use jde_loader::Plugins;
 use jde_host::{Lockstep, Options};
+use jde_loader::Plugins;
 
 /// The period of the schemas whose iterations are counted, ns.
 const PERIOD: u64 = 1_000_000;

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_host::reload::{ReloadOptions, Reloader};
-use jde_records::reload::{ReloadOutcome};
 use jde_host::{Options, Running};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::Rounds;
+use jde_records::reload::ReloadOutcome;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use rustix::process::{Pid, Signal, kill_process};
 
