@@ -1,47 +1,80 @@
-//! The project that `jde new` writes builds, passes its own test and runs, outside this repository.
+//! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this repository.
 
-use std::path::Path;
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Arc, Mutex, Weak};
 
-use crate::support::{jde, jde_with_plugins, said};
+use tempfile::TempDir;
 
-fn cargo(folder: &Path, verb: &str) {
-    let output = Command::new(env!("CARGO"))
-        .args([verb, "--offline"])
-        .current_dir(folder)
-        .env_remove("CARGO_TARGET_DIR")
-        .output()
-        .expect("cargo starts");
-    assert!(
-        output.status.success(),
-        "cargo {verb}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+use crate::support::{Said, jde, jde_with_plugins, json, root, said};
+
+/// A new project, in a folder of its own.
+struct Project {
+    folder: PathBuf,
+    /// What `jde new` printed.
+    printed: String,
+    _parent: TempDir,
+    _target: Arc<TempDir>,
 }
 
-fn make(kind: &str, name: &str, folder: &Path) -> String {
-    let made = said(&mut jde(&["new", kind, name, "--path", folder.to_str().unwrap()]));
-    assert_eq!(made.status, Some(0), "{}", made.err);
-    made.out
+impl Project {
+    /// Makes the project. The projects of tests that run together share their builds of the SDK.
+    fn new(kind: &[&str], name: &str) -> Self {
+        static TARGET: Mutex<Weak<TempDir>> = Mutex::new(Weak::new());
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().to_str().unwrap();
+        let made = said(&mut jde(&[&["new"], kind, &[name, "--path", path]].concat()));
+        assert_eq!(made.status, Some(0), "{}", made.err);
+        let mut shared = TARGET.lock().unwrap();
+        let target = shared
+            .upgrade()
+            .unwrap_or_else(|| Arc::new(tempfile::tempdir().unwrap()));
+        *shared = Arc::downgrade(&target);
+        let folder = parent.path().join(name);
+        symlink(target.path(), folder.join("target")).unwrap();
+        Self {
+            folder,
+            printed: made.out,
+            _parent: parent,
+            _target: target,
+        }
+    }
+
+    /// Builds and tests it.
+    fn build(&self) {
+        for verb in ["build", "test"] {
+            let output = Command::new(env!("CARGO"))
+                .args([verb, "--offline"])
+                .current_dir(&self.folder)
+                .env_remove("CARGO_TARGET_DIR")
+                .output()
+                .expect("cargo starts");
+            let err = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "cargo {verb}: {err}");
+            assert!(!err.contains("warning"), "cargo {verb}: {err}");
+        }
+    }
+
+    /// Runs its application in lockstep.
+    fn run(&self, args: &[&str]) -> Said {
+        let args = [&["run", "app.toml", "--lockstep"], args].concat();
+        let run = said(jde_with_plugins(&args).current_dir(&self.folder));
+        assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
+        run
+    }
 }
 
 #[test]
 fn a_new_schema_builds_passes_its_test_and_drives() {
-    let folder = tempfile::tempdir().unwrap();
-    let next = make("schema", "follow-wall", folder.path());
-    assert!(
-        next.contains("cargo build") && next.contains("run app.toml"),
-        "{next}"
-    );
-    let own = folder.path().join("follow-wall");
-    cargo(&own, "build");
-    cargo(&own, "test");
-    let run = said(
-        jde_with_plugins(&["run", "app.toml", "--lockstep", "--for", "30s", "--json"]).current_dir(&own),
-    );
-    assert_eq!(run.status, Some(0), "{}", run.err);
+    let project = Project::new(&["schema"], "follow-wall");
+    for next in ["cargo build", "run app.toml"] {
+        assert!(project.printed.contains(next), "{}", project.printed);
+    }
+    project.build();
+    let run = project.run(&["--for", "30s", "--json"]);
     assert!(run.err.contains("nobody -> follow-wall"), "{}", run.err);
-    let summary: serde_json::Value = serde_json::from_str(run.out.trim()).unwrap();
+    let summary = json(&run.out);
     let clearance = summary["min_clearance_m"].as_f64().unwrap();
     assert!(
         summary["collisions"] == 0 && clearance < 0.6,
@@ -50,44 +83,41 @@ fn a_new_schema_builds_passes_its_test_and_drives() {
 }
 
 #[test]
+fn the_first_schema_of_the_readme_wins_at_once_and_backs_away() {
+    let project = Project::new(&["schema"], "shy");
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let block = readme.split("```rust\n").nth(1).unwrap();
+    let code = block.split("```").next().unwrap();
+    std::fs::write(project.folder.join("src/lib.rs"), code).unwrap();
+    project.build();
+    let run = project.run(&["--for", "20s", "--json"]);
+    let wins: Vec<&str> = run.err.lines().filter(|line| line.contains(" -> ")).collect();
+    for (line, win) in wins.iter().zip(["nobody -> shy", "shy -> ahead", "ahead -> shy"]) {
+        assert!(line.contains(win), "{}", run.err);
+    }
+    assert!(wins.len() > 2, "{}", run.err);
+    assert_eq!(json(&run.out)["collisions"], 0);
+}
+
+#[test]
 fn a_new_driver_builds_passes_its_test_and_moves() {
-    let folder = tempfile::tempdir().unwrap();
-    make("driver", "gripper", folder.path());
-    let own = folder.path().join("gripper");
-    cargo(&own, "build");
-    cargo(&own, "test");
-    let args = [
-        "run",
-        "app.toml",
-        "--lockstep",
-        "--for",
-        "5s",
-        "--log",
-        "exercise=info",
-    ];
-    let run = said(jde_with_plugins(&args).current_dir(&own));
-    assert_eq!(run.status, Some(0), "{}", run.err);
-    assert!(
-        run.err.contains("closes at 0.0") && run.err.contains("opens at 0.0"),
-        "{}",
-        run.err
-    );
+    let project = Project::new(&["driver"], "gripper");
+    project.build();
+    let run = project.run(&["--for", "5s", "--log", "exercise=info"]);
+    for line in ["closes at 0.0", "opens at 0.0"] {
+        assert!(run.err.contains(line), "{}", run.err);
+    }
 }
 
 #[test]
 fn a_new_application_is_checked_and_runs() {
-    let folder = tempfile::tempdir().unwrap();
-    make("app", "patrol", folder.path());
-    let own = folder.path().join("patrol");
-    let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&own));
+    let project = Project::new(&["app"], "patrol");
+    let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));
     assert_eq!(check.status, Some(0), "{}", check.err);
-    let run = said(jde_with_plugins(&["run", "app.toml", "--lockstep", "--seed", "1"]).current_dir(&own));
-    assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
-    assert!(
-        run.out.contains("4 of 4 targets") && run.out.contains("no collision"),
-        "{}",
-        run.out
-    );
+    let run = project.run(&["--seed", "1"]);
+    for words in ["4 of 4 targets", "no collision"] {
+        assert!(run.out.contains(words), "{}", run.out);
+    }
 }
 
 #[test]
