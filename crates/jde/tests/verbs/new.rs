@@ -100,6 +100,25 @@ fn the_first_schema_of_the_readme_wins_at_once_and_backs_away() {
 }
 
 #[test]
+fn a_new_perceptive_schema_builds_passes_its_test_and_is_used() {
+    let project = Project::new(&["schema", "--perceptive"], "find-near");
+    project.build();
+    let run = project.run(&["--for", "10s", "--json"]);
+    assert!(run.err.contains("nobody -> face"), "{}", run.err);
+}
+
+#[test]
+fn a_new_father_builds_passes_its_test_and_leads_its_children() {
+    let project = Project::new(&["schema", "--father"], "patrol");
+    project.build();
+    let run = project.run(&["--for", "60s", "--log", "patrol=info", "--json"]);
+    for words in ["nobody -> goon", "is at 4.50, 1.50", "is at 1.50, 1.50"] {
+        assert!(run.err.contains(words), "{}", run.err);
+    }
+    assert_eq!(json(&run.out)["collisions"], 0);
+}
+
+#[test]
 fn a_new_driver_builds_passes_its_test_and_moves() {
     let project = Project::new(&["driver"], "gripper");
     project.build();
