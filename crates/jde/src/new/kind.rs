@@ -9,8 +9,10 @@ pub(crate) enum Kind {
     Perceptive,
     /// A father of two children.
     Father,
-    /// A driver.
+    /// A driver of simulated hardware.
     Driver,
+    /// A driver of a device at a serial line or behind TCP.
+    Device,
     /// An application of existing schemas.
     Application,
 }
@@ -37,15 +39,19 @@ const MOTOR: &[File] = files!("motor": "src/lib.rs", "app.toml");
 const PERCEPTIVE: &[File] = files!("perceptive": "src/lib.rs", "app.toml");
 const FATHER: &[File] = files!("father": "src/lib.rs", "app.toml");
 const DRIVER: &[File] = files!("driver": "src/lib.rs", "app.toml", "README.md");
+const DEVICE: &[File] = files!(
+    "device": "src/lib.rs", "src/session.rs", "src/emulator.rs", "examples/emulator.rs", "app.toml", "README.md"
+);
 const APPLICATION: &[File] = files!("app": "app.toml", "world.toml", "README.md");
 
 impl Kind {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 5] = [
+    pub(super) const ALL: [Self; 6] = [
         Self::Motor,
         Self::Perceptive,
         Self::Father,
         Self::Driver,
+        Self::Device,
         Self::Application,
     ];
 
@@ -56,6 +62,7 @@ impl Kind {
             Self::Perceptive => &[GIT, PLUGIN, ROOM, PERCEPTIVE],
             Self::Father => &[GIT, PLUGIN, ROOM, FATHER],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
+            Self::Device => &[GIT, PLUGIN, DEVICE],
             Self::Application => &[APPLICATION],
         };
         parts.iter().copied().flatten().copied()
@@ -65,6 +72,7 @@ impl Kind {
     pub(super) fn crates(self) -> &'static [&'static str] {
         match self {
             Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
+            Self::Device => &["device", "schema"],
             Self::Application => &[],
         }
     }
@@ -79,7 +87,7 @@ impl Kind {
             Self::Father => {
                 "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."
             }
-            Self::Driver | Self::Application => "",
+            Self::Driver | Self::Device | Self::Application => "",
         }
     }
 
@@ -94,6 +102,7 @@ impl Kind {
                 "cargo test",
                 "__jde__ run app.toml --log exercise=info",
             ],
+            Self::Device => &["cargo build", "cargo test", "cargo run --example emulator"],
             Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
         }
     }

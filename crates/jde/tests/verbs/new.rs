@@ -1,10 +1,12 @@
 //! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this repository.
 
+use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, Weak};
 
+use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
 use crate::support::{Said, jde, jde_with_plugins, json, root, said};
@@ -126,6 +128,41 @@ fn a_new_driver_builds_passes_its_test_and_moves() {
     for line in ["closes at 0.0", "opens at 0.0"] {
         assert!(run.err.contains(line), "{}", run.err);
     }
+}
+
+#[test]
+fn a_new_driver_of_a_device_builds_passes_its_test_and_reads_the_emulator() {
+    let project = Project::new(&["driver", "--device"], "outdoor-thermometer");
+    project.build();
+    let _watchdog = Watchdog::for_test();
+    // It ends when its input does.
+    let mut emulator = Command::new(project.folder.join("target/debug/examples/emulator"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = emulator.stdout.take().unwrap();
+    let line = line_with("run app.toml", &mut out);
+    let args = line.split(' ').skip_while(|word| *word != "run");
+    let mut run = jde_with_plugins(&args.collect::<Vec<_>>())
+        .current_dir(&project.folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    line_with("it is 21.5 degrees warm", run.stderr.take().unwrap());
+    run.kill().unwrap();
+    run.wait().unwrap();
+    drop(emulator.stdin.take());
+    emulator.wait().unwrap();
+}
+
+/// Reads until a line has these words, and returns it.
+fn line_with(words: &str, from: impl Read) -> String {
+    let mut lines = BufReader::new(from).lines().map(Result::unwrap);
+    lines
+        .find(|line| line.contains(words))
+        .unwrap_or_else(|| panic!("no line has `{words}`"))
 }
 
 #[test]

@@ -17,6 +17,7 @@ use crate::new::{self, Kind};
   jde new schema follow
   jde new schema doors --perceptive
   jde new driver gripper --path ~/robots
+  jde new driver thermometer --device
   jde new app patrol"
 )]
 pub(crate) struct New {
@@ -44,6 +45,9 @@ enum What {
     Driver {
         #[command(flatten)]
         name: Name,
+        /// A driver of a device at a serial line or behind TCP instead, with an emulator of the device.
+        #[arg(long)]
+        device: bool,
     },
     /// An application of the existing schemas.
     App {
@@ -74,7 +78,7 @@ impl New {
                 };
                 (kind, name)
             }
-            What::Driver { name } => (Kind::Driver, name),
+            What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
             What::App { name } => (Kind::Application, name),
         };
         new::write(kind, &name, &self.path)
