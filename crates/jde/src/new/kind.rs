@@ -13,6 +13,8 @@ pub(crate) enum Kind {
     Driver,
     /// A driver of a device at a serial line or behind TCP.
     Device,
+    /// Values that plugins share.
+    Types,
     /// An application of existing schemas.
     Application,
 }
@@ -42,16 +44,22 @@ const DRIVER: &[File] = files!("driver": "src/lib.rs", "app.toml", "README.md");
 const DEVICE: &[File] = files!(
     "device": "src/lib.rs", "src/session.rs", "src/emulator.rs", "examples/emulator.rs", "app.toml", "README.md"
 );
+const TYPES: &[File] = &[
+    ("Cargo.toml", include_str!("../../templates/types/Cargo.toml.txt")),
+    ("src/lib.rs", include_str!("../../templates/types/src/lib.rs")),
+    ("README.md", include_str!("../../templates/types/README.md")),
+];
 const APPLICATION: &[File] = files!("app": "app.toml", "world.toml", "README.md");
 
 impl Kind {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 6] = [
+    pub(super) const ALL: [Self; 7] = [
         Self::Motor,
         Self::Perceptive,
         Self::Father,
         Self::Driver,
         Self::Device,
+        Self::Types,
         Self::Application,
     ];
 
@@ -63,6 +71,7 @@ impl Kind {
             Self::Father => &[GIT, PLUGIN, ROOM, FATHER],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
             Self::Device => &[GIT, PLUGIN, DEVICE],
+            Self::Types => &[GIT, TYPES],
             Self::Application => &[APPLICATION],
         };
         parts.iter().copied().flatten().copied()
@@ -73,6 +82,7 @@ impl Kind {
         match self {
             Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
             Self::Device => &["device", "schema"],
+            Self::Types => &["types"],
             Self::Application => &[],
         }
     }
@@ -87,7 +97,7 @@ impl Kind {
             Self::Father => {
                 "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."
             }
-            Self::Driver | Self::Device | Self::Application => "",
+            Self::Driver | Self::Device | Self::Types | Self::Application => "",
         }
     }
 
@@ -103,6 +113,7 @@ impl Kind {
                 "__jde__ run app.toml --log exercise=info",
             ],
             Self::Device => &["cargo build", "cargo test", "cargo run --example emulator"],
+            Self::Types => &["cargo test"],
             Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
         }
     }

@@ -35,6 +35,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
         let text = text
             .replace("__name__", &name.kebab)
             .replace("__Name__", &name.camel)
+            .replace("__crate__", &name.kebab.replace('-', "_"))
             .replace("__about__", kind.about())
             .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
@@ -133,9 +134,16 @@ mod tests {
     #[test]
     fn templates_hold_no_mark_that_nobody_fills_in() {
         for (file, text) in Kind::ALL.iter().flat_map(|kind| kind.files()) {
-            let filled = ["__name__", "__Name__", "__about__", "__dependencies__", "__jde__"]
-                .iter()
-                .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
+            let filled = [
+                "__name__",
+                "__Name__",
+                "__crate__",
+                "__about__",
+                "__dependencies__",
+                "__jde__",
+            ]
+            .iter()
+            .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
             assert!(!filled.contains("__"), "{file}");
         }
     }

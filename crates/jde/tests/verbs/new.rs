@@ -166,6 +166,26 @@ fn line_with(words: &str, from: impl Read) -> String {
 }
 
 #[test]
+fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
+    let types = Project::new(&["types"], "doors-seen");
+    types.build();
+    let plugin = Project::new(&["schema", "--perceptive"], "find-doors");
+    let replace = |file: &str, from: &str, to: &str| {
+        let path = plugin.folder.join(file);
+        let old = std::fs::read_to_string(&path).unwrap();
+        assert!(old.contains(from), "{file}: {from}");
+        std::fs::write(path, old.replacen(from, to, 1)).unwrap();
+    };
+    let dependency = format!("[dependencies]\ndoors-seen = {{ path = {:?} }}", types.folder);
+    replace("Cargo.toml", "[dependencies]", &dependency);
+    let field = "    #[export]\n    doors: Export<doors_seen::DoorsSeen>,\n}\n\nimpl Schema";
+    replace("src/lib.rs", "}\n\nimpl Schema", field);
+    let first = "let Some(laser)";
+    replace("src/lib.rs", first, &format!("self.doors.retract(cx);\n        {first}"));
+    plugin.build();
+}
+
+#[test]
 fn a_new_application_is_checked_and_runs() {
     let project = Project::new(&["app"], "patrol");
     let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));

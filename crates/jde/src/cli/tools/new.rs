@@ -1,4 +1,4 @@
-//! `jde new`: writes a new schema, driver or application.
+//! `jde new`: writes a new schema, driver, application or crate of values.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::{Args, Subcommand, ValueHint};
 use crate::failure::Failure;
 use crate::new::{self, Kind};
 
-/// Write a new schema, driver or application that builds, passes its test and runs at once.
+/// Write a new schema, driver, application or crate of values that builds, passes its test and runs at once.
 #[derive(Args)]
 #[command(
     subcommand_value_name = "KIND",
@@ -18,6 +18,7 @@ use crate::new::{self, Kind};
   jde new schema doors --perceptive
   jde new driver gripper --path ~/robots
   jde new driver thermometer --device
+  jde new types doors
   jde new app patrol"
 )]
 pub(crate) struct New {
@@ -49,6 +50,11 @@ enum What {
         #[arg(long)]
         device: bool,
     },
+    /// A crate of values that several plugins share.
+    Types {
+        #[command(flatten)]
+        name: Name,
+    },
     /// An application of the existing schemas.
     App {
         #[command(flatten)]
@@ -79,6 +85,7 @@ impl New {
                 (kind, name)
             }
             What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
+            What::Types { name } => (Kind::Types, name),
             What::App { name } => (Kind::Application, name),
         };
         new::write(kind, &name, &self.path)
