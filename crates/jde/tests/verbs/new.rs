@@ -181,8 +181,18 @@ fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
     let field = "    #[export]\n    doors: Export<doors_seen::DoorsSeen>,\n}\n\nimpl Schema";
     replace("src/lib.rs", "}\n\nimpl Schema", field);
     let first = "let Some(laser)";
-    replace("src/lib.rs", first, &format!("self.doors.retract(cx);\n        {first}"));
+    replace(
+        "src/lib.rs",
+        first,
+        &format!("self.doors.retract(cx);\n        {first}"),
+    );
     plugin.build();
+    let built = plugin.folder.join("target/debug");
+    let described = said(jde(&["describe", "DoorsSeen"]).env("JDE_PLUGIN_PATH", built));
+    assert!(
+        described.out.contains("find-doors/find-doors  doors"),
+        "{described:?}"
+    );
 }
 
 #[test]
