@@ -46,16 +46,29 @@ impl Project {
     /// Builds and tests it.
     fn build(&self) {
         for verb in ["build", "test"] {
-            let output = Command::new(env!("CARGO"))
-                .args([verb, "--offline"])
-                .current_dir(&self.folder)
-                .env_remove("CARGO_TARGET_DIR")
-                .output()
-                .expect("cargo starts");
-            let err = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "cargo {verb}: {err}");
-            assert!(!err.contains("warning"), "cargo {verb}: {err}");
+            let (success, err) = self.cargo(verb);
+            assert!(success && !err.contains("warning"), "cargo {verb}: {err}");
         }
+    }
+
+    /// Returns whether cargo succeeds, and what it prints.
+    fn cargo(&self, verb: &str) -> (bool, String) {
+        let output = Command::new(env!("CARGO"))
+            .args([verb, "--offline"])
+            .current_dir(&self.folder)
+            .env_remove("CARGO_TARGET_DIR")
+            .output()
+            .expect("cargo starts");
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.success(), err)
+    }
+
+    /// Replaces the first of some words in a file.
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let path = self.folder.join(file);
+        let old = std::fs::read_to_string(&path).unwrap();
+        assert!(old.contains(from), "{file}: {from}");
+        std::fs::write(path, old.replacen(from, to, 1)).unwrap();
     }
 
     /// Runs its application in lockstep.
@@ -82,6 +95,39 @@ fn a_new_schema_builds_passes_its_test_and_drives() {
         summary["collisions"] == 0 && clearance < 0.6,
         "it came near the wall and not to it: {summary}"
     );
+}
+
+#[test]
+fn a_mistake_that_a_macro_finds_is_the_only_error() {
+    let project = Project::new(&["schema"], "mistaken");
+    let values = [
+        ("Value", "struct Door { width: f64 }", "add `#[repr(C)]`"),
+        ("Choice", "enum Gait { Slow }", "add `#[repr(u8)]`"),
+    ];
+    for (derive, item, error) in values {
+        let path = project.folder.join("src/lib.rs");
+        let code = std::fs::read_to_string(&path).unwrap();
+        let used = format!("#[derive(Clone, Copy, {derive})]\npub {item}\n/// Drives");
+        project.replace("src/lib.rs", "/// Drives", &used);
+        let name = item.split(' ').nth(1).unwrap();
+        let field = match derive {
+            "Value" => format!("#[import]\n    more: Import<{name}>,\n    #[actuator]"),
+            _ => format!(
+                "#[modulation(default = {name}::Slow)]\n    more: Modulation<{name}>,\n    #[actuator]"
+            ),
+        };
+        project.replace("src/lib.rs", "#[actuator]", &field);
+        check_only_error(&project, error);
+        std::fs::write(path, code).unwrap();
+    }
+    project.replace("src/lib.rs", "#[import(trigger)]", "#[import(triger)]");
+    check_only_error(&project, "here may stand trigger, optional");
+}
+
+fn check_only_error(project: &Project, error: &str) {
+    let (success, err) = project.cargo("build");
+    assert!(!success && err.contains(error), "{err}");
+    assert!(err.contains("due to 1 previous error"), "{err}");
 }
 
 #[test]
@@ -170,18 +216,12 @@ fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
     let types = Project::new(&["types"], "doors-seen");
     types.build();
     let plugin = Project::new(&["schema", "--perceptive"], "find-doors");
-    let replace = |file: &str, from: &str, to: &str| {
-        let path = plugin.folder.join(file);
-        let old = std::fs::read_to_string(&path).unwrap();
-        assert!(old.contains(from), "{file}: {from}");
-        std::fs::write(path, old.replacen(from, to, 1)).unwrap();
-    };
     let dependency = format!("[dependencies]\ndoors-seen = {{ path = {:?} }}", types.folder);
-    replace("Cargo.toml", "[dependencies]", &dependency);
+    plugin.replace("Cargo.toml", "[dependencies]", &dependency);
     let field = "    #[export]\n    doors: Export<doors_seen::DoorsSeen>,\n}\n\nimpl Schema";
-    replace("src/lib.rs", "}\n\nimpl Schema", field);
+    plugin.replace("src/lib.rs", "}\n\nimpl Schema", field);
     let first = "let Some(laser)";
-    replace(
+    plugin.replace(
         "src/lib.rs",
         first,
         &format!("self.doors.retract(cx);\n        {first}"),
