@@ -167,6 +167,44 @@ fn describe_tells_tools_the_same() {
 }
 
 #[test]
+fn describe_shows_the_fields_of_a_value_and_who_has_it() {
+    let describe = |name: &str| said(&mut jde_with_plugins(&["describe", name]));
+    let scan = describe("sensor_msgs/msg/LaserScan");
+    assert_eq!(scan.status, Some(0), "{}", scan.err);
+    for words in [
+        "header.stamp.sec",
+        "float32[<=1088] m",
+        "exports",
+        "sim/pioneer",
+        "imports",
+        "stop/stop",
+    ] {
+        assert!(scan.out.contains(words), "{words}: {}", scan.out);
+    }
+    assert_eq!(describe("LaserScan").out, scan.out);
+    assert!(describe("Header").out.starts_with("std_msgs/msg/Header"));
+    for (wrong, right) in [
+        ("LaserScn", "LaserScan"),
+        ("sensor_msgs/msg/LaserScn", "sensor_msgs/msg/LaserScan"),
+    ] {
+        let unknown = describe(wrong);
+        assert_eq!(unknown.status, Some(2));
+        assert!(
+            unknown.err.contains(&format!("did you mean `{right}`?")),
+            "{}",
+            unknown.err
+        );
+    }
+    let data = json(&said(&mut jde_with_plugins(&["describe", "Twist", "--json"])).out);
+    let ports = data["ports"].as_array().unwrap();
+    let base = ports.iter().find(|port| port["schema"] == "stop/stop").unwrap();
+    assert_eq!(
+        (&base["part"], &base["port"]),
+        (&"actuators".into(), &"base".into())
+    );
+}
+
+#[test]
 fn describe_says_where_it_looked_for_a_plugin_that_is_not_there() {
     let describe = said(&mut jde(&["describe", "nothing-like-it"]));
     assert_eq!(describe.status, Some(3));
