@@ -7,7 +7,7 @@ mod plugin;
 mod plugin_data;
 pub(crate) mod value;
 
-pub(crate) use application::write as application;
+pub(crate) use application::{write as application, write_defaults as defaults};
 pub(crate) use listing::PluginListing;
 pub(crate) use plugin::write as plugin;
 pub(crate) use plugin_data::PluginData;
