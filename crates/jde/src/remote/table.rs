@@ -25,9 +25,11 @@ pub(crate) struct Cell {
 }
 
 /// A table: titles above rows.
+#[derive(Default)]
 pub(crate) struct Table {
-    titles: Vec<(&'static str, Alignment)>,
+    titles: Vec<(Cell, Alignment)>,
     rows: Vec<Vec<Cell>>,
+    indent: usize,
 }
 
 impl Cell {
@@ -50,11 +52,24 @@ impl<T: ToString> From<T> for Cell {
 
 impl Table {
     /// Creates an empty table.
-    pub(crate) fn new(titles: impl IntoIterator<Item = (&'static str, Alignment)>) -> Self {
+    pub(crate) fn new<T: ToString>(titles: impl IntoIterator<Item = (T, Alignment)>) -> Self {
+        let titles = titles.into_iter();
         Self {
-            titles: titles.into_iter().collect(),
-            rows: Vec::new(),
+            titles: titles
+                .map(|(title, side)| (Cell::from(title).styled(FAINT), side))
+                .collect(),
+            ..Self::default()
         }
+    }
+
+    /// Creates an empty table of texts without titles.
+    pub(crate) fn untitled(columns: usize) -> Self {
+        Self::new(std::iter::repeat_n(("", Alignment::Left), columns))
+    }
+
+    /// Indents every line by a number of columns of the terminal.
+    pub(crate) fn indented(self, indent: usize) -> Self {
+        Self { indent, ..self }
     }
 
     /// Adds a row; a short one leaves its last columns empty.
@@ -72,16 +87,13 @@ impl Table {
             .map(|column| {
                 let cells = self.rows.iter().filter_map(|row| row.get(column));
                 let widest = cells.map(|cell| display_width(&cell.text)).max()?;
-                (widest > 0).then(|| widest.max(display_width(self.titles[column].0)))
+                (widest > 0).then(|| widest.max(display_width(&self.titles[column].0.text)))
             })
             .collect();
-        let titles: Vec<Cell> = self
-            .titles
-            .iter()
-            .map(|(title, _)| Cell::from(title).styled(FAINT))
-            .collect();
-        for row in std::iter::once(&titles).chain(&self.rows) {
-            let mut gap = 0;
+        let titles: Vec<Cell> = self.titles.iter().map(|(title, _)| title.clone()).collect();
+        let has_titles = titles.iter().any(|title| !title.text.is_empty());
+        for row in has_titles.then_some(&titles).into_iter().chain(&self.rows) {
+            let mut gap = self.indent;
             for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(&self.titles) {
                 let Some(width) = width.or_else(|| self.rows.is_empty().then(|| display_width(&cell.text)))
                 else {
