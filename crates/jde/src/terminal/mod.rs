@@ -101,6 +101,12 @@ pub(crate) fn out_is_terminal() -> bool {
     io::stdout().is_terminal()
 }
 
+/// Returns how many columns the terminal of standard output has; `None` if it is no terminal.
+pub(crate) fn width() -> Option<usize> {
+    let (columns, _) = out_is_terminal().then(ratatui::crossterm::terminal::size)?.ok()?;
+    Some(columns.into())
+}
+
 /// Whether standard error is a terminal.
 pub(crate) fn err_is_terminal() -> bool {
     io::stderr().is_terminal()
