@@ -82,6 +82,41 @@ pub(crate) fn write(application: &Application, words: &mut dyn Write) -> io::Res
         .try_for_each(|warning| writeln!(words, "{WARN}{warning}{WARN:#}"))
 }
 
+/// Writes the modulations that have the default of their type, by schema, and those among them that the file
+/// sets all the same.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn write_defaults(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(
+        words,
+        "\n{TITLE}defaults{TITLE:#}: modulations that have the default of their type"
+    )?;
+    for instance in &application.instances {
+        let ports = instance.schema.ports.iter().zip(&instance.bindings);
+        let values = ports.filter_map(|(port, binding)| match (binding, &port.role) {
+            (Binding::Modulation { initial, set }, Role::Modulation { default, .. })
+                if initial == default =>
+            {
+                let value = format_value(&port.value_type, initial, &port.unit);
+                let note = if *set { " (set without effect)" } else { "" };
+                Some(format!("{} = {value}{FAINT}{note}{FAINT:#}", port.name))
+            }
+            _ => None,
+        });
+        let values: Vec<_> = values.collect();
+        if !values.is_empty() {
+            writeln!(
+                words,
+                "  {TITLE}{}{TITLE:#}  {}",
+                instance.name,
+                values.join(", ")
+            )?;
+        }
+    }
+    Ok(())
+}
+
 fn write_group(
     application: &Application,
     group: &GroupConfig,

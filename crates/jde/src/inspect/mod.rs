@@ -8,7 +8,7 @@ mod plugin_data;
 pub(crate) mod value;
 mod value_type;
 
-pub(crate) use application::write as application;
+pub(crate) use application::{write as application, write_defaults as defaults};
 pub(crate) use listing::PluginListing;
 pub(crate) use plugin::write as plugin;
 pub(crate) use plugin_data::PluginData;

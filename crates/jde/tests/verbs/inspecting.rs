@@ -41,6 +41,27 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
         check.out
     );
     assert!(!check.out.contains('\u{1b}'), "no colours in a pipe");
+    assert!(!check.out.contains("defaults:"), "{}", check.out);
+}
+
+#[test]
+fn check_lists_on_request_what_has_the_default_of_its_type() {
+    let room = app("room.toml");
+    let check = said(&mut jde_with_plugins(&[
+        "check",
+        &room,
+        "--defaults",
+        "--set",
+        "goon.fast=0.4",
+        "--set",
+        "goon.slow=0.3",
+    ]));
+    assert_eq!(check.status, Some(0), "{}", check.err);
+    let (_, defaults) = check.out.split_once("\ndefaults: ").expect("they are listed");
+    assert!(
+        defaults.contains("fast = 0.4 m/s (set without effect), turn = "),
+        "{defaults}"
+    );
 }
 
 #[test]
