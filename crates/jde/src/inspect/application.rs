@@ -10,7 +10,6 @@ use jde_app::{
 };
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_records::policy_name;
 
 use super::value::{decode_plain, format_value};
 use crate::failure;
@@ -292,7 +291,7 @@ fn variable_name(application: &Application, owner: usize, port: usize) -> String
 }
 
 fn policy(policy: Policy) -> String {
-    let name = policy_name(policy);
+    let name = policy.name();
     match policy {
         Policy::Sticky { dwell, hysteresis } => {
             format!("{name} (dwell {}, hysteresis {hysteresis})", Millis(dwell))
