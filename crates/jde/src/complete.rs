@@ -8,8 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
-use jde_loader::SearchPath;
 use jde_link::{Client, Folders, Rate, Reach, Remote};
+use jde_loader::SearchPath;
 use jde_log::Recording;
 use jde_panel::Item;
 
