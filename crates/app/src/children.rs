@@ -142,7 +142,7 @@ fn modulation_target(
         .position(|other| other.name == port.name && is_modulation(&other));
     if let Some(place) = place {
         let found = (kin.child, place);
-        return variable::can_bind(report, here.drafts, &what, port, found, &kin.name.span)
+        return variable::can_bind(report, here.drafts, &what, port, found, &kin.name.span, || None)
             .then_some(ChildTarget::Port(kin.child, place));
     }
     if !port.optional {

@@ -20,7 +20,6 @@ const KEYS: &[&str] = &[
     "patience",
     "budget",
 ];
-const POLICIES: &[&str] = &["priority", "urgency", "sticky", "round-robin", "father"];
 const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
 
 /// The contents of a group's own keys.
@@ -138,7 +137,7 @@ fn policy(
                     &written.span,
                     format!("{} has no policy {}", section.label, quote(other)),
                 )
-                .suggest(other, "policies", POLICIES.iter().copied());
+                .suggest(other, "policies", Policy::NAMES);
             default
         }
     }

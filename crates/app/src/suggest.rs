@@ -5,7 +5,7 @@ use super::fault::Fault;
 use super::report::{quote, quote_all};
 
 /// The most names that are listed if none is similar.
-const MAX_LISTED: usize = 12;
+pub(super) const MAX_LISTED: usize = 12;
 /// Longer texts are not misspelt names.
 const MAX_LENGTH: usize = 80;
 

@@ -109,7 +109,7 @@ pub(super) fn find(
 }
 
 /// Whether `port` may be bound to a variable: both have the same type and, for plain numbers, the same unit.
-/// Reports a difference.
+/// Reports a difference; `help` returns the advice.
 pub(super) fn can_bind(
     report: &mut FaultReport,
     drafts: &Drafts,
@@ -117,6 +117,7 @@ pub(super) fn can_bind(
     port: &Port,
     (instance, number): (usize, usize),
     span: &Range<usize>,
+    help: impl FnOnce() -> Option<String>,
 ) -> bool {
     let Some(schema) = drafts.schema(instance) else {
         return false;
@@ -132,24 +133,34 @@ pub(super) fn can_bind(
                 .fault(span, message)
                 .advise("build both plugins with the same definition of the type, from a crate or a header that both use");
         } else {
-            report.fault(span, format!("{what} is {takes}, and {full} is {has}"));
+            let fault = report.fault(span, format!("{what} is {takes}, and {full} is {has}"));
+            fault.help = help();
         }
         return false;
     }
-    let (Some(takes), Some(has)) = (unit(port), unit(other)) else {
+    let Some((takes, has)) = unit_conflict(port, other) else {
         return true;
     };
-    // A port without a unit accepts any: a plotter, a filter.
-    if takes.is_empty() || jde_abi::unit::same(takes, has) {
-        return true;
-    }
     let has = if has.is_empty() {
         "has no unit".to_owned()
     } else {
         format!("is in {}", quote(has))
     };
-    report.fault(span, format!("{what} is in {}, and {full} {has}", quote(takes)));
+    let fault = report.fault(span, format!("{what} is in {}, and {full} {has}", quote(takes)));
+    fault.help = help();
     false
+}
+
+/// Whether `port` may be bound to a variable `other` by type and unit.
+pub(super) fn fits(port: &Port, other: &Port) -> bool {
+    port.value_type.same_as(&other.value_type) && unit_conflict(port, other).is_none()
+}
+
+/// Returns the units of a port and a variable if they differ.
+fn unit_conflict<'p>(port: &'p Port, other: &'p Port) -> Option<(&'p str, &'p str)> {
+    let (takes, has) = (unit(port)?, unit(other)?);
+    // A port without a unit accepts any: a plotter, a filter.
+    (!takes.is_empty() && !jde_abi::unit::same(takes, has)).then_some((takes, has))
 }
 
 /// Returns the unit of a plain number: the port's own, or that of the only field of its type.

@@ -1,10 +1,21 @@
 //! Warnings. Roots that compete in one group although they share no actuator exclude each other without need;
-//! this may be intended, so it is a warning and not a fault. The same holds for a C++ plugin that may throw.
+//! this may be intended, so it is a warning and not a fault. The same holds for a period far from the type's, and for a C++ plugin
+//! that may throw.
 
 use std::collections::{BTreeSet, HashMap};
 
+use jde_core::Nanos;
+
 use super::report::quote_all;
 use super::{Application, Binding, GroupConfig, InstanceConfig};
+use crate::period::format_setting;
+
+/// How many times longer or shorter than the type's period a period probably has the wrong unit.
+const FAR: Nanos = 100;
+/// How many times longer or shorter than the type's period the period that was meant may be.
+const NEAR: Nanos = 10;
+/// The ratio of a unit of time to the next smaller one.
+const NEXT_UNIT: Nanos = 1000;
 
 /// Roots, and the commands that they share.
 type RootCommands = (Vec<usize>, BTreeSet<(usize, usize)>);
@@ -17,6 +28,7 @@ impl Application {
         let levels = self.groups.iter().filter(|group| group.father.is_none());
         let strangers = levels.filter_map(|level| self.warn_of_disjoint_roots(level));
         strangers
+            .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
             .chain(self.link.warnings())
             .collect()
@@ -91,4 +103,29 @@ impl Application {
         }
         number
     }
+}
+
+/// Warns of a period that is far from the type's.
+fn warn_of_period(instance: &InstanceConfig) -> Option<String> {
+    let (period, usual) = (instance.period_ns, instance.schema.period_ns);
+    let is_far = |one: Nanos, other: Nanos| one / FAR >= other;
+    let meant = if is_far(period, usual) {
+        period / NEXT_UNIT
+    } else if is_far(usual, period) {
+        period * NEXT_UNIT
+    } else {
+        return None;
+    };
+    let advice = if meant / NEAR < usual && usual / NEAR < meant {
+        format!("; if {0} is meant, write period = \"{0}\"", format_setting(meant))
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "line {}: `period` of schema `{}` is {}, and {} in its type{advice}",
+        instance.line,
+        instance.name,
+        format_setting(period),
+        format_setting(usual)
+    ))
 }

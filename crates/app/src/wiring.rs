@@ -7,12 +7,16 @@ use super::children::kind_noun;
 use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
 use super::remote::{self, RemoteVariables};
-use super::report::{FaultReport, quote};
+use super::report::{FaultReport, quote, quote_all};
+use super::suggest::MAX_LISTED;
 use super::variable::{self, VariableKind};
 use super::{Binding, ImportSource};
 
 /// The type of the variable that states when an application is done.
 const MISSION: &str = "jde_msgs/msg/Mission";
+
+/// The advice where no variable fits a port.
+const NO_CANDIDATE: &str = "no schema of the application has such a variable; add one that does";
 
 /// A table of roles and variables: `imports` or `actuators`.
 #[derive(Clone, Copy)]
@@ -201,7 +205,8 @@ impl RoleTable {
     ) -> Option<(usize, usize)> {
         let port = &here.schema.ports[port];
         let found = variable::find(report, here.drafts, what, written, self.kind, Some(port))?;
-        variable::can_bind(report, here.drafts, what, port, found, &written.span).then_some(found)
+        let help = || Some(list_candidates(here, port, self.kind));
+        variable::can_bind(report, here.drafts, what, port, found, &written.span, help).then_some(found)
     }
 
     /// Reports required ports that the table leaves unbound.
@@ -223,17 +228,6 @@ fn report_missing(
     wanted: VariableKind,
 ) {
     let section = here.section();
-    let candidate = (0..here.drafts.len())
-        .filter(|index| *index != here.index)
-        .find_map(|index| {
-            let other = here.drafts.schema(index)?.ports.iter().find(|other| {
-                // A modulation can be read, but is rarely intended.
-                wanted.admits(&other.role)
-                    && !matches!(other.role, Role::Modulation { .. })
-                    && port.value_type.same_as(&other.value_type)
-            })?;
-            Some(format!("{}.{}", here.drafts.get(index).name, other.name))
-        });
     let message = format!(
         "{} leaves {} of its {key} unbound; it takes {}",
         section.label,
@@ -242,10 +236,39 @@ fn report_missing(
     );
     report
         .fault(&section.key_span(key), message)
-        .advise(match candidate {
+        .advise(match candidates(here, port, wanted).next() {
             Some(candidate) => format!("add {key}.{} = \"{candidate}\"", port.name),
-            None => "no schema of the application has such a variable; add one that does".to_owned(),
+            None => NO_CANDIDATE.to_owned(),
         });
+}
+
+/// Returns the variables of other schemas to which a port can be bound.
+fn candidates<'c>(
+    here: &'c InstanceContext,
+    port: &'c Port,
+    wanted: VariableKind,
+) -> impl Iterator<Item = String> + 'c {
+    let others = (0..here.drafts.len()).filter(|index| *index != here.index);
+    others
+        .filter_map(|index| Some((here.drafts.get(index).name, here.drafts.schema(index)?)))
+        .flat_map(move |(name, schema)| {
+            let fitting = schema.ports.iter().filter(move |other| {
+                // A modulation can be read, but is rarely intended.
+                wanted.admits(&other.role)
+                    && !matches!(other.role, Role::Modulation { .. })
+                    && variable::fits(port, other)
+            });
+            fitting.map(move |other| format!("{name}.{}", other.name))
+        })
+}
+
+/// Lists the variables to which a port can be bound.
+fn list_candidates(here: &InstanceContext, port: &Port, wanted: VariableKind) -> String {
+    let fitting: Vec<_> = candidates(here, port, wanted).take(MAX_LISTED).collect();
+    match fitting.as_slice() {
+        [] => NO_CANDIDATE.to_owned(),
+        fitting => format!("these fit: {}", quote_all(fitting.iter().map(String::as_str))),
+    }
 }
 
 fn is_import(port: &Port) -> bool {

@@ -84,6 +84,21 @@ pub enum Decider {
     Operator,
 }
 
+impl Decider {
+    /// Returns the name of what decided, as records have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nobody => "nobody",
+            Self::Policy(policy) => policy.name(),
+            Self::Father => "father",
+            Self::ArbitrationFailed => "arbitration-failed",
+            Self::AbsencePolicy => "absence-policy",
+            Self::Operator => "operator",
+        }
+    }
+}
+
 /// What led to a selection (R2).
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Cause {

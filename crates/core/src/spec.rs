@@ -194,6 +194,17 @@ impl GroupSpec {
 }
 
 impl Policy {
+    /// The names of all policies, as application files and records have them.
+    pub const NAMES: [&str; 5] = ["priority", "urgency", "sticky", "round-robin", "father"];
+
+    /// Returns its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let (place, ..) = self.key();
+        Self::NAMES[usize::from(place)]
+    }
+
+    /// Its place in [`Self::NAMES`], and its numbers.
     fn key(self) -> (u8, Nanos, u64) {
         match self {
             Self::Priority => (0, 0, 0),

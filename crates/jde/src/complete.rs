@@ -7,14 +7,15 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
-use clap_complete::CompletionCandidate;
+use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
 use jde_link::{Client, Folders, Rate, Reach, Remote};
+use jde_loader::SearchPath;
 use jde_log::Recording;
 use jde_panel::Item;
 
-use crate::analysis;
 use crate::remote::name::split_application;
 use crate::remote::panel;
+use crate::{analysis, inspect, load};
 
 /// The longest time that a key press may wait.
 const TIMEOUT: Duration = Duration::from_millis(700);
@@ -146,6 +147,25 @@ pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
             CompletionCandidate::new(name).help(doc.map(Into::into))
         })
         .collect()
+}
+
+/// Completes the names of plugins, the types of value in them, and files.
+pub(crate) fn plugins_and_value_types(current: &OsStr) -> Vec<CompletionCandidate> {
+    let begun = current.to_string_lossy().into_owned();
+    let names = with_timeout(|| {
+        let plugins = load::describe_all(&load::plugins(SearchPath::usual(None)), &[]);
+        let of_plugins = plugins.iter().map(|plugin| plugin.description.name.clone());
+        Some(
+            of_plugins
+                .chain(inspect::value_type_names(&plugins))
+                .collect::<Vec<_>>(),
+        )
+    });
+    let names = names.unwrap_or_default().into_iter();
+    let named = names
+        .filter(|name| name.starts_with(&begun))
+        .map(CompletionCandidate::new);
+    named.chain(PathCompleter::file().complete(current)).collect()
 }
 
 /// Names with their documentation.

@@ -115,6 +115,14 @@ pub(crate) fn plugins(path: SearchPath) -> Plugins {
     Plugins::new(path).with_inspector(Inspector::new(child::inspector()))
 }
 
+/// Describes every usable plugin that is linked in, along the search path or in more folders.
+pub(crate) fn describe_all(plugins: &Plugins, extra: &[PathBuf]) -> Vec<DescribedPlugin> {
+    let (files, linked_in) = plugins.list(extra);
+    let linked_in = linked_in.iter().map(|name| plugins.describe(name, &[]));
+    let found = files.iter().map(|file| plugins.describe_file(&file.path));
+    linked_in.chain(found).filter_map(Result::ok).collect()
+}
+
 /// Checks the text of an application's file that a recording contains.
 ///
 /// # Errors
@@ -242,15 +250,8 @@ impl Catalogue for PluginCatalogue {
     }
 
     fn type_names(&self) -> Vec<String> {
-        let (files, linked_in) = self.plugins.list(&self.report.borrow().folders);
-        let found = files
-            .iter()
-            .filter_map(|file| self.plugins.describe_file(&file.path).ok());
-        let linked_in = linked_in
-            .iter()
-            .filter_map(|name| self.plugins.describe(name, &[]).ok());
         let mut known = Vec::new();
-        for plugin in linked_in.chain(found) {
+        for plugin in describe_all(&self.plugins, &self.report.borrow().folders) {
             let schemas = plugin.description.schemas.iter();
             known.extend(schemas.map(|schema| format!("{}/{}", plugin.description.name, schema.name)));
         }

@@ -55,7 +55,7 @@ pub struct RefreshedPlugin {
 #[derive(Debug, thiserror::Error)]
 pub enum PluginError {
     /// No folder contains its file.
-    #[error("there is no plugin `{name}` in {}", folders.join(", "))]
+    #[error("there is no plugin `{name}` in{}", folders.iter().map(|folder| format!("\n    {folder}")).collect::<String>())]
     Missing {
         /// The name asked for.
         name: String,

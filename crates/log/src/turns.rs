@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_app::{Application, Binding, InstanceConfig};
 use jde_core::{GroupContract, contract};
-use jde_records::policy_name;
 use jde_records::turn::{OnTurn, Turn};
 use jde_types::Value;
 use serde::{Deserialize, Serialize};
@@ -137,7 +136,7 @@ impl RecordedHierarchy {
                 .map(|group| RecordedGroup {
                     name: group.name.clone(),
                     members: group.members.iter().map(name).collect(),
-                    policy: Some(policy_name(group.policy).to_owned()),
+                    policy: Some(group.policy.name().to_owned()),
                     takeover_ns: contracts
                         .iter()
                         .find(|contract| contract.name == group.name)

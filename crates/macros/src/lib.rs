@@ -9,8 +9,9 @@ mod text;
 mod value;
 
 use proc_macro::TokenStream;
+use proc_macro2::TokenStream as TokenStream2;
 use quote::quote;
-use syn::{DeriveInput, Error, parse_macro_input};
+use syn::{DeriveInput, Result, parse_macro_input};
 
 /// Makes a structure a value that schemas can share. See the trait of the same name.
 ///
@@ -19,18 +20,18 @@ use syn::{DeriveInput, Error, parse_macro_input};
 #[proc_macro_derive(Value, attributes(value))]
 pub fn derive_value(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    value::derive(&input, &quote!(::jde_types::derived))
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    let derived = quote!(::jde_types::derived);
+    let placeholder = value::placeholder(&input.ident, &derived);
+    or_placeholder(value::derive(&input, &derived), &input, placeholder)
 }
 
 /// [`Value`](macro@Value) for crates that depend on `jde-schema` alone, which exports it under that name.
 #[proc_macro_derive(AuthorsValue, attributes(value))]
 pub fn derive_authors_value(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    value::derive(&input, &quote!(::jde_schema::types::derived))
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    let derived = quote!(::jde_schema::types::derived);
+    let placeholder = value::placeholder(&input.ident, &derived);
+    or_placeholder(value::derive(&input, &derived), &input, placeholder)
 }
 
 /// Makes an enumeration a type for modulations: a choice of one among several names.
@@ -40,18 +41,18 @@ pub fn derive_authors_value(input: TokenStream) -> TokenStream {
 #[proc_macro_derive(Choice)]
 pub fn derive_choice(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    choice::derive(&input, &quote!(::jde_types::derived))
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    let derived = quote!(::jde_types::derived);
+    let placeholder = value::placeholder(&input.ident, &derived);
+    or_placeholder(choice::derive(&input, &derived), &input, placeholder)
 }
 
 /// [`Choice`](macro@Choice) for crates that depend on `jde-schema` alone, which exports it under that name.
 #[proc_macro_derive(AuthorsChoice)]
 pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    choice::derive(&input, &quote!(::jde_schema::types::derived))
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    let derived = quote!(::jde_schema::types::derived);
+    let placeholder = value::placeholder(&input.ident, &derived);
+    or_placeholder(choice::derive(&input, &derived), &input, placeholder)
 }
 
 /// Generates the table of a schema type from a structure.
@@ -90,7 +91,23 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 )]
 pub fn derive_describe(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    schema::derive(&input)
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    or_placeholder(schema::derive(&input), &input, schema::placeholder(&input.ident))
+}
+
+/// Returns the generated code, or an error and a placeholder. The placeholder implements the trait, so that
+/// the compiler does not also report a missing implementation. A type with parameters has none, because it
+/// may not be `'static`.
+fn or_placeholder(
+    generated: Result<TokenStream2>,
+    input: &DeriveInput,
+    placeholder: TokenStream2,
+) -> TokenStream {
+    let code = generated.unwrap_or_else(|error| {
+        let mut code = error.into_compile_error();
+        if input.generics.params.is_empty() {
+            code.extend(placeholder);
+        }
+        code
+    });
+    code.into()
 }

@@ -74,6 +74,20 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
     })
 }
 
+/// Generates the traits of a value with the table of a byte, for a value or a choice with a mistake.
+pub(crate) fn placeholder(ident: &Ident, derived: &TokenStream) -> TokenStream {
+    quote! {
+        // SAFETY: the code does not compile, because an error is beside this.
+        unsafe impl #derived::Value for #ident {
+            const TYPE: &'static #derived::raw::Type = <u8 as #derived::Value>::TYPE;
+        }
+        // SAFETY: as above.
+        unsafe impl #derived::Part for #ident {
+            const SHAPE: #derived::Shape = <u8 as #derived::Part>::SHAPE;
+        }
+    }
+}
+
 /// Returns the name of a field without the prefix `r#`.
 fn plain(ident: &Ident) -> String {
     ident.to_string().trim_start_matches("r#").to_owned()

@@ -11,7 +11,6 @@ use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
 use crate::event::Event;
-use crate::names::decider_name;
 
 /// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
 /// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
@@ -184,7 +183,7 @@ impl DecisionTracker {
                 .collect(),
             before: record.before.map(name),
             choice: record.choice.map(name),
-            decider: decider_name(record.decider).to_owned(),
+            decider: record.decider.name().to_owned(),
             reason: record.reason.to_string(),
             cause: cause_words(record.cause, name),
             changed: record.changed,

@@ -8,7 +8,6 @@ pub mod decision_writer;
 pub mod event;
 mod event_text;
 mod messages;
-mod names;
 pub mod reload;
 mod resource_usage;
 pub mod snapshot;
@@ -20,7 +19,6 @@ use jde_core::Nanos;
 use crate::event::Event;
 pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name};
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
-pub use names::{decider_name, policy_name};
 pub use resource_usage::ResourceUsage;
 
 /// One message of a story.

@@ -32,6 +32,9 @@ impl fmt::Display for BuildName {
 pub struct ReloadReport {
     /// The plugin's file.
     pub file: PathBuf,
+    /// How long ago the file was written, ns; `None` if unknown.
+    #[serde(default)]
+    pub age: Option<Nanos>,
     /// The result for each schema.
     pub schemas: Vec<(String, ReloadOutcome)>,
     /// The builds that the process keeps in memory because of reloads.

@@ -17,7 +17,7 @@ impl Type {
                     one.name, other.name
                 ));
             }
-            let (here, there) = (shape(one), shape(other));
+            let (here, there) = (one.shape(), other.shape());
             if here != there {
                 return Some(format!(
                     "field `{within}{}` is {here} here and {there} there",
@@ -51,17 +51,20 @@ impl Type {
     }
 }
 
-/// What a field is, in a word or two.
-fn shape(field: &Field) -> String {
-    let kind = match &field.kind {
-        FieldKind::Scalar(scalar) => scalar.ros_name(),
-        FieldKind::Struct(ty) => &ty.name,
-    };
-    match field.form {
-        Form::One => kind.to_owned(),
-        Form::Array(count) => format!("{kind}[{count}]"),
-        Form::Sequence { capacity, .. } => format!("{kind}[<={capacity}]"),
-        Form::Text { capacity, .. } => format!("string<={capacity}"),
+impl Field {
+    /// What it is, in a word or two: `float32[<=1088]`.
+    #[must_use]
+    pub fn shape(&self) -> String {
+        let kind = match &self.kind {
+            FieldKind::Scalar(scalar) => scalar.ros_name(),
+            FieldKind::Struct(ty) => &ty.name,
+        };
+        match self.form {
+            Form::One => kind.to_owned(),
+            Form::Array(count) => format!("{kind}[{count}]"),
+            Form::Sequence { capacity, .. } => format!("{kind}[<={capacity}]"),
+            Form::Text { capacity, .. } => format!("string<={capacity}"),
+        }
     }
 }
 

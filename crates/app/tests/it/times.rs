@@ -1,6 +1,6 @@
 //! The faults that are reported for times that no clock can keep.
 
-use crate::catalogue::check;
+use crate::catalogue::{application, check};
 
 /// The period of a schema in the good application.
 const PERIOD: &str = r#"period      = "75ms""#;
@@ -115,4 +115,25 @@ apps/good.toml:21:40: `budget` of group `base` of schema `example` is shorter th
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );
+}
+
+#[test]
+fn a_period_far_from_the_types_is_reported_with_the_one_that_was_probably_meant() {
+    let warnings = |period: &str| application(&[(PERIOD, period)]).warnings();
+    for (period, warning) in [
+        (
+            "period = 75",
+            "75 s, and 100 ms in its type; if 75 ms is meant, write period = \"75 ms\"",
+        ),
+        (
+            "period = \"0.1ms\"",
+            "100 µs, and 100 ms in its type; if 100 ms is meant, write period = \"100 ms\"",
+        ),
+        ("period = 10", "10 s, and 100 ms in its type"),
+        ("period = 3600", "3600 s, and 100 ms in its type"),
+    ] {
+        let expected = format!("line 15: `period` of schema `example` is {warning}");
+        assert_eq!(warnings(period), [expected]);
+    }
+    assert!(warnings("period = 5").is_empty() && warnings("period = \"2ms\"").is_empty());
 }

@@ -109,6 +109,7 @@ fn variables_of_another_type_or_unit_name_both() {
         )],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is `std_msgs/msg/Float64`, and `pioneer.odometry` is `nav_msgs/msg/Odometry`
+    help: these fit: `pioneer.heading` and `look.heading`
 "#,
     );
     check(
@@ -118,12 +119,14 @@ apps/good.toml:18:52: `heading` in `imports` of schema `example` is `std_msgs/ms
         )],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is in `rad`, and `pioneer.travelled` is in `m`
+    help: these fit: `pioneer.heading` and `look.heading`
 "#,
     );
     check(
         &[(r#"heading = "pioneer.heading""#, r#"heading = "pioneer.noise""#)],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is in `rad`, and `pioneer.noise` has no unit
+    help: these fit: `pioneer.heading` and `look.heading`
 "#,
     );
     check(

@@ -8,7 +8,6 @@ use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
 use jde_records::chattering::{self, ChatterDetector};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
-use jde_records::{decider_name, policy_name};
 
 use super::{Engine, RulesState, schema};
 
@@ -61,7 +60,7 @@ impl GroupStatistics {
             time: record.time,
             from: record.before.map(SchemaId::index),
             to: record.choice.map(SchemaId::index),
-            decider: decider_name(record.decider).to_owned(),
+            decider: record.decider.name().to_owned(),
             reason: record.reason.to_string(),
             latency: None,
         };
@@ -269,7 +268,7 @@ impl Engine {
             father: group.father,
             members: group.members.clone(),
             winner: rules.hierarchy.winner(id).map(SchemaId::index),
-            policy: policy_name(rules.hierarchy.spec().groups[number].policy).to_owned(),
+            policy: rules.hierarchy.spec().groups[number].policy.name().to_owned(),
             switches: kept.switches,
             last: kept.last.as_ref().map(|(_, switch)| switch.clone()),
             worst: kept.worst,

@@ -91,6 +91,8 @@ impl Engine {
                 self.lock().refused_requests.remove(&(father, role));
                 raw::OK
             }
+            // The request is kept, and takes effect when the operator releases the child (R14).
+            Err(jde_core::Refused::Stopped { .. }) => raw::REFUSED,
             Err(refused) => {
                 let first = self.lock().refused_requests.insert((father, role));
                 self.count_refusal(father, first, || refused.to_string());

@@ -1,10 +1,11 @@
 //! Reloads schemas by the name of a schema or a plugin: reads the plugin's file again, checks every schema
 //! before any of them changes, and returns the result for each.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use jde_core::Nanos;
 use jde_loader::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
 use jde_records::reload::{ReloadOutcome, ReloadReport};
 
@@ -107,6 +108,7 @@ impl Reloader {
         let RefreshedPlugin { plugin, .. } = self.plugins.refresh(&file)?;
         let schemas = self.replace(by, &schemas, &plugin, how)?;
         Ok(ReloadReport {
+            age: file_age(&file),
             file,
             schemas,
             memory: self.plugins.builds(),
@@ -179,6 +181,12 @@ fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> 
         nearest: jde_board::nearest(name, schemas.chain(plugins)).map(str::to_owned),
         name: name.to_owned(),
     })
+}
+
+/// Returns how long ago a file was written, ns.
+fn file_age(file: &Path) -> Option<Nanos> {
+    let written = file.metadata().and_then(|about| about.modified()).ok()?;
+    Some(written.elapsed().unwrap_or_default().as_nanos() as Nanos)
 }
 
 /// Formats a single reason on one line, and several on a line each.

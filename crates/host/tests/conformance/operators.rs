@@ -7,10 +7,11 @@ use jde_core::State;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::SchemaView;
 
-use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 
 on_every_executor!(
     r14_a_schema_that_is_stopped_sleeps_until_it_is_released,
+    r14_a_father_whose_child_is_stopped_is_refused_nothing,
     r14_a_schema_that_is_forced_wins_until_it_is_released,
     r14_a_child_that_is_played_is_awake_until_it_is_released,
     r14_a_period_is_given_back,
@@ -45,7 +46,7 @@ fn start(executor: Executor, high: bool) -> Rig {
     stage.drives("high", &Arc::new(high.into()), 0.3);
     stage.drives("left", &Arc::new(true.into()), 0.1);
     stage.play("father", |call, io| {
-        if call == crate::common::Call::Check {
+        if call == Call::Check {
             io.ready(true);
         }
         Ok(())
@@ -79,6 +80,30 @@ fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) 
     rig.operator().release(high).expect("it can be released");
     rig.until(|rig| rig.stage.count("high iterate") > before);
     assert_eq!(rig.see("high").operator, None);
+    rig.stop();
+}
+
+fn r14_a_father_whose_child_is_stopped_is_refused_nothing(executor: Executor) {
+    let mut rig = start(executor, false);
+    rig.stage.play("father", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => drop(io.wake("a")),
+            _ => {}
+        }
+        Ok(())
+    });
+    rig.until_did("left iterate");
+    let left = rig.place("left");
+    rig.operator().hold_asleep(left).expect("it can be stopped");
+    rig.until_did("left sleep");
+    let before = rig.stage.count("father iterate");
+    rig.until(|rig| rig.stage.count("father iterate") > before + 3);
+    assert_eq!(rig.see("father").refused, 0);
+    assert!(!rig.stage.told(|event| matches!(event, Event::Refused { .. })));
+    let before = rig.stage.count("left iterate");
+    rig.operator().release(left).expect("it can be released");
+    rig.until(|rig| rig.stage.count("left iterate") > before);
     rig.stop();
 }
 
@@ -154,8 +179,8 @@ fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Execu
         .expect("a modulation");
     rig.stage.play("father", |call, io| {
         match call {
-            crate::common::Call::Check => io.ready(true),
-            crate::common::Call::Iterate => {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
                 io.modulate_a(0.9);
             }
             _ => {}

@@ -10,7 +10,6 @@ use jde_app::{
 };
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_records::policy_name;
 
 use super::value::{decode_plain, format_value};
 use crate::failure;
@@ -80,6 +79,41 @@ pub(crate) fn write(application: &Application, words: &mut dyn Write) -> io::Res
     warnings
         .iter()
         .try_for_each(|warning| writeln!(words, "{WARN}{warning}{WARN:#}"))
+}
+
+/// Writes the modulations that have the default of their type, by schema, and those among them that the file
+/// sets all the same.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn write_defaults(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(
+        words,
+        "\n{TITLE}defaults{TITLE:#}: modulations that have the default of their type"
+    )?;
+    for instance in &application.instances {
+        let ports = instance.schema.ports.iter().zip(&instance.bindings);
+        let values = ports.filter_map(|(port, binding)| match (binding, &port.role) {
+            (Binding::Modulation { initial, set }, Role::Modulation { default, .. })
+                if initial == default =>
+            {
+                let value = format_value(&port.value_type, initial, &port.unit);
+                let note = if *set { " (set without effect)" } else { "" };
+                Some(format!("{} = {value}{FAINT}{note}{FAINT:#}", port.name))
+            }
+            _ => None,
+        });
+        let values: Vec<_> = values.collect();
+        if !values.is_empty() {
+            writeln!(
+                words,
+                "  {TITLE}{}{TITLE:#}  {}",
+                instance.name,
+                values.join(", ")
+            )?;
+        }
+    }
+    Ok(())
 }
 
 fn write_group(
@@ -257,7 +291,7 @@ fn variable_name(application: &Application, owner: usize, port: usize) -> String
 }
 
 fn policy(policy: Policy) -> String {
-    let name = policy_name(policy);
+    let name = policy.name();
     match policy {
         Policy::Sticky { dwell, hysteresis } => {
             format!("{name} (dwell {}, hysteresis {hysteresis})", Millis(dwell))

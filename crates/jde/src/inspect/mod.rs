@@ -6,8 +6,10 @@ mod listing;
 mod plugin;
 mod plugin_data;
 pub(crate) mod value;
+mod value_type;
 
-pub(crate) use application::write as application;
+pub(crate) use application::{write as application, write_defaults as defaults};
 pub(crate) use listing::PluginListing;
 pub(crate) use plugin::write as plugin;
 pub(crate) use plugin_data::PluginData;
+pub(crate) use value_type::{ValueTypeData, names as value_type_names};

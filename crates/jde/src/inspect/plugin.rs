@@ -11,10 +11,10 @@ use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
 /// Whether a role belongs to a part.
-type RoleFilter = fn(&Role) -> bool;
+pub(super) type RoleFilter = fn(&Role) -> bool;
 
 /// The parts of a description, in the order of interest: each has the ports of some roles.
-const PARTS: [(&str, RoleFilter); 6] = [
+pub(super) const PARTS: [(&str, RoleFilter); 6] = [
     ("imports", |role| matches!(role, Role::Import { .. })),
     ("exports", |role| matches!(role, Role::Export)),
     ("modulations", |role| matches!(role, Role::Modulation { .. })),
@@ -95,7 +95,7 @@ fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::
     write_section("children", rows.collect(), words)
 }
 
-fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
     if rows.is_empty() {
         return Ok(());
     }
@@ -115,7 +115,7 @@ fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> 
 }
 
 /// Returns a port's name. For a child's modulation, the child's name is prepended.
-fn port_name(schema: &Schema, port: &Port) -> String {
+pub(super) fn port_name(schema: &Schema, port: &Port) -> String {
     match port.role {
         Role::ChildModulation { child } => format!("{}.{}", schema.children[child].name, port.name),
         _ => port.name.clone(),
@@ -164,6 +164,6 @@ fn optional_suffix(optional: bool) -> &'static str {
 }
 
 /// Joins the lines of a documentation.
-fn join_lines(doc: &str) -> String {
+pub(super) fn join_lines(doc: &str) -> String {
     doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

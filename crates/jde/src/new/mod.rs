@@ -2,6 +2,7 @@
 //!
 //! Never writes into an existing folder.
 
+mod kind;
 mod name;
 
 use std::fs;
@@ -11,79 +12,15 @@ use std::path::{Path, PathBuf};
 use crate::failure::{self, Failure};
 use crate::paths;
 use crate::terminal::{self, FAINT, TITLE};
+pub(crate) use kind::Kind;
 use name::Name;
-
-/// What to write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// A motor schema.
-    Schema,
-    /// A driver.
-    Driver,
-    /// An application of existing schemas.
-    Application,
-}
-
-/// A file of a template: its path, and its text.
-type Template = (&'static str, &'static str);
-
-const SCHEMA: &[Template] = &[
-    (
-        "Cargo.toml",
-        include_str!("../../templates/schema/Cargo.toml.txt"),
-    ),
-    ("src/lib.rs", include_str!("../../templates/schema/src/lib.rs")),
-    ("app.toml", include_str!("../../templates/schema/app.toml")),
-    ("world.toml", include_str!("../../templates/schema/world.toml")),
-    ("README.md", include_str!("../../templates/schema/README.md")),
-    (".gitignore", "/target\n"),
-];
-const DRIVER: &[Template] = &[
-    (
-        "Cargo.toml",
-        include_str!("../../templates/driver/Cargo.toml.txt"),
-    ),
-    ("src/lib.rs", include_str!("../../templates/driver/src/lib.rs")),
-    ("app.toml", include_str!("../../templates/driver/app.toml")),
-    ("README.md", include_str!("../../templates/driver/README.md")),
-    (".gitignore", "/target\n"),
-];
-const APPLICATION: &[Template] = &[
-    ("app.toml", include_str!("../../templates/app/app.toml")),
-    ("world.toml", include_str!("../../templates/app/world.toml")),
-    ("README.md", include_str!("../../templates/app/README.md")),
-];
-
-impl Kind {
-    fn templates(self) -> &'static [Template] {
-        match self {
-            Self::Schema => SCHEMA,
-            Self::Driver => DRIVER,
-            Self::Application => APPLICATION,
-        }
-    }
-
-    /// The next commands for the user, in the new folder.
-    fn next_commands(self) -> &'static [&'static str] {
-        match self {
-            Self::Schema => &["cargo build", "cargo test", "__jde__ run app.toml"],
-            Self::Driver => &[
-                "cargo build",
-                "cargo test",
-                "__jde__ run app.toml --log exercise=info",
-            ],
-            Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
-        }
-    }
-}
 
 /// Writes a template into a folder of its name, and prints what to do next.
 ///
 /// # Errors
 /// The name is invalid, the folder exists already, or the files cannot be written.
 pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
-    let templates = kind.templates();
-    let taken = |word: &str| templates.iter().any(|(file, text)| is_taken(file, text, word));
+    let taken = |word: &str| kind.files().any(|(file, text)| is_taken(file, text, word));
     let name = Name::new(name, taken).map_err(|wrong| {
         Failure::usage(
             wrong,
@@ -93,12 +30,14 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     let folder = folder.join(&name.kebab);
     create_folder(&folder)?;
     let jde = program();
-    for (file, text) in templates {
+    for (file, text) in kind.files() {
         let path = folder.join(file);
         let text = text
             .replace("__name__", &name.kebab)
             .replace("__Name__", &name.camel)
-            .replace("__sdk__", &sdk())
+            .replace("__crate__", &name.kebab.replace('-', "_"))
+            .replace("__about__", kind.about())
+            .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
         let made = path
             .parent()
@@ -132,17 +71,20 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Returns a package's dependency on the SDK: the checkout of this build if it exists, else a published
-/// version.
-fn sdk() -> String {
-    let path = paths::checkout().join("crates/schema");
-    if path.join("Cargo.toml").is_file() {
-        // Escape the path as a TOML string. Rust's debug form differs only for characters that no checkout's
-        // path has.
-        format!("{{ path = {:?} }}", path.display().to_string())
-    } else {
-        format!("{:?}", env!("CARGO_PKG_VERSION"))
-    }
+/// Returns the dependencies of a package on crates of jde: those of the checkout of this build if it exists,
+/// else published versions.
+fn dependencies(kind: Kind) -> String {
+    let line = |name: &&str| {
+        let path = paths::checkout().join("crates").join(name);
+        if path.join("Cargo.toml").is_file() {
+            // Escape the path as a TOML string. Rust's debug form differs only for characters that no
+            // checkout's path has.
+            format!("jde-{name} = {{ path = {:?} }}", path.display().to_string())
+        } else {
+            format!("jde-{name} = {:?}", env!("CARGO_PKG_VERSION"))
+        }
+    };
+    kind.crates().iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Returns how the user calls this program: by name if PATH finds it, else by path.
@@ -178,26 +120,30 @@ mod tests {
 
     #[test]
     fn a_template_takes_its_types_and_its_instances_and_no_other_words() {
-        let taken = |kind: Kind, name| {
-            kind.templates()
-                .iter()
-                .any(|(file, text)| is_taken(file, text, name))
-        };
-        assert!(taken(Kind::Schema, "Twist"));
-        assert!(taken(Kind::Schema, "pioneer"));
+        let taken = |kind: Kind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
+        assert!(taken(Kind::Motor, "Twist"));
+        assert!(taken(Kind::Motor, "pioneer"));
+        assert!(taken(Kind::Perceptive, "face"));
         assert!(taken(Kind::Driver, "Jaws"));
         assert!(taken(Kind::Application, "guide"));
         for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
-            assert!(!taken(Kind::Schema, name) && !taken(Kind::Driver, name), "{name}");
+            assert!(Kind::ALL.iter().all(|kind| !taken(*kind, name)), "{name}");
         }
     }
 
     #[test]
     fn templates_hold_no_mark_that_nobody_fills_in() {
-        for (file, text) in [SCHEMA, DRIVER, APPLICATION].concat() {
-            let filled = ["__name__", "__Name__", "__sdk__", "__jde__"]
-                .iter()
-                .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
+        for (file, text) in Kind::ALL.iter().flat_map(|kind| kind.files()) {
+            let filled = [
+                "__name__",
+                "__Name__",
+                "__crate__",
+                "__about__",
+                "__dependencies__",
+                "__jde__",
+            ]
+            .iter()
+            .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
             assert!(!filled.contains("__"), "{file}");
         }
     }

@@ -50,6 +50,11 @@ impl VariableField {
         &self.name
     }
 
+    /// The most bytes of a value of the variable.
+    pub(crate) fn bytes(&self) -> usize {
+        self.value_type.bytes
+    }
+
     /// Decodes its value from the bytes of the variable.
     ///
     /// # Errors

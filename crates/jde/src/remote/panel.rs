@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use anstyle::Style;
 use jde_panel::{Item, List, Shape, Solid, Trace, Words};
 
+use super::table::{Alignment, Cell, Table};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 /// Writes a list from top to bottom.
@@ -40,97 +41,137 @@ pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> + Clone {
     })
 }
 
+/// Writes items one below another, also those of a row. Widgets in sequence are aligned in columns.
 fn write_items(items: &[Item], depth: usize, words: &mut dyn Write) -> io::Result<()> {
     let indent = "  ".repeat(depth);
-    for item in items {
+    let new_table = || Table::untitled(4).indented(indent.len());
+    let mut widgets = new_table();
+    for item in items.iter().flat_map(flatten_row) {
+        if let Some(cells) = widget_cells(item) {
+            widgets.add_row(cells.map(|(text, style)| Cell::from(sanitize(&text)).styled(style)));
+            continue;
+        }
+        std::mem::replace(&mut widgets, new_table()).write(words)?;
         match item {
             Item::Group {
                 label, items: inner, ..
             } => {
                 writeln!(words, "{indent}{TITLE}{}{TITLE:#}", sanitize(label))?;
-                self::write_items(inner, depth + 1, words)?;
+                write_items(inner, depth + 1, words)?;
             }
-            Item::Table { columns, rows, .. } => write_table(&indent, columns, rows, words)?,
+            Item::Table { columns, rows, .. } => {
+                let titles = columns.iter().map(|title| (sanitize(title), Alignment::Left));
+                let mut table = Table::new(titles).indented(indent.len());
+                for row in rows {
+                    table.add_row(row.iter().map(|text| Cell::from(sanitize(text))));
+                }
+                table.write(words)?;
+            }
             Item::Text { text, words: how } => {
                 let style = style(*how);
                 for line in text.lines() {
                     writeln!(words, "{indent}{style}{}{style:#}", sanitize(line))?;
                 }
             }
-            Item::Row { items } => {
-                let parts: Vec<String> = items.iter().map(format_item).collect();
-                writeln!(words, "{indent}{}", parts.join("   "))?;
-            }
-            item => writeln!(words, "{indent}{}", format_item(item))?,
+            item => writeln!(words, "{indent}{}", describe_item(item))?,
         }
     }
-    Ok(())
+    widgets.write(words)
 }
 
-/// Formats a widget as one line.
-fn format_item(item: &Item) -> String {
-    let id = |id: &str| format!("{FAINT}{}{FAINT:#}", sanitize(id));
+/// Returns the items of a row, and of the rows in it; any other item alone.
+fn flatten_row(item: &Item) -> Vec<&Item> {
     match item {
-        Item::Text { text, words } => {
-            let style = style(*words);
-            format!("{style}{}{style:#}", sanitize(&text.replace('\n', " ")))
-        }
-        Item::Value { label, value, unit } => format!("{} {}", sanitize(label), format_number(*value, unit)),
-        Item::Button {
-            id: name,
-            label,
-            enabled,
-        } => {
+        Item::Row { items } => items.iter().flat_map(flatten_row).collect(),
+        item => vec![item],
+    }
+}
+
+/// Returns label, value, range and id of a widget; `None` for all other items.
+fn widget_cells(item: &Item) -> Option<[(String, Style); 4]> {
+    let (style, label, value, range, id) = match item {
+        Item::Value { label, value, unit } => (
+            Style::new(),
+            label.clone(),
+            format_number(*value, unit),
+            String::new(),
+            "",
+        ),
+        Item::Button { id, label, enabled } => {
             let style = if *enabled { TITLE } else { FAINT };
-            format!("{style}[ {} ]{style:#} {}", sanitize(label), id(name))
+            (
+                style,
+                format!("[ {label} ]"),
+                String::new(),
+                String::new(),
+                id.as_str(),
+            )
         }
-        Item::Toggle { id: name, label, on } => {
-            let mark = if *on { "[x]" } else { "[ ]" };
-            format!("{mark} {} {}", sanitize(label), id(name))
+        Item::Toggle { id, label, on } => {
+            let value = if *on { "on" } else { "off" };
+            (
+                Style::new(),
+                label.clone(),
+                value.to_owned(),
+                "on, off".to_owned(),
+                id.as_str(),
+            )
         }
         Item::Slider {
-            id: name,
+            id,
             label,
             value,
             least,
             greatest,
             unit,
-        } => format!(
-            "{} {} {FAINT}of {least} to {greatest}{FAINT:#} {}",
-            sanitize(label),
-            format_number(*value, unit),
-            id(name)
-        ),
+        } => {
+            let range = format!("{least} to {greatest}");
+            (
+                Style::new(),
+                label.clone(),
+                format_number(*value, unit),
+                range,
+                id.as_str(),
+            )
+        }
         Item::Choice {
-            id: name,
+            id,
             label,
             options,
             chosen,
         } => {
-            let chosen = options.get(*chosen as usize).map_or("", String::as_str);
-            format!(
-                "{} {} {FAINT}of {}{FAINT:#} {}",
-                sanitize(label),
-                sanitize(chosen),
-                sanitize(&options.join(", ")),
-                id(name)
+            let chosen = options.get(*chosen as usize).cloned().unwrap_or_default();
+            (
+                Style::new(),
+                label.clone(),
+                chosen,
+                options.join(", "),
+                id.as_str(),
             )
         }
+        _ => return None,
+    };
+    Some([
+        (label, style),
+        (value, Style::new()),
+        (range, FAINT),
+        (id.to_owned(), FAINT),
+    ])
+}
+
+/// Describes a picture or a plot as one line.
+fn describe_item(item: &Item) -> String {
+    let id = |id: &str| format!("{FAINT}{}{FAINT:#}", sanitize(id));
+    match item {
         Item::Image {
             id: name,
             width,
             height,
             ..
-        } => format!("image of {width} x {height} {}", id(name)),
+        } => format!("image of {width} x {height}  {}", id(name)),
         Item::Plot { label, traces, .. } => {
             let traces: Vec<String> = traces.iter().map(format_trace).collect();
             format!("{}: {}", sanitize(label), traces.join(", "))
-        }
-        Item::Table { columns, rows, .. } => {
-            format!("table of {}: {} rows", sanitize(&columns.join(", ")), rows.len())
-        }
-        Item::Row { items } | Item::Group { items, .. } => {
-            items.iter().map(format_item).collect::<Vec<_>>().join("   ")
         }
         Item::Canvas { id: name, shapes, .. } => {
             let labels = shapes.iter().filter_map(|shape| match shape {
@@ -142,7 +183,11 @@ fn format_item(item: &Item) -> String {
                 | Shape::Arrow { .. }
                 | Shape::Robot { .. } => None,
             });
-            format!("{} {}", describe_picture("plane", shapes.len(), labels), id(name))
+            format!(
+                "{}  {}",
+                describe_picture("plane", shapes.len(), labels),
+                id(name)
+            )
         }
         Item::Scene { id: name, solids, .. } => {
             let labels = solids.iter().filter_map(|solid| match solid {
@@ -155,8 +200,13 @@ fn format_item(item: &Item) -> String {
                 | Solid::Arrow { .. }
                 | Solid::Mesh { .. } => None,
             });
-            format!("{} {}", describe_picture("space", solids.len(), labels), id(name))
+            format!(
+                "{}  {}",
+                describe_picture("space", solids.len(), labels),
+                id(name)
+            )
         }
+        _ => String::new(),
     }
 }
 
@@ -188,36 +238,6 @@ fn format_number(value: f64, unit: &str) -> String {
         "" => value.to_string(),
         unit => format!("{value} {}", sanitize(unit)),
     }
-}
-
-fn write_table(
-    indent: &str,
-    columns: &[String],
-    rows: &[Vec<String>],
-    words: &mut dyn Write,
-) -> io::Result<()> {
-    let width = |text: &str| ratatui::text::Span::raw(text).width();
-    let shown_rows: Vec<Vec<String>> = rows
-        .iter()
-        .map(|row| row.iter().map(|text| sanitize(text)).collect())
-        .collect();
-    let titles: Vec<String> = columns.iter().map(|title| sanitize(title)).collect();
-    let widths: Vec<usize> = (0..columns.len())
-        .map(|column| {
-            let cells = std::iter::once(&titles).chain(&shown_rows);
-            cells.map(|row| width(&row[column])).max().unwrap_or(0)
-        })
-        .collect();
-    for (place, row) in std::iter::once(&titles).chain(&shown_rows).enumerate() {
-        let style = if place == 0 { FAINT } else { Style::new() };
-        let mut line = String::from(indent);
-        for (cell, width_of_column) in row.iter().zip(&widths) {
-            line.push_str(cell);
-            line.push_str(&" ".repeat(width_of_column + 2 - width(cell)));
-        }
-        writeln!(words, "{style}{}{style:#}", line.trim_end())?;
-    }
-    Ok(())
 }
 
 fn style(words: Words) -> Style {
@@ -309,11 +329,12 @@ goon
 two
 lines
 More
-  speed 0.1235 m/s   [ Clear target ] clear
+  speed             0.1235 m/s
+  [ Clear target ]              clear
   what      how far
   door      1.5 m
   somebody  2 m
-plane with 1 shape: target field
+plane with 1 shape: target  field
 ";
         let list = vec![
             text("goon", Words::Heading),
@@ -325,12 +346,49 @@ plane with 1 shape: target field
     }
 
     #[test]
+    fn label_value_range_and_id_of_widgets_are_aligned() {
+        let name = str::to_owned;
+        let slider = |id: &str, label: &str, value: f64| Item::Slider {
+            id: name(id),
+            label: name(label),
+            value,
+            least: 0.0,
+            greatest: 3.0,
+            unit: name("m"),
+        };
+        let list = vec![
+            value("nearest", 2.0, "m"),
+            slider("ahead", "Looks ahead", 1.25),
+            slider("half", "Half width", 0.3),
+            Item::Toggle {
+                id: name("hold"),
+                label: name("Hold"),
+                on: true,
+            },
+            Item::Choice {
+                id: name("gait"),
+                label: name("Gait"),
+                options: vec![name("walk"), name("run")],
+                chosen: 1,
+            },
+        ];
+        let expected = "\
+nearest      2 m
+Looks ahead  1.25 m  0 to 3     ahead
+Half width   0.3 m   0 to 3     half
+Hold         on      on, off    hold
+Gait         run     walk, run  gait
+";
+        assert_eq!(told(list), expected);
+    }
+
+    #[test]
     fn no_text_of_a_schema_commands_the_terminal() {
         let told = told(vec![
             text("\u{1b}[2Jgone", Words::Plain),
             value("a\u{7}", 1.0, ""),
         ]);
-        assert_eq!(told, "?[2Jgone\na? 1\n");
+        assert_eq!(told, "?[2Jgone\na?  1\n");
     }
 
     #[test]

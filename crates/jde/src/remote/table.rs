@@ -7,6 +7,10 @@ use anstyle::Style;
 
 use crate::escape::escape;
 use crate::terminal::FAINT;
+use crate::top::text::{columns, cut};
+
+/// The space between two columns.
+const GAP: usize = 2;
 
 /// The alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,9 +29,11 @@ pub(crate) struct Cell {
 }
 
 /// A table: titles above rows.
+#[derive(Default)]
 pub(crate) struct Table {
-    titles: Vec<(&'static str, Alignment)>,
+    titles: Vec<(Cell, Alignment)>,
     rows: Vec<Vec<Cell>>,
+    indent: usize,
 }
 
 impl Cell {
@@ -50,11 +56,24 @@ impl<T: ToString> From<T> for Cell {
 
 impl Table {
     /// Creates an empty table.
-    pub(crate) fn new(titles: impl IntoIterator<Item = (&'static str, Alignment)>) -> Self {
+    pub(crate) fn new<T: ToString>(titles: impl IntoIterator<Item = (T, Alignment)>) -> Self {
+        let titles = titles.into_iter();
         Self {
-            titles: titles.into_iter().collect(),
-            rows: Vec::new(),
+            titles: titles
+                .map(|(title, side)| (Cell::from(title).styled(FAINT), side))
+                .collect(),
+            ..Self::default()
         }
+    }
+
+    /// Creates an empty table of texts without titles.
+    pub(crate) fn untitled(columns: usize) -> Self {
+        Self::new(std::iter::repeat_n(("", Alignment::Left), columns))
+    }
+
+    /// Indents every line by a number of columns of the terminal.
+    pub(crate) fn indented(self, indent: usize) -> Self {
+        Self { indent, ..self }
     }
 
     /// Adds a row; a short one leaves its last columns empty.
@@ -62,33 +81,48 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
+    /// Cuts the texts of the last column to the columns of the terminal that `room` returns for the width of
+    /// all other columns.
+    pub(crate) fn cut_last(&mut self, room: impl FnOnce(usize) -> usize) {
+        let last = self.titles.len() - 1;
+        let others: usize = self.widths()[..last]
+            .iter()
+            .flatten()
+            .map(|width| width + GAP)
+            .sum();
+        let room = room(self.indent + others);
+        for cell in self.rows.iter_mut().filter_map(|row| row.get_mut(last)) {
+            cell.text = cut(&cell.text, room);
+        }
+    }
+
+    /// The width of each column; `None` for a column that is left out. A table without rows shows all titles.
+    fn widths(&self) -> Vec<Option<usize>> {
+        (0..self.titles.len())
+            .map(|column| {
+                let cells = self.rows.iter().filter_map(|row| row.get(column));
+                let widest = cells.map(|cell| columns(&cell.text)).max()?;
+                (widest > 0).then(|| widest.max(columns(&self.titles[column].0.text)))
+            })
+            .collect()
+    }
+
     /// Writes the table, without the columns that are empty in every row.
     ///
     /// # Errors
     /// The output cannot be written.
     pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
-        // `None` for a column that is left out. A table without rows shows all titles.
-        let widths: Vec<Option<usize>> = (0..self.titles.len())
-            .map(|column| {
-                let cells = self.rows.iter().filter_map(|row| row.get(column));
-                let widest = cells.map(|cell| display_width(&cell.text)).max()?;
-                (widest > 0).then(|| widest.max(display_width(self.titles[column].0)))
-            })
-            .collect();
-        let titles: Vec<Cell> = self
-            .titles
-            .iter()
-            .map(|(title, _)| Cell::from(title).styled(FAINT))
-            .collect();
-        for row in std::iter::once(&titles).chain(&self.rows) {
-            let mut gap = 0;
+        let widths = self.widths();
+        let titles: Vec<Cell> = self.titles.iter().map(|(title, _)| title.clone()).collect();
+        let has_titles = titles.iter().any(|title| !title.text.is_empty());
+        for row in has_titles.then_some(&titles).into_iter().chain(&self.rows) {
+            let mut gap = self.indent;
             for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(&self.titles) {
-                let Some(width) = width.or_else(|| self.rows.is_empty().then(|| display_width(&cell.text)))
-                else {
+                let Some(width) = width.or_else(|| self.rows.is_empty().then(|| columns(&cell.text))) else {
                     continue;
                 };
                 let Cell { text, style } = cell;
-                let room = width - display_width(text);
+                let room = width - columns(text);
                 let (before, after) = match side {
                     Alignment::Left => (0, room),
                     Alignment::Right => (room, 0),
@@ -96,20 +130,15 @@ impl Table {
                 if !text.is_empty() {
                     // Write spaces only before text, so that no line ends in spaces.
                     write!(words, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
-                    gap = after + 2;
+                    gap = after + GAP;
                 } else {
-                    gap += width + 2;
+                    gap += width + GAP;
                 }
             }
             writeln!(words)?;
         }
         Ok(())
     }
-}
-
-/// Number of terminal columns that a text takes.
-fn display_width(text: &str) -> usize {
-    ratatui::text::Span::raw(text).width()
 }
 
 #[cfg(test)]
@@ -148,6 +177,9 @@ name           rate  note
 pioneer.laser    20  fresh
 走行            0.5
 ";
+        assert_eq!(text(&table), expected);
+        table.cut_last(|others| 24 - others);
+        let expected = expected.replace("fresh", "fr…");
         assert_eq!(text(&table), expected);
     }
 }

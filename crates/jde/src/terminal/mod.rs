@@ -2,7 +2,8 @@
 //! this module, which `cargo xtask tidy` checks.
 //!
 //! Lines are queued for one thread per stream, so that a blocked terminal, pipe or disk delays no other
-//! thread. How long threads wait for a reader is decided here for the whole process.
+//! thread. A terminal is one stream, also if it shows both standard output and standard error. How long threads
+//! wait for a reader is decided here for the whole process.
 
 mod hang_up;
 mod printer;
@@ -12,6 +13,7 @@ use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::MetadataExt;
 use std::panic;
 use std::sync::{Arc, OnceLock};
 use std::thread;
@@ -101,6 +103,12 @@ pub(crate) fn out_is_terminal() -> bool {
     io::stdout().is_terminal()
 }
 
+/// Returns how many columns the terminal of standard output has; `None` if it is no terminal.
+pub(crate) fn width() -> Option<usize> {
+    let (columns, _) = out_is_terminal().then(ratatui::crossterm::terminal::size)?.ok()?;
+    Some(columns.into())
+}
+
 /// Whether standard error is a terminal.
 pub(crate) fn err_is_terminal() -> bool {
     io::stderr().is_terminal()
@@ -144,9 +152,12 @@ pub(crate) fn drain() -> io::Result<()> {
     out
 }
 
-/// Returns how many lines of standard output and of standard error were not read in time.
+/// Returns how many lines of standard output and of standard error were not read in time; on one terminal, all
+/// are of standard output.
 pub(crate) fn lost() -> [u64; 2] {
-    [&OUT, &ERR].map(|stream| stream.get().map_or(0, |stream| stream.lost()))
+    let [out, err] = [&OUT, &ERR].map(OnceLock::get);
+    let err = err.filter(|err| out.is_none_or(|out| !Arc::ptr_eq(out, err)));
+    [out, err].map(|stream| stream.map_or(0, |stream| stream.lost()))
 }
 
 /// Prints panics through this module: a thread that panics must not wait for a reader, because a robot may
@@ -174,8 +185,25 @@ fn stdout() -> &'static Arc<Stream> {
     OUT.get_or_init(|| open_stream("stdout", io::stdout().as_fd()))
 }
 
+/// Returns the stream of standard output if both streams are one terminal: two threads that write to it would
+/// mix and reorder their lines.
 fn stderr() -> &'static Arc<Stream> {
-    ERR.get_or_init(|| open_stream("stderr", io::stderr().as_fd()))
+    ERR.get_or_init(|| {
+        if is_one_terminal() {
+            Arc::clone(stdout())
+        } else {
+            open_stream("stderr", io::stderr().as_fd())
+        }
+    })
+}
+
+/// Whether standard output and standard error are the same terminal.
+fn is_one_terminal() -> bool {
+    let device = |stream: BorrowedFd<'_>| {
+        let file = File::from(stream.try_clone_to_owned().ok()?);
+        Some(file.metadata().ok()?.rdev())
+    };
+    out_is_terminal() && err_is_terminal() && device(io::stdout().as_fd()) == device(io::stderr().as_fd())
 }
 
 /// Opens a stream past the standard library's locks: a thread that waits for a reader must not hold one.

@@ -18,7 +18,7 @@ pub(super) fn pad_or_cut(text: &str, width: usize) -> String {
 }
 
 /// Cuts a text to a width in columns of the terminal. An ellipsis marks the cut.
-pub(super) fn cut(text: &str, width: usize) -> String {
+pub(crate) fn cut(text: &str, width: usize) -> String {
     if columns(text) <= width {
         return text.to_owned();
     }
@@ -37,7 +37,7 @@ pub(super) fn cut(text: &str, width: usize) -> String {
 }
 
 /// Returns how many columns of the terminal a text takes.
-pub(super) fn columns(text: &str) -> usize {
+pub(crate) fn columns(text: &str) -> usize {
     Span::raw(text).width()
 }
 

@@ -115,6 +115,16 @@ impl ViewState {
         self.snapshot.schemas.get(self.selected)
     }
 
+    /// Returns the operator who stopped everything, until it goes on.
+    pub(super) fn stopped_by(&self) -> Option<&str> {
+        let mut holds = self
+            .snapshot
+            .schemas
+            .iter()
+            .filter_map(|schema| schema.operator.as_ref());
+        Some(&holds.find(|hold| hold.with_everything)?.by)
+    }
+
     /// Returns the row of the selected schema.
     pub(super) fn selected_row(&self) -> Option<usize> {
         self.rows

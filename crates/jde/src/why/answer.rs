@@ -2,7 +2,7 @@
 
 use jde_records::{CandidateRecord, Decision};
 
-use super::question::Question;
+use super::question::{NOBODY, Question};
 
 /// How far a time that a user read and rounded may be from the actual one, s.
 const ROUNDING_S: f64 = 0.1;
@@ -40,6 +40,8 @@ impl Question {
         }
         let found = if self.negated {
             self.find_not_chosen(decisions)
+        } else if self.winner.as_deref() == Some(NOBODY) && self.time_s.is_none() {
+            self.find_absence(decisions)
         } else {
             self.find_takeover(decisions)
         };
@@ -93,6 +95,16 @@ impl Question {
             .map(|(place, _)| place)
     }
 
+    /// Returns the last selection without a winner; one that is still in force takes precedence.
+    fn find_absence(&self, decisions: &[Decision]) -> Option<usize> {
+        let is_in_force = |place: usize| {
+            let mut later = decisions[place + 1..].iter();
+            later.all(|other| other.group != decisions[place].group)
+        };
+        let places = (0..decisions.len()).filter(|place| self.is_match(&decisions[*place]));
+        places.max_by_key(|place| (is_in_force(*place), *place))
+    }
+
     /// Returns the last selection of the schema's group up to the question's time in which the schema was not
     /// chosen, even if it was not awake then.
     fn find_not_chosen(&self, decisions: &[Decision]) -> Option<usize> {
@@ -110,36 +122,51 @@ impl Question {
     }
 
     fn is_match(&self, decision: &Decision) -> bool {
-        let is = |asked: &Option<String>, there: Option<&str>| asked.is_none() || asked.as_deref() == there;
-        decision.changed
-            && is(&self.winner, decision.choice.as_deref())
-            && is(&self.loser, decision.before.as_deref())
-            && is(&self.group, Some(&decision.group))
+        let is = |asked: &Option<String>, there: &Option<String>| {
+            let there = there.as_deref().unwrap_or(NOBODY);
+            asked.as_deref().is_none_or(|asked| asked == there)
+        };
+        // Nobody takes nothing over: a selection without a winner answers whoever won before.
+        (decision.changed || self.winner.as_deref() == Some(NOBODY) && self.loser.is_none())
+            && is(&self.winner, &decision.choice)
+            && is(&self.loser, &decision.before)
+            && self.group.as_ref().is_none_or(|group| *group == decision.group)
     }
 
     /// Returns the reason why no selection fits, and what would fit.
     fn no_match_reason(&self, decisions: &[Decision]) -> String {
-        let takeovers = decisions.iter().filter(|decision| decision.changed);
+        let takeovers = decisions.iter().filter(|decision| {
+            decision.changed && self.group.as_ref().is_none_or(|group| *group == decision.group)
+        });
         let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
             return String::from("no selection has been made yet");
         };
         let winner = self.winner.as_deref();
         let won = takeovers
             .clone()
-            .filter(|one| one.choice.as_deref() == winner)
+            .filter(|one| Some(one.choice.as_deref().unwrap_or(NOBODY)) == winner)
             .count();
         match (winner, self.loser.as_deref()) {
             (Some(name), _) if self.negated => {
                 format!("{name} has been a candidate of no selection that somebody else won")
             }
+            (Some(NOBODY), loser) => format!(
+                "every selection{}{} from {:.2} s to {:.2} s has a winner",
+                self.group
+                    .as_ref()
+                    .map_or_else(String::new, |group| format!(" of {group}")),
+                loser.map_or_else(String::new, |loser| format!(" after {loser}")),
+                first.time_s,
+                last.time_s
+            ),
             (Some(name), _) if won == 0 => format!(
                 "{name} took over at no time from {:.2} s to {:.2} s",
                 first.time_s, last.time_s
             ),
             (Some(name), Some(loser)) => {
                 let mut others: Vec<_> = takeovers
-                    .filter(|one| one.choice.as_deref() == winner)
-                    .map(|one| one.before.as_deref().unwrap_or("nobody"))
+                    .filter(|one| Some(one.choice.as_deref().unwrap_or(NOBODY)) == winner)
+                    .map(|one| one.before.as_deref().unwrap_or(NOBODY))
                     .collect();
                 others.sort_unstable();
                 others.dedup();

@@ -7,9 +7,9 @@ use crate::failure::Failure;
 /// A question about a selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Question {
-    /// The schema that took over; with [`Self::not`], the one that did not.
+    /// The schema that took over, or [`NOBODY`]; with [`Self::negated`], the schema that did not.
     pub(crate) winner: Option<String>,
-    /// The winner before.
+    /// The winner before, or [`NOBODY`].
     pub(crate) loser: Option<String>,
     /// The group.
     pub(crate) group: Option<String>,
@@ -18,6 +18,9 @@ pub(crate) struct Question {
     /// Whether the question is why the schema did not win.
     pub(crate) negated: bool,
 }
+
+/// The word for the absence of a winner.
+pub(crate) const NOBODY: &str = "nobody";
 
 /// Words without a meaning in a question.
 const FILLERS: [&str; 26] = [
@@ -29,8 +32,7 @@ const FILLERS: [&str; 26] = [
 const LOSER_PREPOSITIONS: [&str; 5] = ["from", "instead", "of", "after", "before"];
 
 /// Examples of questions, for error messages.
-const EXAMPLES: &str =
-    "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon";
+const EXAMPLES: &str = "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon, jde why nobody";
 
 impl Question {
     /// Reads the words of a question, given the names of schemas and groups.
@@ -42,7 +44,7 @@ impl Question {
         for word in spaced.split_whitespace() {
             let word = word.trim_end_matches(['?', ',', ';']);
             let plain = word.to_lowercase();
-            if schemas.iter().any(|name| name == word) {
+            if word == NOBODY || schemas.iter().any(|name| name == word) {
                 question.set_schema(word, from)?;
                 from = false;
             } else if groups.iter().any(|name| name == word) {
@@ -139,6 +141,7 @@ mod tests {
         assert_eq!(ask("goon"), Ok(of(Some("goon"), None, None)));
         assert_eq!(ask("at 2 min"), Ok(of(None, None, Some(120.0))));
         assert_eq!(ask("from goon"), Ok(of(None, Some("goon"), None)));
+        assert_eq!(ask("why did nobody win"), Ok(of(Some("nobody"), None, None)));
     }
 
     #[test]

@@ -94,6 +94,41 @@ fn who_did_not_win_is_found_where_somebody_else_did() {
 }
 
 #[test]
+fn nobody_is_found_where_no_schema_won() {
+    assert_eq!(found("nobody"), 6);
+    assert_eq!(found("why nobody instead of vff"), 6);
+    assert_eq!(found("goon from nobody"), 1);
+    let none = "every selection after stop from 0.00 s to 31.00 s has a winner";
+    assert_eq!(refused("nobody from stop"), none);
+    let mut decisions = drive();
+    decisions.push(decision(7, 31.5, None, None));
+    let number = |words: &str, decisions: &[Decision]| match ask(words).answer(decisions, KNOWN) {
+        Answer::Match { decision, .. } => Ok(decision.number),
+        Answer::NoMatch(reason) => Err(reason),
+    };
+    assert_eq!(
+        number("nobody", &decisions),
+        Ok(7),
+        "the newest state of the candidates"
+    );
+    assert_eq!(number("nobody at 31 s", &decisions), Ok(6));
+    let mut other = [
+        decision(8, 40.0, Some("a"), None),
+        decision(9, 41.0, None, Some("a")),
+    ];
+    other
+        .iter_mut()
+        .for_each(|decision| decision.group = "roots".to_owned());
+    decisions.extend(other);
+    assert_eq!(number("nobody", &decisions), Ok(7), "it is still in force");
+    let some = "every selection of example/base from 0.00 s to 30.00 s has a winner";
+    assert_eq!(
+        number("nobody in example/base", &drive()[..5]),
+        Err(some.to_owned())
+    );
+}
+
+#[test]
 fn who_was_not_awake_did_not_win_for_that() {
     let mut decisions = drive();
     let mut last = decision(7, 32.0, None, Some("vff"));

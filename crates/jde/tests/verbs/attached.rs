@@ -157,6 +157,19 @@ fn what_runs_is_listed_and_looked_into() {
         vars.contains("sensor_msgs/LaserScan") && !vars.contains("goon."),
         "{vars}"
     );
+    let goon = place.told(&["vars", "goon.*"]);
+    assert!(goon.lines().any(|line| line.ends_with("  0.4 m/s")), "{goon}");
+    let laser = vars
+        .lines()
+        .find(|line| line.contains("LaserScan"))
+        .expect("it is listed");
+    assert!(laser.ends_with('…'), "{laser}");
+    let whole = place.json(&["vars", "pioneer.laser"]);
+    assert!(
+        whole[0]["value"]["ranges"]
+            .as_array()
+            .is_some_and(|ranges| ranges.len() > 90)
+    );
     let number = place.told(&["get", "goon.fast"]);
     assert!(number.trim().ends_with("m/s"), "{number}");
     let pose = place.json(&["get", "pioneer.odometry.pose.pose.position"]);

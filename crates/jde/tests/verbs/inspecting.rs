@@ -41,6 +41,27 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
         check.out
     );
     assert!(!check.out.contains('\u{1b}'), "no colours in a pipe");
+    assert!(!check.out.contains("defaults:"), "{}", check.out);
+}
+
+#[test]
+fn check_lists_on_request_what_has_the_default_of_its_type() {
+    let room = app("room.toml");
+    let check = said(&mut jde_with_plugins(&[
+        "check",
+        &room,
+        "--defaults",
+        "--set",
+        "goon.fast=0.4",
+        "--set",
+        "goon.slow=0.3",
+    ]));
+    assert_eq!(check.status, Some(0), "{}", check.err);
+    let (_, defaults) = check.out.split_once("\ndefaults: ").expect("they are listed");
+    assert!(
+        defaults.contains("fast = 0.4 m/s (set without effect), turn = "),
+        "{defaults}"
+    );
 }
 
 #[test]
@@ -164,6 +185,44 @@ fn describe_tells_tools_the_same() {
     assert_eq!(pair["schemas"][0]["panel"], false);
     let words = said(&mut jde_with_plugins(&["describe", "example"]));
     assert!(words.out.contains("Draws a panel of its own."), "{}", words.out);
+}
+
+#[test]
+fn describe_shows_the_fields_of_a_value_and_who_has_it() {
+    let describe = |name: &str| said(&mut jde_with_plugins(&["describe", name]));
+    let scan = describe("sensor_msgs/msg/LaserScan");
+    assert_eq!(scan.status, Some(0), "{}", scan.err);
+    for words in [
+        "header.stamp.sec",
+        "float32[<=1088] m",
+        "exports",
+        "sim/pioneer",
+        "imports",
+        "stop/stop",
+    ] {
+        assert!(scan.out.contains(words), "{words}: {}", scan.out);
+    }
+    assert_eq!(describe("LaserScan").out, scan.out);
+    assert!(describe("Header").out.starts_with("std_msgs/msg/Header"));
+    for (wrong, right) in [
+        ("LaserScn", "LaserScan"),
+        ("sensor_msgs/msg/LaserScn", "sensor_msgs/msg/LaserScan"),
+    ] {
+        let unknown = describe(wrong);
+        assert_eq!(unknown.status, Some(2));
+        assert!(
+            unknown.err.contains(&format!("did you mean `{right}`?")),
+            "{}",
+            unknown.err
+        );
+    }
+    let data = json(&said(&mut jde_with_plugins(&["describe", "Twist", "--json"])).out);
+    let ports = data["ports"].as_array().unwrap();
+    let base = ports.iter().find(|port| port["schema"] == "stop/stop").unwrap();
+    assert_eq!(
+        (&base["part"], &base["port"]),
+        (&"actuators".into(), &"base".into())
+    );
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn a_process_that_is_killed_is_missed_replaced_and_reloaded_while_the_robot_driv
 
     shelf.write(&shelf.build("9.8.7"));
     let told = place.told(&["reload", "vff"]);
-    assert!(told.contains("vff runs 9.8.7 from"), "{told}");
+    assert!(told.contains("reloaded vff to 9.8.7"), "{told}");
     let now = place.until(&["ps"], |now| version(now) == Some("9.8.7"));
     assert_ne!(process(&now), process(&back), "another build, another process");
     let steady = |name: &str| schema(&now, name)["faults"] == 0;

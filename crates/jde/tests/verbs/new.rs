@@ -1,47 +1,95 @@
-//! The project that `jde new` writes builds, passes its own test and runs, outside this repository.
+//! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this repository.
 
-use std::path::Path;
-use std::process::Command;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex, Weak};
 
-use crate::support::{jde, jde_with_plugins, said};
+use jde_watchdog::Watchdog;
+use tempfile::TempDir;
 
-fn cargo(folder: &Path, verb: &str) {
-    let output = Command::new(env!("CARGO"))
-        .args([verb, "--offline"])
-        .current_dir(folder)
-        .env_remove("CARGO_TARGET_DIR")
-        .output()
-        .expect("cargo starts");
-    assert!(
-        output.status.success(),
-        "cargo {verb}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+use crate::support::{Said, jde, jde_with_plugins, json, root, said};
+
+/// A new project, in a folder of its own.
+struct Project {
+    folder: PathBuf,
+    /// What `jde new` printed.
+    printed: String,
+    _parent: TempDir,
+    _target: Arc<TempDir>,
 }
 
-fn make(kind: &str, name: &str, folder: &Path) -> String {
-    let made = said(&mut jde(&["new", kind, name, "--path", folder.to_str().unwrap()]));
-    assert_eq!(made.status, Some(0), "{}", made.err);
-    made.out
+impl Project {
+    /// Makes the project. The projects of tests that run together share their builds of the SDK.
+    fn new(kind: &[&str], name: &str) -> Self {
+        static TARGET: Mutex<Weak<TempDir>> = Mutex::new(Weak::new());
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().to_str().unwrap();
+        let made = said(&mut jde(&[&["new"], kind, &[name, "--path", path]].concat()));
+        assert_eq!(made.status, Some(0), "{}", made.err);
+        let mut shared = TARGET.lock().unwrap();
+        let target = shared
+            .upgrade()
+            .unwrap_or_else(|| Arc::new(tempfile::tempdir().unwrap()));
+        *shared = Arc::downgrade(&target);
+        let folder = parent.path().join(name);
+        symlink(target.path(), folder.join("target")).unwrap();
+        Self {
+            folder,
+            printed: made.out,
+            _parent: parent,
+            _target: target,
+        }
+    }
+
+    /// Builds and tests it.
+    fn build(&self) {
+        for verb in ["build", "test"] {
+            let (success, err) = self.cargo(verb);
+            assert!(success && !err.contains("warning"), "cargo {verb}: {err}");
+        }
+    }
+
+    /// Returns whether cargo succeeds, and what it prints.
+    fn cargo(&self, verb: &str) -> (bool, String) {
+        let output = Command::new(env!("CARGO"))
+            .args([verb, "--offline"])
+            .current_dir(&self.folder)
+            .env_remove("CARGO_TARGET_DIR")
+            .output()
+            .expect("cargo starts");
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.success(), err)
+    }
+
+    /// Replaces the first of some words in a file.
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let path = self.folder.join(file);
+        let old = std::fs::read_to_string(&path).unwrap();
+        assert!(old.contains(from), "{file}: {from}");
+        std::fs::write(path, old.replacen(from, to, 1)).unwrap();
+    }
+
+    /// Runs its application in lockstep.
+    fn run(&self, args: &[&str]) -> Said {
+        let args = [&["run", "app.toml", "--lockstep"], args].concat();
+        let run = said(jde_with_plugins(&args).current_dir(&self.folder));
+        assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
+        run
+    }
 }
 
 #[test]
 fn a_new_schema_builds_passes_its_test_and_drives() {
-    let folder = tempfile::tempdir().unwrap();
-    let next = make("schema", "follow-wall", folder.path());
-    assert!(
-        next.contains("cargo build") && next.contains("run app.toml"),
-        "{next}"
-    );
-    let own = folder.path().join("follow-wall");
-    cargo(&own, "build");
-    cargo(&own, "test");
-    let run = said(
-        jde_with_plugins(&["run", "app.toml", "--lockstep", "--for", "30s", "--json"]).current_dir(&own),
-    );
-    assert_eq!(run.status, Some(0), "{}", run.err);
+    let project = Project::new(&["schema"], "follow-wall");
+    for next in ["cargo build", "run app.toml"] {
+        assert!(project.printed.contains(next), "{}", project.printed);
+    }
+    project.build();
+    let run = project.run(&["--for", "30s", "--json"]);
     assert!(run.err.contains("nobody -> follow-wall"), "{}", run.err);
-    let summary: serde_json::Value = serde_json::from_str(run.out.trim()).unwrap();
+    let summary = json(&run.out);
     let clearance = summary["min_clearance_m"].as_f64().unwrap();
     assert!(
         summary["collisions"] == 0 && clearance < 0.6,
@@ -50,44 +98,152 @@ fn a_new_schema_builds_passes_its_test_and_drives() {
 }
 
 #[test]
-fn a_new_driver_builds_passes_its_test_and_moves() {
-    let folder = tempfile::tempdir().unwrap();
-    make("driver", "gripper", folder.path());
-    let own = folder.path().join("gripper");
-    cargo(&own, "build");
-    cargo(&own, "test");
-    let args = [
-        "run",
-        "app.toml",
-        "--lockstep",
-        "--for",
-        "5s",
-        "--log",
-        "exercise=info",
+fn a_mistake_that_a_macro_finds_is_the_only_error() {
+    let project = Project::new(&["schema"], "mistaken");
+    let values = [
+        ("Value", "struct Door { width: f64 }", "add `#[repr(C)]`"),
+        ("Choice", "enum Gait { Slow }", "add `#[repr(u8)]`"),
     ];
-    let run = said(jde_with_plugins(&args).current_dir(&own));
-    assert_eq!(run.status, Some(0), "{}", run.err);
+    for (derive, item, error) in values {
+        let path = project.folder.join("src/lib.rs");
+        let code = std::fs::read_to_string(&path).unwrap();
+        let used = format!("#[derive(Clone, Copy, {derive})]\npub {item}\n/// Drives");
+        project.replace("src/lib.rs", "/// Drives", &used);
+        let name = item.split(' ').nth(1).unwrap();
+        let field = match derive {
+            "Value" => format!("#[import]\n    more: Import<{name}>,\n    #[actuator]"),
+            _ => format!(
+                "#[modulation(default = {name}::Slow)]\n    more: Modulation<{name}>,\n    #[actuator]"
+            ),
+        };
+        project.replace("src/lib.rs", "#[actuator]", &field);
+        check_only_error(&project, error);
+        std::fs::write(path, code).unwrap();
+    }
+    project.replace("src/lib.rs", "#[import(trigger)]", "#[import(triger)]");
+    check_only_error(&project, "here may stand trigger, optional");
+}
+
+fn check_only_error(project: &Project, error: &str) {
+    let (success, err) = project.cargo("build");
+    assert!(!success && err.contains(error), "{err}");
+    assert!(err.contains("due to 1 previous error"), "{err}");
+}
+
+#[test]
+fn the_first_schema_of_the_readme_wins_at_once_and_backs_away() {
+    let project = Project::new(&["schema"], "shy");
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let block = readme.split("```rust\n").nth(1).unwrap();
+    let code = block.split("```").next().unwrap();
+    std::fs::write(project.folder.join("src/lib.rs"), code).unwrap();
+    project.build();
+    let run = project.run(&["--for", "20s", "--json"]);
+    let wins: Vec<&str> = run.err.lines().filter(|line| line.contains(" -> ")).collect();
+    for (line, win) in wins.iter().zip(["nobody -> shy", "shy -> ahead", "ahead -> shy"]) {
+        assert!(line.contains(win), "{}", run.err);
+    }
+    assert!(wins.len() > 2, "{}", run.err);
+    assert_eq!(json(&run.out)["collisions"], 0);
+}
+
+#[test]
+fn a_new_perceptive_schema_builds_passes_its_test_and_is_used() {
+    let project = Project::new(&["schema", "--perceptive"], "find-near");
+    project.build();
+    let run = project.run(&["--for", "10s", "--json"]);
+    assert!(run.err.contains("nobody -> face"), "{}", run.err);
+}
+
+#[test]
+fn a_new_father_builds_passes_its_test_and_leads_its_children() {
+    let project = Project::new(&["schema", "--father"], "patrol");
+    project.build();
+    let run = project.run(&["--for", "60s", "--log", "patrol=info", "--json"]);
+    for words in ["nobody -> goon", "is at 4.50, 1.50", "is at 1.50, 1.50"] {
+        assert!(run.err.contains(words), "{}", run.err);
+    }
+    assert_eq!(json(&run.out)["collisions"], 0);
+}
+
+#[test]
+fn a_new_driver_builds_passes_its_test_and_moves() {
+    let project = Project::new(&["driver"], "gripper");
+    project.build();
+    let run = project.run(&["--for", "5s", "--log", "exercise=info"]);
+    for line in ["closes at 0.0", "opens at 0.0"] {
+        assert!(run.err.contains(line), "{}", run.err);
+    }
+}
+
+#[test]
+fn a_new_driver_of_a_device_builds_passes_its_test_and_reads_the_emulator() {
+    let project = Project::new(&["driver", "--device"], "outdoor-thermometer");
+    project.build();
+    let _watchdog = Watchdog::for_test();
+    // It ends when its input does.
+    let mut emulator = Command::new(project.folder.join("target/debug/examples/emulator"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = emulator.stdout.take().unwrap();
+    let line = line_with("run app.toml", &mut out);
+    let args = line.split(' ').skip_while(|word| *word != "run");
+    let mut run = jde_with_plugins(&args.collect::<Vec<_>>())
+        .current_dir(&project.folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    line_with("it is 21.5 degrees warm", run.stderr.take().unwrap());
+    run.kill().unwrap();
+    run.wait().unwrap();
+    drop(emulator.stdin.take());
+    emulator.wait().unwrap();
+}
+
+/// Reads until a line has these words, and returns it.
+fn line_with(words: &str, from: impl Read) -> String {
+    let mut lines = BufReader::new(from).lines().map(Result::unwrap);
+    lines
+        .find(|line| line.contains(words))
+        .unwrap_or_else(|| panic!("no line has `{words}`"))
+}
+
+#[test]
+fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
+    let types = Project::new(&["types"], "doors-seen");
+    types.build();
+    let plugin = Project::new(&["schema", "--perceptive"], "find-doors");
+    let dependency = format!("[dependencies]\ndoors-seen = {{ path = {:?} }}", types.folder);
+    plugin.replace("Cargo.toml", "[dependencies]", &dependency);
+    let field = "    #[export]\n    doors: Export<doors_seen::DoorsSeen>,\n}\n\nimpl Schema";
+    plugin.replace("src/lib.rs", "}\n\nimpl Schema", field);
+    let first = "let Some(laser)";
+    plugin.replace(
+        "src/lib.rs",
+        first,
+        &format!("self.doors.retract(cx);\n        {first}"),
+    );
+    plugin.build();
+    let built = plugin.folder.join("target/debug");
+    let described = said(jde(&["describe", "DoorsSeen"]).env("JDE_PLUGIN_PATH", built));
     assert!(
-        run.err.contains("closes at 0.0") && run.err.contains("opens at 0.0"),
-        "{}",
-        run.err
+        described.out.contains("find-doors/find-doors  doors"),
+        "{described:?}"
     );
 }
 
 #[test]
 fn a_new_application_is_checked_and_runs() {
-    let folder = tempfile::tempdir().unwrap();
-    make("app", "patrol", folder.path());
-    let own = folder.path().join("patrol");
-    let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&own));
+    let project = Project::new(&["app"], "patrol");
+    let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));
     assert_eq!(check.status, Some(0), "{}", check.err);
-    let run = said(jde_with_plugins(&["run", "app.toml", "--lockstep", "--seed", "1"]).current_dir(&own));
-    assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
-    assert!(
-        run.out.contains("4 of 4 targets") && run.out.contains("no collision"),
-        "{}",
-        run.out
-    );
+    let run = project.run(&["--seed", "1"]);
+    for words in ["4 of 4 targets", "no collision"] {
+        assert!(run.out.contains(words), "{}", run.out);
+    }
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn r14_a_panel_is_shown_in_words_and_touched_by_somebody() {
     let shown = place.told(&["panel", "example"]);
     for part in [
         "Safe navigation",
-        "[ Clear target ] clear",
+        "[ Clear target ]  clear",
         "plane with",
         "field",
         "cruise",

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
 use crate::attached::Place;
-use crate::support::{pair, plugins};
+use crate::support::{pair, plugins, root};
 
 /// The sequences that show the alternate screen of a terminal, and leave it.
 const ENTER: &str = "\u{1b}[?1049h";
@@ -108,4 +108,28 @@ fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
         now["schemas"].as_array().expect("a list").iter().all(asleep),
         "{now}\n{shown}"
     );
+}
+
+#[test]
+fn takeovers_and_the_log_never_share_a_line_of_a_terminal() {
+    let _watchdog = Watchdog::for_test();
+    let run = format!(
+        "{} run safe-navigation --plain --for 1s --color never --log state=trace",
+        env!("CARGO_BIN_EXE_jde")
+    );
+    let ran = Command::new("script")
+        .args(["-qec", &run, "/dev/null"])
+        .env("JDE_PLUGIN_PATH", plugins())
+        .env("TERM", "xterm-256color")
+        .current_dir(root())
+        .stdin(Stdio::null())
+        .output()
+        .expect("script of util-linux is there");
+    let shown = String::from_utf8(ran.stdout).expect("it is text");
+    let count = |line: &str| line.matches("from=").count() + line.matches(" -> ").count();
+    assert!(
+        shown.contains("roots: nobody -> example") && shown.contains("trace goon: from="),
+        "{shown}"
+    );
+    assert!(shown.lines().all(|line| count(line) <= 1), "{shown}");
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, ChildTarget};
 use jde_board::{Access, Variable};
-use jde_core::Policy;
 
 use super::subject::Subject;
 use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas, VariableInfo};
@@ -52,16 +51,12 @@ pub fn schemas(application: &Application) -> Schemas {
         name: group.name.clone(),
         father: group.father.map(name),
         members: group.members.iter().copied().map(name).collect(),
-        policy: policy(group.policy),
+        policy: group.policy.name().to_owned(),
     });
     Schemas {
         schemas: schemas.collect(),
         groups: groups.collect(),
     }
-}
-
-fn policy(policy: Policy) -> String {
-    jde_records::policy_name(policy).to_owned()
 }
 
 fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {

@@ -4,7 +4,7 @@ mod about;
 mod field;
 mod options;
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Ident, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Data, DeriveInput, Error, Fields, Result};
@@ -73,11 +73,39 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
         values.push(quote!(#member: #value));
     }
 
+    Ok(implementation(
+        ident,
+        &about,
+        &ports,
+        &roles,
+        &quote!(Self { #(#values),* }),
+    ))
+}
+
+/// Generates an implementation of `Describe` without ports, for a structure with a mistake.
+pub(crate) fn placeholder(ident: &Ident) -> TokenStream {
+    let about = About {
+        name: String::new(),
+        doc: String::new(),
+        kind: Kind::Motor,
+        period_ns: 0,
+        budget_ns: 0,
+    };
+    implementation(ident, &about, &[], &[], &quote!(::core::unreachable!()))
+}
+
+fn implementation(
+    ident: &Ident,
+    about: &About,
+    ports: &[TokenStream],
+    roles: &[TokenStream],
+    build: &TokenStream,
+) -> TokenStream {
     let kind = about.kind.constant();
     let (name, doc) = (c(&about.name), c(&about.doc));
     let (period, budget) = (about.period_ns, about.budget_ns);
     let count = ports.len();
-    Ok(quote! {
+    quote! {
         const _: () = {
             use ::jde_schema::derived;
             #[allow(unused_imports, reason = "it is used by schemas without an arbitration or an ability of their own")]
@@ -106,11 +134,11 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 const INSPECT: Option<derived::raw::Inspect> = derived::Own::<#ident>::INSPECT;
 
                 unsafe fn build() -> Self {
-                    Self { #(#values),* }
+                    #build
                 }
             }
         };
-    })
+    }
 }
 
 /// Refuses what the host would refuse later.

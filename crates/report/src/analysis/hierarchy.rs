@@ -3,6 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use jde_core::Policy;
 use jde_log::RecordedHierarchy;
 use jde_records::Decision;
 
@@ -103,10 +104,7 @@ impl Hierarchy {
     /// The index of a selection's group. All its candidates become members.
     pub(crate) fn decided(&mut self, decision: &Decision) -> Option<usize> {
         let group = self.group(&decision.group)?;
-        if matches!(
-            decision.decider.as_str(),
-            "priority" | "urgency" | "sticky" | "round-robin" | "father"
-        ) && self.groups[group].policy != decision.decider
+        if Policy::NAMES.contains(&decision.decider.as_str()) && self.groups[group].policy != decision.decider
         {
             self.groups[group].policy.clone_from(&decision.decider);
         }

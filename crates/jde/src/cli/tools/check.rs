@@ -17,8 +17,9 @@ use crate::{inspect, load, terminal};
 /// Prints the schemas by father and group with their bindings. Prints for each group its contract: the
 /// longest time that a takeover may take, with the sum it comes from.
 #[derive(Args)]
-#[command(after_help = "Example:
-  jde check apps/safe-navigation.toml")]
+#[command(after_help = "Examples:
+  jde check apps/safe-navigation.toml
+  jde check safe-navigation --defaults")]
 pub(crate) struct Check {
     /// The application's file, or the name of one in the folder apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
@@ -26,6 +27,9 @@ pub(crate) struct Check {
     /// Check it with another value of a modulation (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
     set: Vec<Override>,
+    /// Also print the modulations that have the default of their type.
+    #[arg(long)]
+    defaults: bool,
 }
 
 impl Check {
@@ -34,6 +38,9 @@ impl Check {
         let application = load::check(&self.application, &self.set)?;
         let mut out = terminal::out();
         inspect::application(&application, &mut out)?;
+        if self.defaults {
+            inspect::defaults(&application, &mut out)?;
+        }
         out.flush()?;
         application
             .concerns

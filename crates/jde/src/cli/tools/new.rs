@@ -1,46 +1,93 @@
-//! `jde new`: writes a new schema, driver or application.
+//! `jde new`: writes a new schema, driver, application or crate of values.
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum, ValueHint};
+use clap::{Args, Subcommand, ValueHint};
 
 use crate::failure::Failure;
 use crate::new::{self, Kind};
 
-/// Write a new schema, driver or application that builds, passes its test and runs at once.
+/// Write a new schema, driver, application or crate of values that builds, passes its test and runs at once.
 #[derive(Args)]
-#[command(after_help = "Examples:
+#[command(
+    subcommand_value_name = "KIND",
+    subcommand_help_heading = "Kinds",
+    disable_help_subcommand = true,
+    after_help = "Examples:
   jde new schema follow
+  jde new schema doors --perceptive
   jde new driver gripper --path ~/robots
-  jde new app patrol")]
+  jde new driver thermometer --device
+  jde new types doors
+  jde new app patrol"
+)]
 pub(crate) struct New {
-    /// What to write.
-    kind: KindArg,
-    /// Its name, such as follow-wall. The folder has the same name.
-    name: String,
+    #[command(subcommand)]
+    what: What,
     /// The folder in which to make its folder.
-    #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
+    #[arg(long, global = true, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
     path: PathBuf,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum KindArg {
+#[derive(Subcommand)]
+enum What {
     /// A motor schema, with an application in which it drives a simulated robot.
-    Schema,
+    Schema {
+        #[command(flatten)]
+        name: Name,
+        /// A perceptive schema instead, with a motor schema that uses what it finds.
+        #[arg(long)]
+        perceptive: bool,
+        /// A father of two children instead.
+        #[arg(long, conflicts_with = "perceptive")]
+        father: bool,
+    },
     /// A driver, with an application that reads it.
-    Driver,
+    Driver {
+        #[command(flatten)]
+        name: Name,
+        /// A driver of a device at a serial line or behind TCP instead, with an emulator of the device.
+        #[arg(long)]
+        device: bool,
+    },
+    /// A crate of values that several plugins share.
+    Types {
+        #[command(flatten)]
+        name: Name,
+    },
     /// An application of the existing schemas.
-    App,
+    App {
+        #[command(flatten)]
+        name: Name,
+    },
+}
+
+#[derive(Args)]
+struct Name {
+    /// Its name, such as follow-wall. The folder has the same name.
+    name: String,
 }
 
 impl New {
     /// Writes the files.
     pub(super) fn run(self) -> Result<(), Failure> {
-        let kind = match self.kind {
-            KindArg::Schema => Kind::Schema,
-            KindArg::Driver => Kind::Driver,
-            KindArg::App => Kind::Application,
+        let (kind, Name { name }) = match self.what {
+            What::Schema {
+                name,
+                perceptive,
+                father,
+            } => {
+                let kind = match (perceptive, father) {
+                    (true, _) => Kind::Perceptive,
+                    (_, true) => Kind::Father,
+                    _ => Kind::Motor,
+                };
+                (kind, name)
+            }
+            What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
+            What::Types { name } => (Kind::Types, name),
+            What::App { name } => (Kind::Application, name),
         };
-        new::write(kind, &self.name, &self.path)
+        new::write(kind, &name, &self.path)
     }
 }

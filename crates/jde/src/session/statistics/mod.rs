@@ -7,7 +7,6 @@ use std::collections::HashMap;
 
 use jde_app::Application;
 use jde_core::{Nanos, Record, SchemaId, State};
-use jde_records::decider_name;
 use jde_records::event::Event;
 
 /// The sums so far.
@@ -226,7 +225,7 @@ fn takeover(record: &Record, time: Nanos, took: Option<(Nanos, Nanos)>) -> Takeo
         group: record.group.index(),
         from: record.before.map(SchemaId::index),
         to: record.choice.map(SchemaId::index),
-        decider: decider_name(record.decider),
+        decider: record.decider.name(),
         reason: record.reason.to_string(),
         latency: took,
     }

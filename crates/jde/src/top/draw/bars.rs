@@ -9,11 +9,13 @@ use crate::escape::escape;
 use crate::top::text;
 use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
 
-/// The keys and their effects; those that a new user needs first are at the left.
-const KEYS: [(&str, &str); 9] = [
+/// The key that stops everything, and the one that lets it go on.
+const PANIC_KEYS: [(&str, &str); 2] = [("space", "STOP ALL"), ("g", "GO ON")];
+
+/// The keys and their effects; those that a new user needs first are at the left, after the panic key.
+const KEYS: [(&str, &str); 8] = [
     ("q", "quit"),
     ("?", "help"),
-    ("space", "STOP ALL"),
     ("↑↓", "select"),
     ("p", "play/stop"),
     ("f", "force"),
@@ -25,14 +27,19 @@ const KEYS: [(&str, &str); 9] = [
 /// Draws the title of the application, its time and how it runs or ended.
 pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let seconds = screen.snapshot.time as f64 / 1e9;
-    let state = screen
-        .outcome
-        .as_ref()
-        .map_or_else(|| "running".to_owned(), outcome_text);
+    let state = match (&screen.outcome, screen.stopped_by()) {
+        (Some(outcome), _) => outcome_text(outcome),
+        (None, Some(operator)) => format!("STOPPED by {operator}"),
+        (None, None) => "running".to_owned(),
+    };
     let clock = format!(" {state}  {seconds:.1} s ");
     let room = usize::from(area.width).saturating_sub(text::columns(&clock));
     let bar = format!("{}{clock}", text::pad_or_cut(&format!(" {}", screen.title), room));
-    frame.render_widget(Paragraph::new(Line::styled(bar, screen.theme.selected())), area);
+    let mut style = screen.theme.selected();
+    if screen.stopped_by().is_some() {
+        style = style.patch(screen.theme.bad());
+    }
+    frame.render_widget(Paragraph::new(Line::styled(bar, style)), area);
 }
 
 /// Draws the pose of the robot and its target.
@@ -89,7 +96,8 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
 /// Draws as many keys as fit.
 pub(super) fn keys(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let mut line = Line::default().alignment(Alignment::Left);
-    for (key, what) in KEYS {
+    let panic_key = PANIC_KEYS[usize::from(screen.stopped_by().is_some())];
+    for (key, what) in std::iter::once(panic_key).chain(KEYS) {
         let width = text::columns(key) + 1 + text::columns(what);
         if line.width() + width > usize::from(area.width) {
             break;

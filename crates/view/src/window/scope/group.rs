@@ -36,7 +36,7 @@ impl Table {
             WidgetInfo::labeled(Role::Label, true, text)
         });
         let accent = style::color_of(Ink::Accent, style);
-        let end = paint::write(ui.painter(), line, &group.name, paint::font(), accent);
+        let end = paint::write_name(ui.painter(), line, &group.name, paint::font(), accent);
         let rest = line.with_min_x((end + 8.0).min(line.right()));
         let color = if late {
             style::color_of(Ink::Bad, style)

@@ -48,6 +48,33 @@ pub(super) fn write(painter: &Painter, rect: Rect, text: &str, font: FontId, col
     end
 }
 
+/// Writes a name as [`write`] does. Of a name that is too long it keeps the end, which is more specific than
+/// the beginning.
+pub(super) fn write_name(painter: &Painter, rect: Rect, name: &str, font: FontId, color: Color32) -> f32 {
+    let width = |text: &str| {
+        let galley = painter.layout_no_wrap(text.to_owned(), font.clone(), color);
+        galley.size().x
+    };
+    let shown = tail(name, |text| width(text) <= rect.width());
+    write(painter, rect, &shown, font, color)
+}
+
+/// Returns a name that fits: whole, or its end after an ellipsis. The end begins with a whole part of the name
+/// unless that shows less than half of the letters that fit.
+fn tail(name: &str, fits: impl Fn(&str) -> bool) -> String {
+    if fits(name) {
+        return name.to_owned();
+    }
+    let end = |start: usize| format!("…{}", &name[start..]);
+    let starts: Vec<usize> = name.char_indices().skip(1).map(|(start, _)| start).collect();
+    let longest = starts.partition_point(|start| !fits(&end(*start)));
+    let fitting = &starts[longest..];
+    let mut most = fitting.iter().take(fitting.len().div_ceil(2));
+    let part = most.find(|start| name[..**start].ends_with(['/', '.']));
+    part.or(fitting.first())
+        .map_or_else(|| "…".to_owned(), |start| end(*start))
+}
+
 /// Writes a number aligned to the right edge.
 pub(super) fn write_right(painter: &Painter, rect: Rect, text: &str, color: Color32) {
     painter.text(rect.right_center(), Align2::RIGHT_CENTER, text, digits(), color);
@@ -177,4 +204,20 @@ pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
 pub(super) fn signal_color(place: usize, style: &Style) -> Color32 {
     let inks = [Ink::Accent, Ink::Warn, Ink::Good, Ink::Goal, Ink::Seen, Ink::Bad];
     style::color_of(inks[place % inks.len()], style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tail;
+
+    #[test]
+    fn a_long_name_keeps_its_end() {
+        let cut = |name: &str, columns: usize| tail(name, |text| text.chars().count() <= columns);
+        assert_eq!(cut("example/base", 12), "example/base");
+        assert_eq!(cut("safe-navigation/example/base", 16), "…example/base");
+        assert_eq!(cut("safe-navigation/example/base", 9), "…ple/base");
+        assert_eq!(cut("pioneer.odometry.pose.x", 10), "…pose.x");
+        assert_eq!(cut("Überschrift", 4), "…ift");
+        assert_eq!(cut("goon", 1), "…");
+    }
 }

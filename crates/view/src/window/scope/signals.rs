@@ -207,10 +207,10 @@ fn signal_row(
         Sense::hover(),
     );
     name.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("trace {}: {now_text}", signal.name)));
-    paint::write(
+    paint::write_name(
         &painter,
         rows(0.0),
-        &tail(&signal.name, text.width()),
+        &signal.name,
         paint::font(),
         ui.visuals().text_color(),
     );
@@ -256,17 +256,6 @@ fn signal_row(
         (true, false),
     )
     .clicked()
-}
-
-/// The end of a long name, which is more specific than its beginning.
-fn tail(name: &str, width: f32) -> String {
-    let letters = (width / 6.5) as usize;
-    let count = name.chars().count();
-    if count <= letters {
-        return name.to_owned();
-    }
-    let end: String = name.chars().skip(count - letters.saturating_sub(1)).collect();
-    format!("…{end}")
 }
 
 /// The names of all numbers of all variables.

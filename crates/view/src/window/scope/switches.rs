@@ -85,7 +85,7 @@ impl Traces<'_> {
                 Color32::from_gray(40)
             };
             let inside = rect.shrink2(vec2(4.0, 0.0));
-            paint::write(painter, inside, &winner.name, paint::small(), text);
+            paint::write_name(painter, inside, &winner.name, paint::small(), text);
         }
     }
 

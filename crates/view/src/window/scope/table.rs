@@ -121,7 +121,7 @@ impl Table {
         } else {
             ui.visuals().text_color()
         };
-        let end = paint::write(ui.painter(), name, &view.name, paint::font(), color);
+        let end = paint::write_name(ui.painter(), name, &view.name, paint::font(), color);
         if let Some(hold) = &view.operator {
             let held = format!("{} by {}", hold.kind.word(), hold.by);
             let rest = name.with_min_x((end + 6.0).min(name.right()));

@@ -106,7 +106,7 @@ fn table(listed: &[ApplicationEntry]) -> Table {
         };
         table.add_row([
             Cell::from(name).styled(TITLE),
-            duration(up).into(),
+            format_span(up).into(),
             acting,
             format!("{}@{}", about.user, about.host).into(),
             about.pid.into(),
@@ -141,7 +141,7 @@ fn winners(snapshot: &Snapshot) -> Vec<String> {
 }
 
 /// Formats a duration: "45s", "2m 14s", "3h 20m", "2d 4h".
-fn duration(time: Duration) -> String {
+pub(super) fn format_span(time: Duration) -> String {
     let seconds = time.as_secs();
     let (minutes, hours, days) = (seconds / 60, seconds / 3600, seconds / 86_400);
     match (days, hours, minutes) {
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn times_have_two_units_at_most() {
-        let texts = [45, 134, 12_000, 187_200].map(|seconds| duration(Duration::from_secs(seconds)));
+        let texts = [45, 134, 12_000, 187_200].map(|seconds| format_span(Duration::from_secs(seconds)));
         assert_eq!(texts, ["45s", "2m 14s", "3h 20m", "2d 4h"]);
     }
 }

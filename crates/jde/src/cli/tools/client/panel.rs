@@ -23,7 +23,7 @@ const DRAW_TIMEOUT: Duration = Duration::from_secs(5);
 /// Show a schema's own panel as text, or touch its widgets. Without a name, list the schemas that have a
 /// panel.
 ///
-/// The name after each widget is the one to touch it by. Pictures are described; `jde view` draws them.
+/// Each widget is a line with its label, value, range, and the name to touch it by. Pictures are described; `jde view` draws them.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde panel

@@ -1,20 +1,22 @@
 //! `jde reload`: makes new builds take over in a running application.
 
 use std::io::{self, Write};
+use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
 use jde_link::message::{Action, Request};
-use jde_records::reload::{ReloadOutcome, ReloadReport, Replacement};
+use jde_records::reload::{ReloadOutcome, ReloadReport};
 
+use super::apps::format_span;
 use super::{Context, Target};
 use crate::cli::print_json;
 use crate::cli::tools::quantity;
 use crate::complete;
-use crate::failure::Failure;
+use crate::failure::{Failure, display_path};
 use crate::remote::name::split_application;
-use crate::terminal::{self, BAD, FAINT, GOOD, TextWriter, WARN};
+use crate::terminal::{self, BAD, GOOD, TextWriter, WARN};
 
 /// Replace the code of a schema while it runs: the current build in its plugin's file takes over between two
 /// iterations.
@@ -89,67 +91,71 @@ impl Reload {
     }
 }
 
-/// Prints the result of each schema.
+/// Prints one line for the plugin, and a line for each schema that needs attention.
 fn write_results(reloaded: &ReloadReport, words: &mut TextWriter) -> io::Result<()> {
-    for (schema, became) in &reloaded.schemas {
-        match became {
-            ReloadOutcome::Reloaded(takeover) => write_takeover(schema, takeover, words)?,
-            ReloadOutcome::Unchanged => writeln!(
-                words,
-                "{schema} runs what is in {} already",
-                reloaded.file.display()
-            )?,
-            ReloadOutcome::Restarted => writeln!(
-                words,
-                "{schema} runs what is in {} already; it had faulted and tries again",
-                reloaded.file.display()
-            )?,
-            ReloadOutcome::Undone(reason) => {
-                writeln!(words, "{BAD}{schema} goes on as before{BAD:#}: {reason}")?
+    let file = display_path(&reloaded.file);
+    let age = reloaded.age.map_or_else(String::new, |age| {
+        format!(", built {} ago", format_span(Duration::from_nanos(age)))
+    });
+    let of = |is: fn(&ReloadOutcome) -> bool| {
+        let schemas = reloaded.schemas.iter().filter(|(_, outcome)| is(outcome));
+        let names: Vec<_> = schemas.map(|(schema, _)| schema.as_str()).collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
+    let results = [
+        of(|outcome| matches!(outcome, ReloadOutcome::Reloaded(_)))
+            .map(|names| format!("{GOOD}reloaded {names}{GOOD:#} {}", describe_takeovers(reloaded))),
+        of(|outcome| matches!(outcome, ReloadOutcome::Unchanged)).map(|names| format!("{names} unchanged")),
+        of(|outcome| matches!(outcome, ReloadOutcome::Restarted))
+            .map(|names| format!("{names} unchanged, restarted after a fault")),
+        of(|outcome| matches!(outcome, ReloadOutcome::Undone(_)))
+            .map(|names| format!("{BAD}{names} not reloaded{BAD:#}")),
+        of(|outcome| matches!(outcome, ReloadOutcome::Waiting))
+            .map(|names| format!("{WARN}{names} inside a call{WARN:#}, to be reloaded when it returns")),
+    ];
+    let results: Vec<_> = results.into_iter().flatten().collect();
+    writeln!(words, "{file}{age}: {}", results.join("; "))?;
+    for (schema, outcome) in &reloaded.schemas {
+        match outcome {
+            ReloadOutcome::Undone(reason) => writeln!(words, "  {BAD}{schema}{BAD:#}: {reason}")?,
+            ReloadOutcome::Reloaded(takeover) => {
+                for note in &takeover.notes {
+                    writeln!(words, "  {WARN}{schema}{WARN:#}: {note}")?;
+                }
             }
-            ReloadOutcome::Waiting => writeln!(
-                words,
-                "{WARN}{schema} is inside a call{WARN:#}; the new build takes over when that returns"
-            )?,
+            ReloadOutcome::Unchanged | ReloadOutcome::Restarted | ReloadOutcome::Waiting => {}
         }
-    }
-    let memory = &reloaded.memory;
-    if memory.builds > 0 {
-        let builds = if memory.builds == 1 { "build" } else { "builds" };
-        writeln!(
-            words,
-            "{FAINT}{} {builds} of {} in memory beside the first, {:.1} MB{FAINT:#}",
-            memory.builds,
-            jde_loader::MAX_BUILDS,
-            memory.bytes as f64 / 1e6
-        )?;
     }
     Ok(())
 }
 
-fn write_takeover(schema: &str, takeover: &Replacement, words: &mut TextWriter) -> io::Result<()> {
-    let carried = takeover
-        .carried
-        .map_or_else(|| "it begins anew".to_owned(), |carried| carried.to_string());
-    let took = takeover.took as f64 / 1e6;
-    let gap = match takeover.gap {
-        Some(gap) => format!(
-            "gap {:.1} ms, of which the exchange took {took:.1} ms",
-            gap as f64 / 1e6
-        ),
-        None => format!("it sleeps; the exchange took {took:.1} ms"),
-    };
-    writeln!(words, "{GOOD}{schema} runs {}{GOOD:#}", takeover.build)?;
-    writeln!(words, "  {carried}; {gap}")?;
-    for note in &takeover.notes {
-        writeln!(words, "  {WARN}note{WARN:#}: {note}")?;
+/// Describes how the new build took over: "to 0.2.0, with 37 bytes of memory, gap 16.3 ms, on trial for 3 s".
+fn describe_takeovers(reloaded: &ReloadReport) -> String {
+    let takeovers = reloaded.schemas.iter().filter_map(|(_, outcome)| match outcome {
+        ReloadOutcome::Reloaded(takeover) => Some(takeover),
+        _ => None,
+    });
+    let version = takeovers.clone().map(|takeover| &takeover.build.version).next();
+    let mut parts = vec![format!("to {}", version.map_or("the new build", String::as_str))];
+    let carried = takeovers.clone().filter_map(|takeover| takeover.carried);
+    parts.push(
+        match carried
+            .map(|memory| memory.bytes)
+            .reduce(|sum, bytes| sum + bytes)
+        {
+            Some(bytes) => format!("with {bytes} bytes of memory"),
+            None => "with fresh memory".to_owned(),
+        },
+    );
+    if let Some(gap) = takeovers.clone().filter_map(|takeover| takeover.gap).max() {
+        parts.push(format!("gap {:.1} ms", gap as f64 / 1e6));
     }
-    if takeover.probation > 0 {
-        writeln!(
-            words,
-            "  {FAINT}on trial for {} s: until then a fault goes back to the build before{FAINT:#}",
-            takeover.probation as f64 / 1e9
-        )?;
+    if let Some(trial) = takeovers
+        .map(|takeover| takeover.probation)
+        .max()
+        .filter(|trial| *trial > 0)
+    {
+        parts.push(format!("on trial for {} s", trial as f64 / 1e9));
     }
-    Ok(())
+    parts.join(", ")
 }

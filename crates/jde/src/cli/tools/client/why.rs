@@ -22,7 +22,7 @@ use crate::why::{self, Answer, KnownSpan, Question};
 /// Number of selections requested from a running application: all that it keeps.
 const MAX_SELECTIONS: usize = 1000;
 
-/// Say why a schema won, lost or did not act.
+/// Say why a schema won, lost or did not act, or why nobody won.
 ///
 /// A question names schemas, and a group or a time if needed; the words between them are optional. Without a
 /// time it means the last such takeover; a time alone means the choice in force then. A running application
@@ -32,6 +32,7 @@ const MAX_SELECTIONS: usize = 1000;
   jde why vff
   jde why did vff take over from goon at 12.4s
   jde why is goon not the winner
+  jde why nobody in example/base    the last selection without a winner
   jde why at 12.4s --in drive.mcap")]
 pub(crate) struct Why {
     /// The question.

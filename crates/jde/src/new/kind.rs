@@ -1,0 +1,120 @@
+//! The kinds of template, and the files of each. Kinds share the files that are the same in all.
+
+/// What to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A motor schema.
+    Motor,
+    /// A perceptive schema.
+    Perceptive,
+    /// A father of two children.
+    Father,
+    /// A driver of simulated hardware.
+    Driver,
+    /// A driver of a device at a serial line or behind TCP.
+    Device,
+    /// Values that plugins share.
+    Types,
+    /// An application of existing schemas.
+    Application,
+}
+
+/// A file of a template: its path, and its text.
+type File = (&'static str, &'static str);
+
+/// Includes the files of a folder of templates.
+macro_rules! files {
+    ($folder:literal: $($file:literal),+) => {
+        &[$(($file, include_str!(concat!("../../templates/", $folder, "/", $file)))),+]
+    };
+}
+
+const GIT: &[File] = &[(".gitignore", "/target\n")];
+/// The package of a plugin.
+const PLUGIN: &[File] = &[(
+    "Cargo.toml",
+    include_str!("../../templates/plugin/Cargo.toml.txt"),
+)];
+/// The room of the simulator in which a schema is tried.
+const ROOM: &[File] = files!("room": "README.md", "world.toml");
+const MOTOR: &[File] = files!("motor": "src/lib.rs", "app.toml");
+const PERCEPTIVE: &[File] = files!("perceptive": "src/lib.rs", "app.toml");
+const FATHER: &[File] = files!("father": "src/lib.rs", "app.toml");
+const DRIVER: &[File] = files!("driver": "src/lib.rs", "app.toml", "README.md");
+const DEVICE: &[File] = files!(
+    "device": "src/lib.rs", "src/session.rs", "src/emulator.rs", "examples/emulator.rs", "app.toml", "README.md"
+);
+const TYPES: &[File] = &[
+    ("Cargo.toml", include_str!("../../templates/types/Cargo.toml.txt")),
+    ("src/lib.rs", include_str!("../../templates/types/src/lib.rs")),
+    ("README.md", include_str!("../../templates/types/README.md")),
+];
+const APPLICATION: &[File] = files!("app": "app.toml", "world.toml", "README.md");
+
+impl Kind {
+    #[cfg(test)]
+    pub(super) const ALL: [Self; 7] = [
+        Self::Motor,
+        Self::Perceptive,
+        Self::Father,
+        Self::Driver,
+        Self::Device,
+        Self::Types,
+        Self::Application,
+    ];
+
+    /// The files of the template.
+    pub(super) fn files(self) -> impl Iterator<Item = File> {
+        let parts: &[&[File]] = match self {
+            Self::Motor => &[GIT, PLUGIN, ROOM, MOTOR],
+            Self::Perceptive => &[GIT, PLUGIN, ROOM, PERCEPTIVE],
+            Self::Father => &[GIT, PLUGIN, ROOM, FATHER],
+            Self::Driver => &[GIT, PLUGIN, DRIVER],
+            Self::Device => &[GIT, PLUGIN, DEVICE],
+            Self::Types => &[GIT, TYPES],
+            Self::Application => &[APPLICATION],
+        };
+        parts.iter().copied().flatten().copied()
+    }
+
+    /// The crates of jde on which the package depends, without their prefix.
+    pub(super) fn crates(self) -> &'static [&'static str] {
+        match self {
+            Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
+            Self::Device => &["device", "schema"],
+            Self::Types => &["types"],
+            Self::Application => &[],
+        }
+    }
+
+    /// What the schema of a [`ROOM`] does, for its README.
+    pub(super) fn about(self) -> &'static str {
+        match self {
+            Self::Motor => "A schema for jde: it drives towards an obstacle and stops in front of it.",
+            Self::Perceptive => {
+                "A perceptive schema for jde: it finds what is nearest, and a motor schema turns the robot to it."
+            }
+            Self::Father => {
+                "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."
+            }
+            Self::Driver | Self::Device | Self::Types | Self::Application => "",
+        }
+    }
+
+    /// The next commands for the user, in the new folder.
+    pub(super) fn next_commands(self) -> &'static [&'static str] {
+        match self {
+            Self::Motor | Self::Perceptive | Self::Father => {
+                &["cargo build", "cargo test", "__jde__ run app.toml"]
+            }
+            Self::Driver => &[
+                "cargo build",
+                "cargo test",
+                "__jde__ run app.toml --log exercise=info",
+            ],
+            Self::Device => &["cargo build", "cargo test", "cargo run --example emulator"],
+            Self::Types => &["cargo test"],
+            Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
+        }
+    }
+}

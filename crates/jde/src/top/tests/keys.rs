@@ -1,0 +1,150 @@
+//! The view's answers to keys.
+
+use super::*;
+
+#[test]
+fn keys_become_actions_on_the_selected_schema() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jjpfr+-"));
+    let expected = [
+        Action::Stop(2),
+        Action::Force(2),
+        Action::Release(2),
+        Action::Period(2, 82_500_000),
+        Action::Period(2, 68_182_000),
+    ];
+    assert_eq!(*app.acts.borrow(), expected);
+    assert_eq!(
+        line(&lines(&mut screen, 80, 24), "now runs"),
+        "goon now runs every 68.182 ms"
+    );
+}
+
+#[test]
+fn r14_space_stops_everything_and_never_lets_it_go_on() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("  g"));
+    assert_eq!(
+        *app.acts.borrow(),
+        [Action::StopAll, Action::StopAll, Action::ReleaseAll]
+    );
+}
+
+#[test]
+fn r14_what_is_stopped_with_everything_is_shown_with_the_key_that_lets_it_go_on() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    let edges = |screen: &mut ViewState| {
+        let lines = lines(screen, 80, 24);
+        (lines[0].clone(), lines[23].clone())
+    };
+    let (title, keys) = edges(&mut screen);
+    assert!(title.contains("running") && keys.contains("space STOP ALL"));
+    let hold = Hold {
+        with_everything: true,
+        ..held(HoldKind::Stopped).unwrap()
+    };
+    app.snapshot.borrow_mut().schemas[0].operator = Some(hold);
+    screen.observe(&app);
+    press(&mut screen, &app, &typed("j"));
+    let (title, keys) = edges(&mut screen);
+    assert!(title.contains("STOPPED by ana@laptop  "), "{title}");
+    assert!(keys.contains("g GO ON") && !keys.contains("STOP ALL"), "{keys}");
+}
+
+#[test]
+fn play_wakes_what_sleeps_or_is_stopped_and_force_lets_go_again() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jjjfjjp"));
+    app.snapshot.borrow_mut().schemas[5].operator = held(HoldKind::Stopped);
+    app.snapshot.borrow_mut().schemas[5].state = State::Checking;
+    screen.observe(&app);
+    press(&mut screen, &app, &typed("p"));
+    assert_eq!(
+        *app.acts.borrow(),
+        [Action::Release(3), Action::Play(5), Action::Play(5)]
+    );
+}
+
+#[test]
+fn a_refusal_is_shown_until_the_next_key() {
+    let app = Fixed {
+        refuses: Some("`pioneer` competes with nobody"),
+        ..Fixed::new()
+    };
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("f"));
+    assert!(
+        lines(&mut screen, 80, 24)
+            .join("\n")
+            .contains("`pioneer` competes with nobody")
+    );
+    press(&mut screen, &app, &typed("j"));
+    assert!(
+        !lines(&mut screen, 80, 24)
+            .join("\n")
+            .contains("competes with nobody")
+    );
+}
+
+#[test]
+fn a_typed_period_is_set_and_a_wrong_one_is_explained() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("t75"));
+    press(&mut screen, &app, &[KeyCode::Enter]);
+    let shown = line(&lines(&mut screen, 80, 24), "new period of teleop: 75");
+    assert!(shown.contains("needs a unit"), "{shown}");
+    assert!(app.acts.borrow().is_empty());
+    press(&mut screen, &app, &[KeyCode::Backspace]);
+    press(&mut screen, &app, &typed("0ms"));
+    press(&mut screen, &app, &[KeyCode::Enter]);
+    assert_eq!(*app.acts.borrow(), [Action::Period(0, 70 * MS)]);
+}
+
+#[test]
+fn escape_leaves_the_input_and_not_the_view() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("tq"));
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), None);
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), Some(ExitReason::Quit));
+    assert!(app.acts.borrow().is_empty());
+}
+
+#[test]
+fn help_opens_and_any_key_closes_it() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("?"));
+    assert!(lines(&mut screen, 80, 24).join("\n").contains("force it to win"));
+    assert_eq!(press(&mut screen, &app, &typed("q")), None);
+    assert!(!lines(&mut screen, 80, 24).join("\n").contains("force it to win"));
+}
+
+#[test]
+fn control_c_leaves_from_everywhere() {
+    let app = Fixed::new();
+    for keys in ["", "?", "t12"] {
+        let mut screen = app.screen();
+        press(&mut screen, &app, &typed(keys));
+        let left = screen.handle_key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+        assert_eq!(left, Some(ExitReason::Quit), "after “{keys}”");
+    }
+}
+
+#[test]
+fn an_ended_application_stays_in_sight_until_it_is_left() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), None);
+    *app.outcome.borrow_mut() = Some(Outcome::Done);
+    screen.observe(&app);
+    assert!(lines(&mut screen, 80, 24)[0].contains("done"));
+    assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
+    let left = press(&mut screen, &app, &[KeyCode::Enter]);
+    assert_eq!(left, Some(ExitReason::Ended));
+}
