@@ -80,11 +80,13 @@ fn everything() -> Vec<Item> {
                 field(clicks(), true),
                 Item::Image {
                     id: "seen".to_owned(),
-                    width: 32,
-                    height: 24,
+                    // Primes: no edge of an enlarged pixel falls on the middle of a pixel of the screen,
+                    // where renderers differ.
+                    width: 31,
+                    height: 23,
                     channels: 3,
-                    pixels: (0..32 * 24)
-                        .flat_map(|n| [(n % 32 * 8) as u8, (n / 32 * 10) as u8, 90])
+                    pixels: (0..31 * 23)
+                        .flat_map(|n| [(n % 31 * 8) as u8, (n / 31 * 11) as u8, 90])
                         .collect(),
                     wants: Wants::default(),
                 },
