@@ -2,17 +2,18 @@
 //! checks. It is not part of the product.
 
 mod bench;
-mod cargo_json;
 mod clients;
 mod counts;
 mod demo;
 mod disk_space;
 mod faults;
 mod headers;
+mod lints;
 mod metadata;
 mod paint;
 mod peers;
 mod prerequisites;
+mod programs;
 mod ros2;
 mod shell;
 mod step;

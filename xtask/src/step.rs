@@ -61,7 +61,7 @@ pub(crate) struct StepReport {
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum StepResult {
     Passed,
-    Failed(&'static str),
+    Failed { error: String, help: &'static str },
     Skipped(String),
 }
 
@@ -87,10 +87,10 @@ fn run<C>(step: &Step<C>, context: &C) -> StepResult {
     match (step.run)(context) {
         Ok(StepOutcome::Passed) => StepResult::Passed,
         Ok(StepOutcome::Skipped(why)) => StepResult::Skipped(why),
-        Err(error) => {
-            println!("error: {error:#}");
-            StepResult::Failed(step.help)
-        }
+        Err(error) => StepResult::Failed {
+            error: format!("{error:#}"),
+            help: step.help,
+        },
     }
 }
 
@@ -98,7 +98,7 @@ impl StepReport {
     pub(crate) fn has_failed(&self) -> bool {
         self.lines
             .iter()
-            .any(|(_, ending, _)| matches!(ending, StepResult::Failed(_)))
+            .any(|(_, ending, _)| matches!(ending, StepResult::Failed { .. }))
     }
 
     /// Returns one line per step, and the counts alone on the last line, for programs that parse them.
@@ -110,7 +110,7 @@ impl StepReport {
         let count =
             |wanted: fn(&StepResult) -> bool| self.lines.iter().filter(|line| wanted(&line.1)).count();
         let passed = count(|ending| matches!(ending, StepResult::Passed));
-        let failed = count(|ending| matches!(ending, StepResult::Failed(_)));
+        let failed = count(|ending| matches!(ending, StepResult::Failed { .. }));
         let skipped = count(|ending| matches!(ending, StepResult::Skipped(_)));
         let total = self.lines.iter().map(|line| line.2).sum();
         let _ = writeln!(text, "all of it in {}", duration(total));
@@ -125,10 +125,9 @@ impl StepReport {
         if choice.fail_fast && self.has_failed() {
             return Some("a step before it failed".to_owned());
         }
-        let failed = self
-            .lines
-            .iter()
-            .find(|(name, ending, _)| step.needs.contains(name) && matches!(ending, StepResult::Failed(_)))?;
+        let failed = self.lines.iter().find(|(name, ending, _)| {
+            step.needs.contains(name) && matches!(ending, StepResult::Failed { .. })
+        })?;
         Some(format!("{} failed", failed.0))
     }
 }
@@ -138,7 +137,12 @@ impl StepResult {
         let took = duration(time);
         match self {
             StepResult::Passed => format!("{} {name} ({took})", paint.green("passed ")),
-            StepResult::Failed(help) => format!("{} {name} ({took}): {help}", paint.red("failed ")),
+            StepResult::Failed { error, help } => {
+                format!(
+                    "{} {name} ({took}): {error}\n        {help}",
+                    paint.red("failed ")
+                )
+            }
             StepResult::Skipped(why) => format!("{} {name}: {why}", paint.yellow("skipped")),
         }
     }
@@ -274,7 +278,7 @@ mod tests {
             Paint::plain(),
         );
         let summary = report.summary(Paint::plain());
-        assert!(summary.contains("s): what to do"), "{summary}");
+        assert!(summary.contains("s): broken\n        what to do"), "{summary}");
         assert!(summary.contains("skipped test: build failed"), "{summary}");
     }
 

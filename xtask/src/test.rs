@@ -9,8 +9,9 @@ use clap::builder::PossibleValuesParser;
 
 use crate::metadata::Metadata;
 use crate::paint::Paint;
+use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{demo, headers, peers, prerequisites, shell, tidy, valgrind};
+use crate::{demo, headers, lints, peers, prerequisites, shell, tidy, valgrind};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -21,6 +22,8 @@ pub(crate) struct Context {
     pub(crate) ci: bool,
     pub(crate) options: Options,
     pub(crate) paint: Paint,
+    /// The compiler that also lints; `None` if it is not installed.
+    linting_compiler: Option<PathBuf>,
 }
 
 /// What the user asks of all steps.
@@ -35,15 +38,10 @@ pub(crate) struct Options {
 }
 
 /// The benches and the fuzzers are separate workspaces.
-const WORKSPACES: &[&str] = &[PRODUCT, BENCHES, FUZZERS];
+pub(crate) const WORKSPACES: &[&str] = &[PRODUCT, BENCHES, FUZZERS];
 const PRODUCT: &str = "Cargo.toml";
-const BENCHES: &str = "benches/Cargo.toml";
-const FUZZERS: &str = "fuzz/Cargo.toml";
-
-/// Kills a test program that hangs outside its watchdogs, so that all others still run. The limit is ten
-/// times the slowest program.
-const LIMITED: &str =
-    r#"target."cfg(unix)".runner = ["timeout", "--foreground", "--verbose", "--kill-after=30s", "20m"]"#;
+pub(crate) const BENCHES: &str = "benches/Cargo.toml";
+pub(crate) const FUZZERS: &str = "fuzz/Cargo.toml";
 
 const STEPS: &[Step<Context>] = &[
     Step {
@@ -88,8 +86,8 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "build",
-        title: "the executable and its plugins",
-        help: "see the compiler's errors above; `cargo build --workspace` shows them again",
+        title: "the executable, its plugins and all tests",
+        help: "see the compiler's errors above; `cargo build --workspace --all-targets` shows them again",
         is_heavy: false,
         needs: &[],
         run: build,
@@ -97,10 +95,10 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "lints",
         title: "clippy, warnings are errors",
-        help: "see above; the last of the commands shows them again",
+        help: "see above; `cargo clippy --workspace --all-targets` shows them again",
         is_heavy: false,
         needs: &["build"],
-        run: lints,
+        run: lints::run,
     },
     Step {
         name: "tests",
@@ -157,6 +155,7 @@ pub(crate) fn run(root: PathBuf, choice: &StepSelection, options: Options, paint
     let target = Metadata::of_workspace(&root)?.target_directory;
     let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
     let context = Context {
+        linting_compiler: lints::compiler()?,
         root,
         target,
         ci,
@@ -189,13 +188,39 @@ impl Context {
                 ..Options::default()
             },
             paint: Paint::plain(),
+            linting_compiler: None,
         }
+    }
+
+    pub(crate) fn has_lints(&self) -> bool {
+        self.linting_compiler.is_some()
+    }
+
+    /// Returns the arguments of cargo that select what to build and test.
+    pub(crate) fn selection(&self) -> Vec<&str> {
+        match &self.options.package {
+            Some(package) => vec!["--package", package],
+            None => Self::workspace(),
+        }
+    }
+
+    /// Returns the arguments of cargo that select everything.
+    pub(crate) fn workspace() -> Vec<&'static str> {
+        let mut arguments = vec!["--workspace"];
+        if prerequisites::has_libudev() {
+            arguments.extend(["--features", "jde/gamepad"]);
+        }
+        arguments
     }
 
     /// Returns a `cargo` command in the root of the workspace.
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut cargo = shell::cargo();
         cargo.args(arguments).current_dir(&self.root);
+        // All steps share one build, which also lints.
+        if let Some(compiler) = &self.linting_compiler {
+            cargo.env("RUSTC_WORKSPACE_WRAPPER", compiler);
+        }
         if self.ci {
             // Incremental data would speed up the next build, but CI has none, and the data takes a fifth of
             // the disk space.
@@ -257,62 +282,44 @@ fn headers(context: &Context) -> Result<StepOutcome> {
     Ok(StepOutcome::Passed)
 }
 
-/// Builds the default members. Plugins are shared libraries, which `cargo test` does not build.
+/// Builds everything once: for the lints, the tests and the demonstration.
 fn build(context: &Context) -> Result<StepOutcome> {
-    context.run(context.cargo(&["build", "--workspace"]))
-}
-
-fn lints(context: &Context) -> Result<StepOutcome> {
-    if !shell::succeeds(&mut context.cargo(&["clippy", "--version"])) {
-        return context.missing_tool("clippy", "rustup component add clippy");
-    }
-    if let Some(package) = &context.options.package {
-        let mut cargo = context.cargo(&["clippy", "--all-targets", "--package", package]);
-        cargo.args(["--", "-D", "warnings"]);
-        return context.run(cargo);
-    }
-    let workspaces = if context.options.all {
-        WORKSPACES
-    } else {
-        &[PRODUCT]
-    };
-    for workspace in workspaces {
-        // The fuzzers link C++ code, which nothing else here needs.
-        if *workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
-            println!("{FUZZERS} is left out: there is no C++ compiler");
-            continue;
-        }
-        let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
-        cargo.args(["--manifest-path", workspace, "--target-dir"]);
-        cargo.arg(&context.target);
-        // No other step builds this feature.
-        if *workspace == PRODUCT && prerequisites::has_libudev() {
-            cargo.args(["--features", "jde/gamepad"]);
-        }
-        shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
-    }
-    Ok(StepOutcome::Passed)
+    context.run(lints::build_all(context))
 }
 
 fn tests(context: &Context) -> Result<StepOutcome> {
-    let mut cargo = context.cargo(&["test", "--no-fail-fast", "--config", LIMITED]);
-    match &context.options.package {
-        Some(package) => cargo.args(["--package", package]),
-        None => cargo.arg("--workspace"),
-    };
+    let selection = context.selection();
+    let mut jobs: Vec<Job> = programs::build(context, &selection)?
+        .iter()
+        .map(|program| program.job(&context.root))
+        .collect();
+    let mut command = context.cargo(&["test", "--doc", "--no-fail-fast"]);
+    command.args(&selection);
+    jobs.push(Job {
+        title: "documentation".to_owned(),
+        is_long: true,
+        command,
+    });
+    if context.options.package.is_none() {
+        // The tests of measuring and judging. The programs that the benches compare with take minutes to
+        // build; only the lints build them.
+        let mut command = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
+        command.arg("--target-dir").arg(&context.target);
+        let title = "benches/measure".to_owned();
+        jobs.push(Job {
+            title,
+            is_long: false,
+            command,
+        });
+    }
     // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {
-        cargo.env("JDE_TEST_SCREEN", "1");
+        for job in &mut jobs {
+            job.command.env("JDE_TEST_SCREEN", "1");
+        }
     }
-    if context.options.package.is_some() {
-        return context.run(cargo);
-    }
-    shell::run(&mut cargo, context.paint)?;
-    // The tests of measuring and judging. The programs that the benches compare with take minutes to build;
-    // only the lints build them.
-    let mut measure = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
-    measure.arg("--target-dir").arg(&context.target);
-    context.run(measure)
+    programs::run_all(jobs, context.paint)?;
+    Ok(StepOutcome::Passed)
 }
 
 /// Uses separate flags, and therefore a target folder of its own. In a shared folder each would rebuild the

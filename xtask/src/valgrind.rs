@@ -6,9 +6,9 @@ use std::process::Command;
 
 use anyhow::Result;
 
-use crate::cargo_json;
 use crate::counts;
 use crate::prerequisites::INSTALL_VALGRIND;
+use crate::programs;
 use crate::shell;
 use crate::step::StepOutcome;
 use crate::test::Context;
@@ -37,7 +37,13 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("valgrind").args(["--quiet", "true"])) {
         return context.missing_tool("valgrind", INSTALL_VALGRIND);
     }
-    for program in cargo_json::build_tests(context, TESTS)? {
+    // For the whole workspace: for single packages cargo would choose other features of the libraries and
+    // build them again.
+    let mut selection = Context::workspace();
+    selection.extend(TESTS.iter().flat_map(|(_, name)| ["--test", name]));
+    let built = programs::build(context, &selection)?;
+    for (folder, name) in TESTS {
+        let program = programs::find(&built, folder, name)?;
         let mut valgrind = Command::new("valgrind");
         valgrind.args(OPTIONS).envs([ROUNDS]);
         program.run_by(&mut valgrind);

@@ -1,0 +1,257 @@
+//! The test programs that a build produces. Lists them from cargo's JSON messages, and runs many at once:
+//! most of them wait more than they compute.
+
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail};
+use serde::Deserialize;
+
+use crate::paint::Paint;
+use crate::shell;
+use crate::test::Context;
+
+/// Programs that take longest, to be started first. Otherwise the last one would run alone.
+const LONGEST_FIRST: &[&str] = &["bases", "verbs", "conformance"];
+
+/// Kills a program that hangs outside its watchdogs, so that all others still run. The limit is ten times the
+/// slowest program.
+const TIMEOUT: &[&str] = &["--foreground", "--verbose", "--kill-after=30s", "20m"];
+
+/// A test program that is ready to run.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Program {
+    name: String,
+    path: PathBuf,
+    /// The folder of the test's package.
+    folder: PathBuf,
+}
+
+#[derive(Deserialize)]
+struct Message {
+    executable: Option<PathBuf>,
+    manifest_path: PathBuf,
+    target: Target,
+    profile: Profile,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Profile {
+    test: bool,
+}
+
+/// Builds the tests that the arguments of `cargo test` select.
+pub(crate) fn build(context: &Context, selection: &[&str]) -> Result<Vec<Program>> {
+    let mut cargo = context.cargo(&["test", "--no-run"]);
+    cargo
+        .args(selection)
+        .args(["--message-format", "json-render-diagnostics"]);
+    shell::show(&cargo, context.paint);
+    Ok(list(&shell::read(&mut cargo)?))
+}
+
+/// Returns a program by the folder of its package and its name.
+pub(crate) fn find<'p>(programs: &'p [Program], folder: &str, name: &str) -> Result<&'p Program> {
+    let mut found = programs.iter();
+    found
+        .find(|program| program.name == name && program.folder.ends_with(folder))
+        .with_context(|| format!("{folder} has no test called {name} any more"))
+}
+
+fn list(messages: &str) -> Vec<Program> {
+    let messages = messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Message>(line).ok());
+    let programs = messages
+        .filter(|message| message.profile.test)
+        .filter_map(|message| {
+            Some(Program {
+                name: message.target.name,
+                path: message.executable?,
+                folder: message.manifest_path.parent()?.to_owned(),
+            })
+        });
+    programs.collect()
+}
+
+impl Program {
+    /// Appends the test to a command that runs it as cargo does: in the folder of its package.
+    pub(crate) fn run_by(&self, command: &mut Command) {
+        command
+            .arg(&self.path)
+            .current_dir(&self.folder)
+            .env("CARGO_MANIFEST_DIR", &self.folder);
+    }
+
+    /// Returns the program as a job that is killed if it hangs.
+    pub(crate) fn job(&self, root: &Path) -> Job {
+        let mut command = Command::new("timeout");
+        self.run_by(command.args(TIMEOUT));
+        let folder = self.folder.strip_prefix(root).unwrap_or(&self.folder);
+        Job {
+            title: format!("{} {}", folder.display(), self.name),
+            is_long: LONGEST_FIRST.contains(&self.name.as_str()),
+            command,
+        }
+    }
+}
+
+/// A command that runs tests.
+pub(crate) struct Job {
+    pub(crate) title: String,
+    /// Whether it starts before the others.
+    pub(crate) is_long: bool,
+    pub(crate) command: Command,
+}
+
+/// Runs all jobs, one more at a time than the machine has cores. Prints a line for each job that passes and
+/// the output of each job that fails, which is an error.
+pub(crate) fn run_all(mut jobs: Vec<Job>, paint: Paint) -> Result<()> {
+    jobs.sort_by_key(|job| job.is_long);
+    let at_once = thread::available_parallelism()?.get() + 1;
+    let (queue, failed) = (Mutex::new(jobs), Mutex::new(Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..at_once {
+            scope.spawn(|| {
+                loop {
+                    let next = queue.lock().expect("no worker panics").pop();
+                    let Some(mut job) = next else { break };
+                    let start = Instant::now();
+                    let result = output(&mut job.command);
+                    let passed = result.as_ref().is_ok_and(|(_, passed)| *passed);
+                    let output = result.map_or_else(|error| format!("{error:#}"), |(output, _)| output);
+                    println!("{}", report(&job.title, &output, passed, start.elapsed(), paint));
+                    if !passed {
+                        let tests = failed_tests(&output);
+                        failed.lock().expect("no worker panics").push(format!(
+                            "{} ({})",
+                            job.title,
+                            tests.join(", ")
+                        ));
+                    }
+                }
+            });
+        }
+    });
+    let failed = failed.into_inner().expect("no worker panics");
+    if !failed.is_empty() {
+        bail!("{}", failed.join("; "));
+    }
+    Ok(())
+}
+
+/// Runs a command. Returns what it writes, and whether it succeeds.
+fn output(command: &mut Command) -> Result<(String, bool)> {
+    let (mut reader, writer) = io::pipe()?;
+    command
+        .stdin(Stdio::null())
+        .stdout(writer.try_clone()?)
+        .stderr(writer);
+    let mut child = command.spawn().context("cannot start it")?;
+    // The command keeps a copy of the pipe's end that writes.
+    *command = Command::new("true");
+    let mut output = Vec::new();
+    reader.read_to_end(&mut output)?;
+    Ok((
+        String::from_utf8_lossy(&output).into_owned(),
+        child.wait()?.success(),
+    ))
+}
+
+fn report(title: &str, output: &str, passed: bool, time: Duration, paint: Paint) -> String {
+    let time = time.as_secs_f64();
+    if passed {
+        let tests: usize = output.lines().filter_map(passed_tests).sum();
+        format!("{} {title}: {tests} passed in {time:.1} s", paint.green("ok"))
+    } else {
+        format!("{output}\n{} {title} after {time:.1} s", paint.red("failed"))
+    }
+}
+
+/// Reads the number of tests from a line such as `test result: ok. 12 passed; 0 failed; ...`.
+fn passed_tests(line: &str) -> Option<usize> {
+    let counts = line.strip_prefix("test result: ok. ")?;
+    counts.split_once(" passed")?.0.parse().ok()
+}
+
+/// Reads the names of the tests from lines such as `test a_schema_wins ... FAILED`.
+fn failed_tests(output: &str) -> Vec<&str> {
+    let lines = output.lines().filter_map(|line| line.strip_suffix(" ... FAILED"));
+    lines.filter_map(|line| line.strip_prefix("test ")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MESSAGES: &str = r#"
+{"reason":"compiler-artifact","target":{"name":"it"},"executable":null,"manifest_path":"b/Cargo.toml","profile":{"test":true}}
+{"reason":"compiler-artifact","target":{"name":"b"},"executable":"x/tool","manifest_path":"b/Cargo.toml","profile":{"test":false}}
+{"reason":"compiler-artifact","target":{"name":"it"},"executable":"x/a","manifest_path":"a/Cargo.toml","profile":{"test":true}}
+{"reason":"compiler-artifact","target":{"name":"it"},"executable":"x/b","manifest_path":"b/Cargo.toml","profile":{"test":true}}
+{"reason":"build-finished","success":true}
+"#;
+
+    fn job(script: &str) -> Job {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        Job {
+            title: script.to_owned(),
+            is_long: false,
+            command,
+        }
+    }
+
+    #[test]
+    fn a_test_program_is_found_and_runs_in_the_folder_of_its_package() {
+        let programs = list(MESSAGES);
+        assert_eq!(programs.len(), 2);
+        let mut command = Command::new("valgrind");
+        find(&programs, "b", "it").unwrap().run_by(&mut command);
+        assert_eq!(command.get_args().collect::<Vec<_>>(), ["x/b"]);
+        assert_eq!(command.get_current_dir(), Some("b".as_ref()));
+    }
+
+    #[test]
+    fn a_test_that_does_not_exist_is_an_error() {
+        let error = find(&list(MESSAGES), "b", "gone").unwrap_err().to_string();
+        assert_eq!(error, "b has no test called gone any more");
+        assert!(find(&list(MESSAGES), "c", "it").is_err());
+    }
+
+    #[test]
+    fn every_job_runs_and_those_that_fail_are_named() {
+        assert!(run_all(vec![job("true"), job("echo hello")], Paint::plain()).is_ok());
+        let failing = "echo 'test a ... ok'; echo 'test b ... FAILED'; exit 1";
+        let jobs = vec![job("true"), job(failing), job("true"), job("kill -9 $$")];
+        let error = run_all(jobs, Paint::plain()).unwrap_err().to_string();
+        assert!(
+            error.contains("exit 1 (b)") && error.contains("kill -9"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn both_outputs_of_a_command_are_read() {
+        let (text, passed) = output(&mut job("echo one; echo two >&2; exit 3").command).unwrap();
+        assert_eq!((text.as_str(), passed), ("one\ntwo\n", false));
+    }
+
+    #[test]
+    fn the_tests_of_all_programs_that_passed_are_counted() {
+        let output = "test result: ok. 12 passed; 0 failed\nx\ntest result: ok. 3 passed; 0 failed\n";
+        let line = report("a", output, true, Duration::from_millis(1500), Paint::plain());
+        assert_eq!(line, "ok a: 15 passed in 1.5 s");
+        let text = report("a", "it broke", false, Duration::ZERO, Paint::plain());
+        assert_eq!(text, "it broke\nfailed a after 0.0 s");
+    }
+}
