@@ -14,6 +14,7 @@ mod operator_workers;
 mod panel_publisher;
 mod peer;
 mod publications;
+mod repeats;
 #[cfg(feature = "host")]
 mod running;
 mod server_session;

@@ -12,6 +12,7 @@ use zenoh::qos::CongestionControl;
 
 use super::inbox::Demand;
 use super::publications::{PublishContext, period};
+use super::repeats::Repeats;
 use super::subject::{PanelViewer, Subject};
 use crate::attachment::PanelTag;
 
@@ -26,6 +27,7 @@ pub(super) struct PanelPublisher {
     due: Option<Instant>,
     /// Sequence number of the last drawing sent.
     sent: Option<u64>,
+    repeats: Repeats,
 }
 
 impl PanelPublisher {
@@ -53,6 +55,7 @@ impl PanelPublisher {
             earliest: now,
             due: Some(now),
             sent: None,
+            repeats: Repeats::new(),
         })
     }
 
@@ -63,17 +66,30 @@ impl PanelPublisher {
 
     /// Sends the newest drawing if it is new and not too early; returns when to check again.
     pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
-        if !fresh && self.due.is_none_or(|due| due > now) {
-            return self.due;
+        let repeat = self.repeats.take_due(now);
+        if repeat || fresh || self.due.is_some_and(|due| due <= now) {
+            self.due = None;
+            self.send(subject, now, repeat);
         }
-        self.due = None;
-        let newest = self.viewer.newest();
-        let newest = newest.filter(|newest| self.sent != Some(newest.sequence))?;
+        self.due.into_iter().chain(self.repeats.due()).min()
+    }
+
+    fn send(&mut self, subject: &dyn Subject, now: Instant, repeat: bool) {
+        let Some(newest) = self.viewer.newest() else {
+            return;
+        };
+        let is_new = self.sent != Some(newest.sequence);
+        if !is_new && !repeat {
+            return;
+        }
         if now < self.earliest {
             self.due = Some(self.earliest);
-            return self.due;
+            return;
         }
         self.sent = Some(newest.sequence);
+        if is_new {
+            self.repeats.restart(now);
+        }
         self.earliest = now + self.period.unwrap_or_default();
         let tag = PanelTag {
             sequence: newest.sequence,
@@ -88,6 +104,5 @@ impl PanelPublisher {
         if let Err(error) = self.publisher.put(message).attachment(tag.bytes()).wait() {
             tracing::debug!("{} was not sent: {error}", self.publisher.key_expr());
         }
-        None
     }
 }

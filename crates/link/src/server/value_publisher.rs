@@ -12,6 +12,7 @@ use zenoh::qos::CongestionControl;
 
 use super::inbox::Demand;
 use super::publications::{PublishContext, period};
+use super::repeats::Repeats;
 use super::subject::Subject;
 use crate::attachment::Tag;
 
@@ -24,6 +25,7 @@ pub(super) struct ValuePublisher {
     due: Option<Instant>,
     /// Sequence number of the last value sent, and whether there was a value.
     sent: Option<(u64, bool)>,
+    repeats: Repeats,
     _watch: Option<Watch>,
 }
 
@@ -49,6 +51,7 @@ impl ValuePublisher {
             period,
             due: Some(Instant::now()),
             sent: None,
+            repeats: Repeats::new(),
             _watch: watch,
         })
     }
@@ -59,18 +62,23 @@ impl ValuePublisher {
 
     /// Sends the newest value if it is due; returns when the next is due.
     pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
-        if self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
-            self.send(subject);
+        let repeat = self.repeats.take_due(now);
+        if repeat || self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
+            self.send(subject, now, repeat);
             // From now, not from the due time: the rate is a bound, not a rhythm.
             self.due = self.period.map(|period| now + period);
         }
-        self.due
+        self.due.into_iter().chain(self.repeats.due()).min()
     }
 
-    fn send(&mut self, subject: &dyn Subject) {
-        let (tag, value) = newest(&mut self.reader, subject, self.sent);
+    fn send(&mut self, subject: &dyn Subject, now: Instant, repeat: bool) {
+        let known = self.sent.filter(|_| !repeat);
+        let (tag, value) = newest(&mut self.reader, subject, known);
         let Some(tag) = tag else { return };
-        self.sent = Some((tag.sequence, !tag.retracted));
+        let this = (tag.sequence, !tag.retracted);
+        if self.sent.replace(this) != Some(this) {
+            self.repeats.restart(now);
+        }
         if let Err(error) = self.publisher.put(value).attachment(tag.bytes()).wait() {
             tracing::debug!("a value of {} was not sent: {error}", self.publisher.key_expr());
         }

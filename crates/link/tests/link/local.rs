@@ -154,6 +154,22 @@ fn values_come_while_somebody_wants_them_and_to_a_late_joiner_at_once() {
     until("nobody reads what nobody wants", || readers().is_empty());
 }
 
+/// A subscriber without a request of its own stands for one whose first message was lost.
+#[test]
+fn a_value_that_was_lost_on_the_way_arrives_later_although_it_does_not_change() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let link = home.open("robot", &stage);
+    let remote = home.remote();
+    for rate in [Rate::Hz(2), Rate::Full] {
+        let (_subscription, received) = watch(&remote, "goon.gain", rate);
+        assert_eq!(number(&received.recv_timeout(SOON).unwrap()), Some(0.5));
+        let session = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+        let key = format!("jde/1/robot/{}/var/goon/gain/{rate}", link.about().id);
+        let late = session.declare_subscriber(key).wait().unwrap();
+        assert!(late.recv_timeout(SOON).unwrap().is_some(), "at rate {rate}");
+    }
+}
+
 #[test]
 fn a_slow_rate_leaves_values_out_and_ends_with_the_newest() {
     let (home, stage) = (Home::new(), Stage::new());
