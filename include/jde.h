@@ -176,17 +176,6 @@ extern "C" {
 /** Selection case: none READY. */
 #define JDE_ABSENCE 2u
 
-/** Policy kind: the order in which the father names its children. */
-#define JDE_POLICY_PRIORITY 0u
-/** Policy kind: the highest number that a candidate offers. */
-#define JDE_POLICY_URGENCY 1u
-/** Policy kind: the winner stays for `dwell_ns` and until a rival is `hysteresis` more urgent. */
-#define JDE_POLICY_STICKY 2u
-/** Policy kind: each READY child in turn, `dwell_ns` each. */
-#define JDE_POLICY_ROUND_ROBIN 3u
-/** Policy kind: the father's own function. */
-#define JDE_POLICY_FATHER 4u
-
 /** The id of the ability, whose table is a jde_panel. Since minor version 2, as all that belongs to it. */
 #define JDE_ABILITY_PANEL "jde.panel"
 
@@ -340,6 +329,17 @@ extern "C" {
 
 /** Most problems of one inspection; the host takes no more. */
 #define JDE_PROBLEMS_MOST 64u
+
+/** Policy: the order in which the father names its children. */
+#define JDE_POLICY_PRIORITY 0u
+/** Policy: the highest number that a candidate offers. */
+#define JDE_POLICY_URGENCY 1u
+/** Policy: the winner stays for `dwell`, and until a rival is `hysteresis` more urgent. */
+#define JDE_POLICY_STICKY 2u
+/** Policy: each READY child in turn, for `turn` each. */
+#define JDE_POLICY_ROUND_ROBIN 3u
+/** Policy: the father's own function. */
+#define JDE_POLICY_FATHER 4u
 
 typedef struct jde_context jde_context;
 typedef struct jde_schema jde_schema;
@@ -651,8 +651,8 @@ struct jde_host {
     /** What a child is doing. JDE_UNBOUND, JDE_BAD_ARGUMENT. */
     int32_t (*child)(jde_context *, uint32_t child, jde_child_status *);
     /**
-     * Changes the policy of a group of children, named by one of them: JDE_POLICY_PRIORITY to JDE_POLICY_FATHER,
-     * with its dwell or turn and its hysteresis.
+     * Changes the policy of a group of children, named by one of them: a number `JDE_POLICY_...`,
+     * its time and its number.
      */
     int32_t (*set_policy)(jde_context *, uint32_t child, uint32_t policy, uint64_t dwell_ns, double hysteresis);
     /** ns since the application's start; stands still during a call in lockstep. */

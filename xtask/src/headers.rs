@@ -1,28 +1,23 @@
-//! Renews the C headers under `include/`, or compares them. Their content is defined by `jde-headers`.
+//! Renews the generated files, or compares them. Their content is defined by `jde-headers`.
 
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 
-/// Writes the headers that differ, and prints their paths.
+/// Writes the files that differ, and prints their paths.
 pub(crate) fn renew(root: &Path) -> Result<()> {
-    for path in jde_headers::renew(root).context("cannot write the headers under include/")? {
-        println!("renewed {}", path.strip_prefix(root).unwrap_or(&path).display());
+    for path in jde_headers::renew(root).context("cannot write the generated files")? {
+        println!("renewed {path}");
     }
     Ok(())
 }
 
-/// Compares without writing. The error names the headers that differ.
+/// Compares without writing. The error names the files that differ.
 pub(crate) fn check(root: &Path) -> Result<()> {
-    let include = root.join("include");
-    let differs = |(name, text): (&'static str, String)| {
-        let same = std::fs::read_to_string(include.join(name)).is_ok_and(|old| old == text);
-        (!same).then_some(name)
-    };
-    let stale: Vec<&str> = jde_headers::all().into_iter().filter_map(differs).collect();
+    let stale = jde_headers::stale(root);
     if !stale.is_empty() {
         bail!(
-            "stale under include/: {}; `{}` renews them",
+            "stale: {}; `{}` renews them",
             stale.join(", "),
             jde_headers::RENEW
         );
@@ -40,7 +35,7 @@ mod tests {
         let error = check(root.path()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "stale under include/: jde.h, jde_types.h; `cargo xtask headers` renews them"
+            "stale: include/jde.h, include/jde_types.h; `cargo xtask headers` renews them"
         );
         renew(root.path()).unwrap();
         check(root.path()).unwrap();
@@ -49,7 +44,7 @@ mod tests {
             check(root.path())
                 .unwrap_err()
                 .to_string()
-                .starts_with("stale under include/: jde.h;")
+                .starts_with("stale: include/jde.h;")
         );
     }
 }

@@ -1,24 +1,18 @@
 //! How a group competes: the policy for collisions, the absence policy, patience and budget. Refuses keys
 //! without effect.
 
-use jde_core::{Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, Policy, SchemaId};
+use jde_core::{
+    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, NumberParameter, POLICIES, Policy, PolicyKind, SchemaId,
+};
 
 use super::GroupConfig;
 use super::document::{Section, number, report_wrong_shape};
 use super::report::{FaultReport, quote};
 use super::time;
 
+/// The keys beside those of the policies.
 const KEYS: &[&str] = &[
-    "members",
-    "policy",
-    "dwell",
-    "hysteresis",
-    "turn",
-    "absence",
-    "hold",
-    "fallback",
-    "patience",
-    "budget",
+    "members", "policy", "absence", "hold", "fallback", "patience", "budget",
 ];
 const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
 
@@ -47,9 +41,9 @@ impl GroupSettings {
     pub(super) fn read(report: &mut FaultReport, section: Option<&Section>, among: &GroupContext) -> Self {
         let arbitrates = among.arbitrates;
         let default = if arbitrates {
-            Policy::Father
+            Policy::FATHER
         } else {
-            Policy::Priority
+            Policy::PRIORITY
         };
         let Some(section) = section else {
             return Self {
@@ -59,7 +53,8 @@ impl GroupSettings {
                 budget_ns: DEFAULT_BUDGET,
             };
         };
-        section.refuse_unknown(report, &KEYS[usize::from(!among.lists)..]);
+        let keys = &KEYS[usize::from(!among.lists)..];
+        section.refuse_unknown(report, &[keys, &policy_keys()].concat());
         let time = |report: &mut FaultReport, key: &str| {
             let node = section.get(key)?;
             time::time(report, &section.key(key), node)
@@ -85,6 +80,19 @@ impl GroupSettings {
     }
 }
 
+/// The keys of all policies, each once.
+fn policy_keys() -> Vec<&'static str> {
+    let mut keys: Vec<&str> = POLICIES.iter().flat_map(|kind| parameter_keys(kind)).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys
+}
+
+fn parameter_keys(kind: &PolicyKind) -> impl Iterator<Item = &'static str> {
+    let time = kind.time.iter().map(|time| time.key);
+    time.chain(kind.number.iter().map(|number| number.key))
+}
+
 fn policy(
     report: &mut FaultReport,
     section: &Section,
@@ -94,53 +102,60 @@ fn policy(
 ) -> Policy {
     let written = section.text(report, "policy");
     let word = written.as_ref().map(|written| written.text);
-    let dwell = time(report, "dwell");
-    let turn = time(report, "turn");
-    let hysteresis = hysteresis(report, section);
-    only_with(report, section, "dwell", "policy", "sticky", word);
-    only_with(report, section, "hysteresis", "policy", "sticky", word);
-    only_with(report, section, "turn", "policy", "round-robin", word);
-    let Some(written) = written else { return default };
-    match written.text {
-        "priority" => Policy::Priority,
-        "urgency" => Policy::HighestUrgency,
-        "sticky" => {
-            require_key(report, section, "policy", "sticky", "dwell", "\"500ms\"");
-            Policy::Sticky {
-                dwell: dwell.unwrap_or_default(),
-                hysteresis,
-            }
-        }
-        "round-robin" => {
-            require_key(report, section, "policy", "round-robin", "turn", "\"5s\"");
-            Policy::RoundRobin {
-                turn: turn.unwrap_or_default(),
-            }
-        }
-        "father" => {
-            if !arbitrates {
-                let what = section.key("policy");
-                report
-                    .fault(
-                        &written.span,
-                        format!(
-                            "{what} is \"father\", and no father with an arbitration of its own is above"
-                        ),
-                    )
-                    .advise("choose `priority`, `urgency`, `sticky` or `round-robin`");
-            }
-            Policy::Father
-        }
-        other => {
+    let kind = word.and_then(PolicyKind::named);
+    for key in policy_keys() {
+        let users = POLICIES
+            .iter()
+            .filter(|kind| parameter_keys(kind).any(|of| of == key));
+        let users: Vec<&str> = users.map(|kind| kind.name).collect();
+        only_with(report, section, key, "policy", &users, word);
+    }
+    let (Some(written), Some(kind)) = (&written, kind) else {
+        if let Some(written) = written {
             report
                 .fault(
                     &written.span,
-                    format!("{} has no policy {}", section.label, quote(other)),
+                    format!("{} has no policy {}", section.label, quote(written.text)),
                 )
-                .suggest(other, "policies", Policy::NAMES);
-            default
+                .suggest(written.text, "policies", POLICIES.iter().map(|kind| kind.name));
         }
+        return default;
+    };
+    let policy = Policy::new(
+        kind,
+        kind.time.as_ref().map_or(0, |parameter| {
+            require_key(
+                report,
+                section,
+                "policy",
+                kind.name,
+                parameter.key,
+                &format!("{:?}", parameter.example),
+            );
+            time(report, parameter.key).unwrap_or_default()
+        }),
+        kind.number
+            .as_ref()
+            .map_or(0.0, |parameter| number_of(report, section, parameter)),
+    );
+    if policy == Policy::FATHER && !arbitrates {
+        let ready_made: Vec<String> = POLICIES
+            .iter()
+            .filter(|kind| kind.name != policy.name())
+            .map(|kind| format!("`{}`", kind.name))
+            .collect();
+        let (last, others) = ready_made.split_last().expect("there are policies");
+        report
+            .fault(
+                &written.span,
+                format!(
+                    "{} is \"father\", and no father with an arbitration of its own is above",
+                    section.key("policy")
+                ),
+            )
+            .advise(format!("choose {} or {last}", others.join(", ")));
     }
+    policy
 }
 
 fn absence(
@@ -172,8 +187,8 @@ fn absence(
         }
         member.map(|(_, child)| *child)
     });
-    only_with(report, section, "hold", "absence", "hold", word);
-    only_with(report, section, "fallback", "absence", "fallback", word);
+    only_with(report, section, "hold", "absence", &["hold"], word);
+    only_with(report, section, "fallback", "absence", &["fallback"], word);
     let Some(written) = written else {
         return Absence::Brake;
     };
@@ -211,17 +226,17 @@ fn absence(
     }
 }
 
-fn hysteresis(report: &mut FaultReport, section: &Section) -> f64 {
-    let Some(node) = section.get("hysteresis") else {
+fn number_of(report: &mut FaultReport, section: &Section, parameter: &NumberParameter) -> f64 {
+    let Some(node) = section.get(parameter.key) else {
         return 0.0;
     };
-    let what = section.key("hysteresis");
+    let what = section.key(parameter.key);
     match number(node.get_ref()) {
-        Some(margin) if margin.is_finite() && margin >= 0.0 => margin,
+        Some(value) if value.is_finite() && value >= 0.0 => value,
         Some(_) => {
             report
                 .fault(&node.span(), format!("{what} is no finite number, 0 or more"))
-                .advise("give the urgency by which a rival must exceed the winner");
+                .advise(format!("give {}", parameter.meaning));
             0.0
         }
         None => {
@@ -237,13 +252,14 @@ fn only_with(
     section: &Section,
     key: &str,
     of: &str,
-    needed: &str,
+    needed: &[&str],
     given: Option<&str>,
 ) {
     if section.get(key).is_some()
-        && given != Some(needed)
+        && given.is_none_or(|given| !needed.contains(&given))
         && section.get(of).is_none_or(|node| node.get_ref().is_str())
     {
+        let needed = needed.join("\" or \"");
         report
             .fault(
                 &section.key_span(key),

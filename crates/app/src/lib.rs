@@ -31,7 +31,7 @@
 //! isolate   = "process"               # or with limits:
 //! # { memory = "200 MB", cpu = "2s", network = false, files = "read-only" }
 //! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
-//! # policy: "priority", "urgency", "sticky" (dwell, hysteresis), "round-robin" (turn), "father";
+//! # policy: "sticky" (dwell, hysteresis), and all others of `jde_core::POLICIES`;
 //! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
 //! # also budget = "5ms", and members (roles) if the type leaves the children to the file
 //! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms" }

@@ -5,7 +5,8 @@
 
 use std::fmt;
 
-use crate::spec::{GroupId, GroupSpec, Nanos, Policy, SchemaId, Spec};
+use crate::policy::Policy;
+use crate::spec::{GroupId, GroupSpec, Nanos, SchemaId, Spec};
 
 /// The longest times from a situation to the first iteration of the member that responds to it, for one
 /// group.
@@ -76,7 +77,7 @@ pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos)
 
 /// How long the father of a group may take to arbitrate.
 pub(crate) fn arbitration(group: &GroupSpec) -> Nanos {
-    if group.policy == Policy::Father {
+    if group.policy == Policy::FATHER {
         group.budget
     } else {
         0
@@ -159,18 +160,13 @@ impl ContractCalculator<'_> {
         let (looks, acts) = self.slowest(group)?;
         let wait = self.policy_wait(group);
         let pace = self.pace(group);
-        let paced = match group.policy {
-            Policy::HighestUrgency | Policy::Father => pace,
+        let paced = if group.policy.kind().compares_urgency {
             // Whichever ends later.
-            Policy::Sticky { .. }
-                if wait
-                    .as_ref()
-                    .is_none_or(|wait| wait.nanos <= saturating_sum(pace.iter().map(|term| term.nanos))) =>
-            {
-                pace
-            }
-            Policy::Sticky { .. } => wait.iter().cloned().collect(),
-            Policy::Priority | Policy::RoundRobin { .. } => Vec::new(),
+            let iteration = saturating_sum(pace.iter().map(|term| term.nanos));
+            let longer = wait.clone().filter(|wait| wait.nanos > iteration);
+            longer.map_or(pace, |wait| vec![wait])
+        } else {
+            Vec::new()
         };
         let promise = |between: Vec<Term>| TakeoverBound {
             slowest: acts,
@@ -274,11 +270,7 @@ impl ContractCalculator<'_> {
     /// How long a policy may make a READY member wait before it is chosen.
     fn policy_wait(&self, group: &GroupSpec) -> Option<Term> {
         let others = group.members.len().saturating_sub(1) as Nanos;
-        let (what, nanos) = match group.policy {
-            Policy::Sticky { dwell, .. } => ("dwell of the winner", dwell),
-            Policy::RoundRobin { turn } => ("turns of the others", turn.saturating_mul(others)),
-            Policy::Priority | Policy::HighestUrgency | Policy::Father => return None,
-        };
+        let (what, nanos) = group.policy.wait(others)?;
         Some(Term {
             description: what.to_owned(),
             nanos,

@@ -38,6 +38,7 @@
 mod contract;
 mod effect;
 mod hierarchy;
+mod policy;
 mod record;
 mod refused;
 mod spec;
@@ -48,10 +49,11 @@ mod validate;
 pub use contract::{GroupContract, TakeoverBound, Term, contract};
 pub use effect::{Effect, Level};
 pub use hierarchy::{ArbitrationReply, Check, Handover, Hierarchy, Operator, Timer};
+pub use policy::{NumberParameter, POLICIES, Policy, PolicyKind, TimeParameter};
 pub use record::{Candidate, Case, Cause, Decider, Record};
 pub use refused::Refused;
 pub use spec::{
-    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId,
+    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Restart, SchemaId,
     SchemaSpec, Spec,
 };
 pub use spec_error::SpecError;

@@ -6,7 +6,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::hierarchy::Timer;
-use crate::spec::{GroupId, Nanos, Policy, SchemaId};
+use crate::policy::Policy;
+use crate::spec::{GroupId, Nanos, SchemaId};
 use crate::state::State;
 
 /// One selection: the snapshot that it used, the choice, and the reason.

@@ -2,8 +2,22 @@
 //!
 //! Plain data with dense identifiers. It refuses to hold anything that the rules change (states, winners).
 
+use std::time::Duration;
+
+use crate::policy::Policy;
+
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
+
+/// Returns a duration in nanoseconds; the greatest number for one that is too long.
+pub(crate) const fn nanos(time: Duration) -> Nanos {
+    let nanos = time.as_nanos();
+    if nanos > u64::MAX as u128 {
+        u64::MAX
+    } else {
+        nanos as u64
+    }
+}
 
 /// The patience of a group that states none: 5 ms, a twentieth of the usual period of 100 ms. A loser nearly
 /// always ends its iteration in that time, and a hung one costs less than a tenth of a period.
@@ -119,31 +133,6 @@ pub struct GroupSpec {
     pub budget: Nanos,
 }
 
-/// How a group settles a collision (R4).
-#[derive(Copy, Clone, Debug)]
-pub enum Policy {
-    /// The first READY member in the father's order wins.
-    Priority,
-    /// The READY member with the highest urgency wins. On a tie the present choice wins, then the father's
-    /// order.
-    HighestUrgency,
-    /// The present choice stays until its dwell time has ended and a challenger exceeds its urgency by the
-    /// margin.
-    Sticky {
-        /// The least time that the present choice stays while it is READY.
-        dwell: Nanos,
-        /// The urgency by which a challenger must exceed the present choice; finite, not negative.
-        hysteresis: f64,
-    },
-    /// Each READY member wins in turn, in the father's order.
-    RoundRobin {
-        /// The length of a turn; not 0.
-        turn: Nanos,
-    },
-    /// The father's own function decides, on a collision and on an absence.
-    Father,
-}
-
 /// What happens when no member of a group wins (R9).
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Absence {
@@ -185,42 +174,10 @@ impl GroupSpec {
             name: name.into(),
             father,
             members,
-            policy: Policy::Priority,
+            policy: Policy::PRIORITY,
             absence: Absence::Brake,
             patience: DEFAULT_PATIENCE,
             budget: DEFAULT_BUDGET,
         }
     }
 }
-
-impl Policy {
-    /// The names of all policies, as application files and records have them.
-    pub const NAMES: [&str; 5] = ["priority", "urgency", "sticky", "round-robin", "father"];
-
-    /// Returns its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        let (place, ..) = self.key();
-        Self::NAMES[usize::from(place)]
-    }
-
-    /// Its place in [`Self::NAMES`], and its numbers.
-    fn key(self) -> (u8, Nanos, u64) {
-        match self {
-            Self::Priority => (0, 0, 0),
-            Self::HighestUrgency => (1, 0, 0),
-            Self::Sticky { dwell, hysteresis } => (2, dwell, hysteresis.to_bits()),
-            Self::RoundRobin { turn } => (3, turn, 0),
-            Self::Father => (4, 0, 0),
-        }
-    }
-}
-
-/// Equal when all numbers are equal to the bit, which makes the relation total.
-impl PartialEq for Policy {
-    fn eq(&self, other: &Self) -> bool {
-        self.key() == other.key()
-    }
-}
-
-impl Eq for Policy {}

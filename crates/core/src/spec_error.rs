@@ -83,15 +83,12 @@ pub enum SpecError {
         /// The schema.
         schema: String,
     },
-    /// A round robin with turns of length 0.
-    ZeroTurn {
+    /// A parameter of a policy is a time of 0, or a number that is negative or not finite.
+    BadParameter {
         /// The group.
         group: String,
-    },
-    /// A hysteresis that is negative or not finite.
-    BadHysteresis {
-        /// The group.
-        group: String,
+        /// The parameter's key in application files.
+        key: &'static str,
     },
     /// The policy of a group of roots is the father's own function, but roots have no father.
     NoArbitrator {
@@ -171,16 +168,10 @@ impl fmt::Display for SpecError {
             Self::ZeroPeriod { schema } => {
                 write!(f, "`{schema}` has a period of 0: give a time above 0")
             }
-            Self::ZeroTurn { group } => {
+            Self::BadParameter { group, key } => {
                 write!(
                     f,
-                    "the round robin of `{group}` has turns of 0: give a time above 0"
-                )
-            }
-            Self::BadHysteresis { group } => {
-                write!(
-                    f,
-                    "the hysteresis of `{group}` must be a finite number, 0 or more"
+                    "`{key}` of `{group}` is 0, negative or not finite: give a value that its policy accepts"
                 )
             }
             Self::NoArbitrator { group } => {

@@ -4,7 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::spec::{Absence, GroupSpec, Kind, Policy, SchemaId, Spec};
+use crate::policy::Policy;
+use crate::spec::{Absence, GroupSpec, Kind, SchemaId, Spec};
 use crate::spec_error::SpecError;
 
 impl Spec {
@@ -204,13 +205,11 @@ impl Spec {
 /// Returns what is wrong with `policy` for this group, if anything.
 pub(crate) fn policy_fault(group: &GroupSpec, policy: Policy) -> Option<SpecError> {
     let name = || group.name.clone();
-    match policy {
-        Policy::Priority | Policy::HighestUrgency => None,
-        Policy::Sticky { hysteresis, .. } if hysteresis >= 0.0 && hysteresis.is_finite() => None,
-        Policy::Sticky { .. } => Some(SpecError::BadHysteresis { group: name() }),
-        Policy::RoundRobin { turn: 0 } => Some(SpecError::ZeroTurn { group: name() }),
-        Policy::RoundRobin { .. } => None,
-        Policy::Father if group.father.is_none() => Some(SpecError::NoArbitrator { group: name() }),
-        Policy::Father => None,
-    }
+    let refused = policy
+        .refused_key()
+        .map(|key| SpecError::BadParameter { group: name(), key });
+    refused.or_else(|| {
+        let has_no_father = policy == Policy::FATHER && group.father.is_none();
+        has_no_father.then(|| SpecError::NoArbitrator { group: name() })
+    })
 }

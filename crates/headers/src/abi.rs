@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use jde_core::POLICIES;
 use quote::ToTokens;
 use syn::{
     Attribute, Expr, ExprLit, Field, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
@@ -43,6 +44,12 @@ pub(crate) fn header() -> String {
         if let Item::Const(item) = item {
             writer.constant(item, &mut out);
         }
+    }
+    out.push('\n');
+    for kind in POLICIES {
+        out.push_str(&block(&format!("Policy: {}.", kind.summary), ""));
+        let name = constant(&format!("POLICY_{}", kind.name.replace('-', "_").to_uppercase()));
+        let _ = writeln!(out, "#define {name} {}u", kind.code);
     }
     out.push('\n');
     let structures: Vec<&ItemStruct> = items

@@ -1,5 +1,5 @@
-//! The C headers of the ABI and of the standard types, generated from the Rust source so that the two cannot
-//! differ.
+//! The files that are generated from the Rust source, so that the two cannot differ: the C headers of the ABI
+//! and of the standard types, and the table of policies in the documentation.
 //!
 //! `jde.h` is written from the source of `jde_abi::raw`, which uses only constants and C structures with
 //! comments. A general generator would keep Rust's links in the comments and could not compute the magic
@@ -8,18 +8,35 @@
 
 mod abi;
 mod names;
+mod policies;
 mod types;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::{fs, io};
 
-/// The command that renews the headers.
+/// The command that renews the files.
 pub const RENEW: &str = "cargo xtask headers";
 
-/// Returns the files under `include/`, by name.
+/// The page with the table of policies.
+const PAGE: &str = "docs/applications.md";
+
+/// Returns the generated files of the project at `root`: their paths from there, and their text.
 #[must_use]
-pub fn all() -> [(&'static str, String); 2] {
-    [("jde.h", jde_h()), ("jde_types.h", jde_types_h())]
+pub fn all(root: &Path) -> Vec<(&'static str, String)> {
+    let mut files = vec![("include/jde.h", jde_h()), ("include/jde_types.h", jde_types_h())];
+    let page = fs::read_to_string(root.join(PAGE));
+    files.extend(page.ok().map(|page| (PAGE, policies::renew(&page))));
+    files
+}
+
+/// Returns the paths of the files that differ from what the source says.
+#[must_use]
+pub fn stale(root: &Path) -> Vec<&'static str> {
+    let files = all(root).into_iter();
+    files
+        .filter(|(path, text)| fs::read_to_string(root.join(path)).ok().as_ref() != Some(text))
+        .map(|(path, _)| path)
+        .collect()
 }
 
 /// Returns the text of `include/jde.h`: the tables of the ABI, and macros that fill them.
@@ -41,20 +58,18 @@ pub fn c_name(name: &str) -> String {
     names::structure(name)
 }
 
-/// Writes the files that differ under `include/` of the project at `root`, and returns their paths.
+/// Writes the files that differ, and returns their paths.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn renew(root: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut renewed = Vec::new();
-    for (name, text) in all() {
-        let path = root.join("include").join(name);
-        if fs::read_to_string(&path).is_ok_and(|old| old == text) {
-            continue;
+pub fn renew(root: &Path) -> io::Result<Vec<&'static str>> {
+    let stale = stale(root);
+    for (path, text) in all(root) {
+        if stale.contains(&path) {
+            let path = root.join(path);
+            fs::create_dir_all(path.parent().unwrap_or(root))?;
+            fs::write(path, text)?;
         }
-        fs::create_dir_all(root.join("include"))?;
-        fs::write(&path, text)?;
-        renewed.push(path);
     }
-    Ok(renewed)
+    Ok(stale)
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use jde_core::{Decider, Nanos, Policy, Record};
+use jde_core::{Decider, Nanos, Record};
 
 /// The time over which switches are counted, ns.
 pub const WINDOW: Nanos = 1_000_000_000;
@@ -88,12 +88,9 @@ impl<P: Clone + PartialEq> ChatterDetector<P> {
 #[must_use]
 pub fn switched_pair(record: &Record) -> Option<[Option<usize>; 2]> {
     let meant = match record.decider {
-        Decider::Policy(Policy::RoundRobin { .. }) | Decider::Operator => true,
-        Decider::Nobody
-        | Decider::Policy(_)
-        | Decider::Father
-        | Decider::ArbitrationFailed
-        | Decider::AbsencePolicy => false,
+        Decider::Policy(policy) => policy.kind().rotates,
+        Decider::Operator => true,
+        Decider::Nobody | Decider::Father | Decider::ArbitrationFailed | Decider::AbsencePolicy => false,
     };
     if meant || !record.changed {
         return None;

@@ -2,9 +2,8 @@
 
 #![allow(unsafe_code)]
 
-use core::time::Duration;
-
 use jde_abi::raw;
+use jde_core::Policy;
 
 use crate::context::{Context, broken};
 use crate::output::Outcome;
@@ -46,30 +45,6 @@ pub struct Status {
     pub faulted: bool,
 }
 
-/// The rule that decides a collision or an absence among the children of a group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Policy {
-    /// By the order in which the father names its children.
-    Priority,
-    /// By the highest urgency that a candidate offers.
-    Urgency,
-    /// The winner stays for at least `dwell`, and until the urgency of a rival exceeds its own by
-    /// `hysteresis`.
-    Sticky {
-        /// The shortest time that a winner stays.
-        dwell: Duration,
-        /// The difference of urgency that a rival needs.
-        hysteresis: f64,
-    },
-    /// Each READY child in turn.
-    RoundRobin {
-        /// How long each turn lasts.
-        turn: Duration,
-    },
-    /// By the father's own function.
-    Father,
-}
-
 impl Child {
     /// Wakes the child. Has no effect on a child that is awake.
     pub fn wake(&self, cx: &Context<'_>) -> Outcome {
@@ -106,16 +81,9 @@ impl Child {
 
     /// Changes the policy of the group in which the child competes.
     pub fn set_policy(&self, cx: &Context<'_>, policy: Policy) -> Outcome {
-        let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        let (policy, dwell, hysteresis) = match policy {
-            Policy::Priority => (raw::POLICY_PRIORITY, 0, 0.0),
-            Policy::Urgency => (raw::POLICY_URGENCY, 0, 0.0),
-            Policy::Sticky { dwell, hysteresis } => (raw::POLICY_STICKY, nanos(dwell), hysteresis),
-            Policy::RoundRobin { turn } => (raw::POLICY_ROUND_ROBIN, nanos(turn), 0.0),
-            Policy::Father => (raw::POLICY_FATHER, 0, 0.0),
-        };
+        let (code, time, number) = (policy.kind().code, policy.time(), policy.number());
         // SAFETY: the context is that of the present call.
-        let code = unsafe { (cx.host.set_policy)(cx.raw.as_ptr(), self.index, policy, dwell, hysteresis) };
+        let code = unsafe { (cx.host.set_policy)(cx.raw.as_ptr(), self.index, code, time, number) };
         self.outcome("set_policy", code)
     }
 

@@ -61,12 +61,13 @@ pub mod panel;
 mod schema;
 mod slot;
 
-pub use child::{Child, Children, Policy, State, Status};
+pub use child::{Child, Children, State, Status};
 pub use context::{Context, Severity};
 pub use error::{Error, Result};
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
 pub use inspect::{Inspect, Problems};
+pub use jde_core::Policy;
 pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;
 pub use jde_types::derived::{Modulated, Value};

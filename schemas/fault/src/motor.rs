@@ -217,7 +217,7 @@ impl Motor {
             match (self.bad + number) % 4 {
                 0 | 1 => child.wake(cx),
                 2 => child.sleep(cx),
-                _ => child.set_policy(cx, Policy::Urgency),
+                _ => child.set_policy(cx, Policy::URGENCY),
             };
         }
     }

@@ -52,9 +52,15 @@ const TABLE: &[Row] = &[
     row("crates/board", &["crates/abi"]),
     row(
         "crates/schema",
-        &["crates/abi", "crates/types", "crates/macros", "crates/panel"],
+        &[
+            "crates/abi",
+            "crates/core",
+            "crates/types",
+            "crates/macros",
+            "crates/panel",
+        ],
     ),
-    row("crates/headers", &["crates/abi", "crates/types"]),
+    row("crates/headers", &["crates/abi", "crates/core", "crates/types"]),
     // An application file is checked without any runtime.
     row(
         "crates/app",

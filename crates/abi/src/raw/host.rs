@@ -33,8 +33,8 @@ pub struct Host {
     pub sleep: unsafe extern "C" fn(*mut Context, child: u32) -> i32,
     /// What a child is doing. [`super::UNBOUND`], [`super::BAD_ARGUMENT`].
     pub child: unsafe extern "C" fn(*mut Context, child: u32, *mut ChildStatus) -> i32,
-    /// Changes the policy of a group of children, named by one of them: [`super::POLICY_PRIORITY`] to [`super::POLICY_FATHER`],
-    /// with its dwell or turn and its hysteresis.
+    /// Changes the policy of a group of children, named by one of them: a number `JDE_POLICY_...`,
+    /// its time and its number.
     pub set_policy:
         unsafe extern "C" fn(*mut Context, child: u32, policy: u32, dwell_ns: u64, hysteresis: f64) -> i32,
     /// ns since the application's start; stands still during a call in lockstep.

@@ -168,17 +168,6 @@ pub const COLLISION: u32 = 1;
 /// Selection case: none READY.
 pub const ABSENCE: u32 = 2;
 
-/// Policy kind: the order in which the father names its children.
-pub const POLICY_PRIORITY: u32 = 0;
-/// Policy kind: the highest number that a candidate offers.
-pub const POLICY_URGENCY: u32 = 1;
-/// Policy kind: the winner stays for `dwell_ns` and until a rival is `hysteresis` more urgent.
-pub const POLICY_STICKY: u32 = 2;
-/// Policy kind: each READY child in turn, `dwell_ns` each.
-pub const POLICY_ROUND_ROBIN: u32 = 3;
-/// Policy kind: the father's own function.
-pub const POLICY_FATHER: u32 = 4;
-
 /// What the host knows of an instance; opaque to the plugin, and only valid inside a call of that instance.
 #[repr(C)]
 pub struct Context {

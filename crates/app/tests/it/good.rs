@@ -1,5 +1,7 @@
 //! The application that results from a file without faults.
 
+use std::time::Duration;
+
 use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
 
@@ -281,23 +283,17 @@ fn r9_groups_say_what_happens_when_nobody_wins() {
         group("{ absence = \"fallback\", fallback = \"cruise\", patience = \"2ms\", budget = 0.003 }");
     assert_eq!(fallback.absence, Absence::Fallback(SchemaId(goon)));
     assert_eq!((fallback.patience_ns, fallback.budget_ns), (2_000_000, 3_000_000));
-    assert_eq!(fallback.policy, Policy::Priority);
+    assert_eq!(fallback.policy, Policy::PRIORITY);
     let (hold, _) = group("{ absence = \"hold\", hold = \"300ms\", policy = \"urgency\" }");
     assert_eq!(hold.absence, Absence::Hold { for_: 300_000_000 });
-    assert_eq!(hold.policy, Policy::HighestUrgency);
+    assert_eq!(hold.policy, Policy::URGENCY);
     let (turns, _) = group("{ policy = \"round-robin\", turn = \"5s\" }");
     assert_eq!(
         (turns.policy, turns.absence),
-        (Policy::RoundRobin { turn: 5_000_000_000 }, Absence::Brake)
+        (Policy::round_robin(Duration::from_secs(5)), Absence::Brake)
     );
     let (sticky, _) = group("{ policy = \"sticky\", dwell = 0.5, hysteresis = 0.1 }");
-    assert_eq!(
-        sticky.policy,
-        Policy::Sticky {
-            dwell: 500_000_000,
-            hysteresis: 0.1
-        }
-    );
+    assert_eq!(sticky.policy, Policy::sticky(Duration::from_millis(500), 0.1));
 }
 
 #[test]
@@ -315,14 +311,14 @@ fn r4_a_father_that_arbitrates_does_so_unless_the_file_says_otherwise() {
     ];
     let own = application(&edits);
     assert_eq!(own.groups[1].name, "judge/base");
-    assert_eq!(own.groups[1].policy, Policy::Father);
+    assert_eq!(own.groups[1].policy, Policy::FATHER);
     let other = (
         "{ one = \"example\" }",
         "{ one = \"example\" }\ngroups.base.policy = \"priority\"",
     );
     let text = catalogue::edited(&edits).replace(other.0, other.1);
     let ready_made = read(&text, &[]).unwrap_or_else(|faults| panic!("{faults}"));
-    assert_eq!(ready_made.groups[1].policy, Policy::Priority);
+    assert_eq!(ready_made.groups[1].policy, Policy::PRIORITY);
 }
 
 #[test]
@@ -440,7 +436,7 @@ fn the_top_says_seed_executor_and_policy_of_the_roots() {
     let application = application(&[("mission =", &format!("{more} ="))]);
     assert_eq!((application.seed, application.executor), (7, Executor::Pool));
     assert_eq!(application.doc, "Drives.");
-    assert_eq!(application.groups[0].policy, Policy::HighestUrgency);
+    assert_eq!(application.groups[0].policy, Policy::URGENCY);
     let teleop = u32::try_from(at(&application, "teleop")).expect("few instances");
     assert_eq!(application.groups[0].absence, Absence::Fallback(SchemaId(teleop)));
 }

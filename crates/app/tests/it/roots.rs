@@ -1,6 +1,8 @@
 //! The faults that are reported for several levels of roots, for fathers whose children the file names, and
 //! for roots that exclude each other for no reason.
 
+use std::time::Duration;
+
 use jde_core::Policy;
 
 use crate::catalogue::{application, check};
@@ -62,8 +64,8 @@ members = ["other"]"#;
         .map(|group| (group.name.as_str(), group.members.len(), group.policy))
         .collect();
     let expected = [
-        ("roots/left", 2, Policy::HighestUrgency),
-        ("roots/right", 1, Policy::Priority),
+        ("roots/left", 2, Policy::URGENCY),
+        ("roots/right", 1, Policy::PRIORITY),
     ];
     assert_eq!(levels, expected);
     assert_eq!(application.warnings(), [""; 0]);
@@ -150,7 +152,7 @@ fn a_father_may_leave_its_children_to_the_file() {
         (group.name.as_str(), names),
         ("crew/legs", vec!["third", "other"])
     );
-    assert_eq!(group.policy, Policy::RoundRobin { turn: 1_000_000_000 });
+    assert_eq!(group.policy, Policy::round_robin(Duration::from_secs(1)));
     let other = application.instance("other").expect("it is there") as u32;
     assert_eq!(
         group.absence,

@@ -12,8 +12,9 @@ use super::nodes::PendingArbitration;
 use super::selection::{Decision, Evaluation, TimedCause};
 use super::timer::Timer;
 use crate::effect::{Effect, Level};
+use crate::policy::Policy;
 use crate::record::{Candidate, Case, Decider};
-use crate::spec::{GroupId, Nanos, Policy, SchemaId};
+use crate::spec::{GroupId, Nanos, SchemaId};
 use crate::state::Health;
 
 /// The outcome of asking a father.
@@ -194,7 +195,7 @@ impl Hierarchy {
     /// Decides in the father's place over the present snapshot, so no later selection is needed.
     fn overrule(&mut self, now: Nanos, group: GroupId, why: TimedCause, reason: &str, out: &mut Vec<Effect>) {
         let lineup = self.candidates_of(group);
-        let decision = match self.evaluate(now, group, &lineup, Policy::Priority) {
+        let decision = match self.evaluate(now, group, &lineup, Policy::PRIORITY) {
             Evaluation::Decided(decision) => decision,
             Evaluation::AskFather(case) => self.absent(group, case),
         };

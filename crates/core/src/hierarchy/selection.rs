@@ -7,11 +7,11 @@ use std::borrow::Cow;
 use super::Hierarchy;
 use super::candidates::CandidateList;
 use super::nodes::{Origin, Phase, RunState};
-use super::policy::PolicyInput;
 use super::timer::Timer;
 use crate::effect::Effect;
+use crate::policy::{Policy, PolicyInput};
 use crate::record::{Candidate, Case, Cause, Decider, Record};
-use crate::spec::{Absence, GroupId, Nanos, Policy, SchemaId};
+use crate::spec::{Absence, GroupId, Nanos, SchemaId};
 use crate::state::ActuationState;
 
 /// What led to a selection, and when that began.
@@ -124,17 +124,16 @@ impl Hierarchy {
             }
             (Some(_), true) => Case::Collision,
         };
-        if policy == Policy::Father && self.can_father_arbitrate(id) {
+        if policy == Policy::FATHER && self.can_father_arbitrate(id) {
             return Evaluation::AskFather(case);
         }
-        let chosen = self.policy_input(now, id, lineup).choose(policy);
+        let chosen = policy.choose(&self.policy_input(now, id, lineup));
         let (choice, reason) = chosen.map_or((None, "nobody is ready"), |(id, reason)| (Some(id), reason));
-        let decider = match policy {
+        let decider = if policy == Policy::FATHER {
             // The father sleeps: an operator plays the members.
-            Policy::Father => Decider::ArbitrationFailed,
-            Policy::Priority | Policy::HighestUrgency | Policy::Sticky { .. } | Policy::RoundRobin { .. } => {
-                Decider::Policy(policy)
-            }
+            Decider::ArbitrationFailed
+        } else {
+            Decider::Policy(policy)
         };
         Evaluation::Decided(Decision::new(case, choice, decider, reason))
     }
@@ -224,7 +223,7 @@ impl Hierarchy {
                 ..decision
             });
         }
-        if policy == Policy::Father && !candidates.is_empty() && self.can_father_arbitrate(id) {
+        if policy == Policy::FATHER && !candidates.is_empty() && self.can_father_arbitrate(id) {
             return Evaluation::AskFather(Case::Absence);
         }
         Evaluation::Decided(self.absent(id, Case::Absence))
@@ -265,11 +264,11 @@ impl Hierarchy {
     ) {
         let end = match case {
             Case::Collision => {
-                let field = PolicyInput {
+                let input = PolicyInput {
                     chosen: choice,
                     ..self.policy_input(now, id, lineup)
                 };
-                field.turn_end(self.plan.group(id).policy)
+                self.plan.group(id).policy.turn_end(&input)
             }
             Case::Alone | Case::Absence | Case::Forced => None,
         };

@@ -13,7 +13,7 @@ const NOBODY: SchemaId = SchemaId(99);
 
 #[test]
 fn calls_about_nobody_are_refused_or_have_no_effect() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     let before = h.clone();
     let out = effects(|out| {
         h.checked(1, NOBODY, READY, out);
@@ -32,7 +32,7 @@ fn calls_about_nobody_are_refused_or_have_no_effect() {
             out,
         );
         h.fire(1, Timer::Hold(GroupId(99)), out);
-        assert_eq!(h.set_policy(1, GroupId(99), Policy::Father, out), Ok(()));
+        assert_eq!(h.set_policy(1, GroupId(99), Policy::FATHER, out), Ok(()));
         assert_eq!(h.wake(1, NOBODY, A, out), Err(Refused::Unknown { index: 99 }));
         assert_eq!(
             h.sleep(1, FATHER, NOBODY, out),
@@ -54,7 +54,7 @@ fn calls_about_nobody_are_refused_or_have_no_effect() {
 
 #[test]
 fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
-    let mut h = Hierarchy::new(family(Policy::Priority).spec().clone()).expect("a sound specification");
+    let mut h = Hierarchy::new(family(Policy::PRIORITY).spec().clone()).expect("a sound specification");
     let out = effects(|out| {
         assert_eq!(h.operator(0, Operator::Play(A), out), Err(Refused::NotRunning));
         assert_eq!(h.wake(0, FATHER, A, out), Err(Refused::NotRunning));
@@ -66,7 +66,7 @@ fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
 
 #[test]
 fn a_check_of_one_asleep_and_the_end_of_nothing_have_no_effect() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.sleep(1, FATHER, A, out).expect("authority"));
     let before = h.clone();
     assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
@@ -76,7 +76,7 @@ fn a_check_of_one_asleep_and_the_end_of_nothing_have_no_effect() {
 
 #[test]
 fn r4_an_answer_to_an_old_question_has_no_effect() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
@@ -95,7 +95,7 @@ fn r4_an_answer_to_an_old_question_has_no_effect() {
 
 #[test]
 fn r4_one_that_fell_asleep_while_the_father_thought_is_not_its_fault() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
@@ -110,7 +110,7 @@ fn r4_one_that_fell_asleep_while_the_father_thought_is_not_its_fault() {
 
 #[test]
 fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| {
         h.checked(
             1,
@@ -146,7 +146,7 @@ fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
 
 #[test]
 fn r1_a_force_does_not_wait_for_the_father() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.pending_arbitration(CHILDREN).is_some());
@@ -163,7 +163,7 @@ fn r1_a_force_does_not_wait_for_the_father() {
 
 #[test]
 fn back_off_doubles_without_overflowing() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     let mut now = 0;
     for fault in 0..100u32 {
         effects(|out| h.faulted(now, A, "again".into(), out));
@@ -180,7 +180,7 @@ fn back_off_doubles_without_overflowing() {
 
 #[test]
 fn a_second_report_of_a_fault_is_the_same_fault() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.faulted(1, A, "hung".into(), out));
     let before = h.clone();
     assert_eq!(
@@ -192,7 +192,7 @@ fn a_second_report_of_a_fault_is_the_same_fault() {
 
 #[test]
 fn an_overrun_is_noted_once_and_hides_nothing_worse() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     let late = Effect::Health {
         id: A,
         health: Health::Overrun,
@@ -214,14 +214,14 @@ fn an_overrun_is_noted_once_and_hides_nothing_worse() {
 
 #[test]
 fn a_check_that_brings_nothing_new_has_no_effect() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
 }
 
 #[test]
 fn r3_a_loser_that_hangs_is_no_longer_ready_so_the_level_selects_again() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
@@ -238,7 +238,7 @@ fn r3_a_loser_that_hangs_is_no_longer_ready_so_the_level_selects_again() {
 
 #[test]
 fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
     // The father is being replaced, but its child iterates. Meanwhile the child stops being READY.
@@ -272,7 +272,7 @@ fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
 
 #[test]
 fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father_thinks() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     assert_eq!(
@@ -286,7 +286,7 @@ fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father
 
 #[test]
 fn r5_a_handover_to_one_that_fell_asleep_goes_to_nobody_until_the_father_has_answered() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
@@ -338,7 +338,7 @@ fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does
 
 #[test]
 fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
@@ -364,7 +364,7 @@ fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
 
 #[test]
 fn r5_a_fault_below_a_father_on_its_way_out_lets_it_go_at_once() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
     effects(|out| {
@@ -385,7 +385,7 @@ fn r5_a_fault_below_a_father_on_its_way_out_lets_it_go_at_once() {
 
 #[test]
 fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_thinks() {
-    let mut h = family(Policy::Father);
+    let mut h = family(Policy::FATHER);
     effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
@@ -404,7 +404,7 @@ fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_
 
 #[test]
 fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.operator(2, Operator::Force(B), out).expect("healthy"));
     assert_eq!(h.winner(CHILDREN), Some(B));
@@ -416,7 +416,7 @@ fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
 
 #[test]
 fn a_new_winner_is_taking_its_place_until_it_begins() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.is_taking(A) && !h.is_taking(B));
     assert!(h.begin(2, A, &mut Vec::new()));
@@ -426,7 +426,7 @@ fn a_new_winner_is_taking_its_place_until_it_begins() {
 #[test]
 fn r4_a_father_whom_the_machine_held_up_is_overruled_and_not_blamed() {
     for excused in [false, true] {
-        let mut h = family(Policy::Father);
+        let mut h = family(Policy::FATHER);
         let out = effects(|out| {
             h.checked(1, A, READY, out);
             h.checked(1, B, READY, out);

@@ -14,9 +14,9 @@ use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
     // With a successor, without one, and with an open question to the father.
     for (policy, other) in [
-        (Policy::Priority, true),
-        (Policy::Priority, false),
-        (Policy::Father, true),
+        (Policy::PRIORITY, true),
+        (Policy::PRIORITY, false),
+        (Policy::FATHER, true),
     ] {
         let mut h = family(policy);
         effects(|out| h.checked(1, A, READY, out));
@@ -47,7 +47,7 @@ fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
 
 #[test]
 fn r15_a_choice_that_faults_before_it_wins_is_told_too() {
-    let mut h = family(Policy::Priority);
+    let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
     effects(|out| h.checked(1, A, READY, out));

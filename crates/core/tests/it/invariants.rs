@@ -216,7 +216,7 @@ impl Run {
                     // Only the father's own arbitration may leave a collision without a winner.
                     let winner = self.h.winner(id);
                     let decided =
-                        spec.policy == Policy::Father || winner.is_some_and(|w| several.contains(&w));
+                        spec.policy == Policy::FATHER || winner.is_some_and(|w| several.contains(&w));
                     prop_assert!(decided, "R3: a collision without a winner");
                 }
             }

@@ -2,6 +2,8 @@
 //!
 //! It checks only the winner and the reason, and refuses to check other effects.
 
+use std::time::Duration;
+
 use jde_core::{
     Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Nanos, Policy, Record, SchemaId, SchemaSpec, Spec,
 };
@@ -83,7 +85,7 @@ impl Level {
 
 #[test]
 fn r4_priority_is_the_fathers_order() {
-    let mut level = Level::under(Policy::Priority);
+    let mut level = Level::under(Policy::PRIORITY);
     assert_eq!(level.offers(1, C, 9.0), Some(C));
     assert_eq!(level.offers(2, B, 0.0), Some(B));
     assert_eq!(level.offers(3, A, -1.0), Some(A));
@@ -92,7 +94,7 @@ fn r4_priority_is_the_fathers_order() {
 
 #[test]
 fn r4_the_highest_urgency_wins_and_a_tie_changes_nothing() {
-    let mut level = Level::under(Policy::HighestUrgency);
+    let mut level = Level::under(Policy::URGENCY);
     assert_eq!(level.offers(1, B, 1.0), Some(B));
     assert_eq!(level.offers(2, A, 1.0), Some(B));
     assert_eq!(level.offers(3, C, 1.5), Some(C));
@@ -100,7 +102,7 @@ fn r4_the_highest_urgency_wins_and_a_tie_changes_nothing() {
 
 #[test]
 fn r4_a_tie_without_a_winner_goes_by_the_fathers_order() {
-    let mut level = Level::under(Policy::HighestUrgency);
+    let mut level = Level::under(Policy::URGENCY);
     level.offers(1, C, 5.0);
     level.offers(2, B, 1.0);
     level.offers(2, A, 1.0);
@@ -109,7 +111,7 @@ fn r4_a_tie_without_a_winner_goes_by_the_fathers_order() {
 
 #[test]
 fn r4_an_urgency_that_is_no_number_is_the_lowest() {
-    let mut level = Level::under(Policy::HighestUrgency);
+    let mut level = Level::under(Policy::URGENCY);
     assert_eq!(level.offers(1, A, f64::NAN), Some(A));
     assert_eq!(level.offers(2, B, f64::MIN), Some(B));
     assert_eq!(level.last().candidates[0].urgency, f64::NEG_INFINITY);
@@ -117,7 +119,7 @@ fn r4_an_urgency_that_is_no_number_is_the_lowest() {
 
 #[test]
 fn r2_a_changed_urgency_counts_when_the_winner_competes_again() {
-    let mut level = Level::under(Policy::HighestUrgency);
+    let mut level = Level::under(Policy::URGENCY);
     level.offers(1, A, 1.0);
     level.offers(2, B, 0.0);
     assert_eq!(
@@ -130,10 +132,7 @@ fn r2_a_changed_urgency_counts_when_the_winner_competes_again() {
 
 #[test]
 fn r4_sticky_waits_for_the_dwell_time_and_for_the_margin() {
-    let mut level = Level::under(Policy::Sticky {
-        dwell: 100,
-        hysteresis: 0.5,
-    });
+    let mut level = Level::under(Policy::sticky(Duration::from_nanos(100), 0.5));
     assert_eq!(level.offers(10, B, 1.0), Some(B));
     assert_eq!(level.offers(20, A, 1.4), Some(B));
     assert_eq!(
@@ -150,10 +149,7 @@ fn r4_sticky_waits_for_the_dwell_time_and_for_the_margin() {
 
 #[test]
 fn r4_sticky_without_a_margin_does_not_swing_between_equals() {
-    let mut level = Level::under(Policy::Sticky {
-        dwell: 0,
-        hysteresis: 0.0,
-    });
+    let mut level = Level::under(Policy::sticky(Duration::ZERO, 0.0));
     level.offers(1, B, 1.0);
     assert_eq!(level.offers(2, A, 1.0), Some(B));
     assert_eq!(level.goes_on(3), Some(B));
@@ -161,10 +157,7 @@ fn r4_sticky_without_a_margin_does_not_swing_between_equals() {
 
 #[test]
 fn r4_sticky_lets_go_at_once_of_one_that_is_not_ready() {
-    let mut level = Level::under(Policy::Sticky {
-        dwell: 100,
-        hysteresis: 0.5,
-    });
+    let mut level = Level::under(Policy::sticky(Duration::from_nanos(100), 0.5));
     level.offers(1, A, 3.0);
     level.offers(2, B, 1.0);
     level.offers(3, C, 2.0);
@@ -173,7 +166,7 @@ fn r4_sticky_lets_go_at_once_of_one_that_is_not_ready() {
 
 #[test]
 fn r4_round_robin_gives_each_ready_one_its_turn() {
-    let mut level = Level::under(Policy::RoundRobin { turn: 10 });
+    let mut level = Level::under(Policy::round_robin(Duration::from_nanos(10)));
     assert_eq!(level.offers(0, B, 0.0), Some(B));
     assert_eq!(level.h.next_timer(), None, "alone there are no turns");
     level.offers(1, A, 0.0);
@@ -188,7 +181,7 @@ fn r4_round_robin_gives_each_ready_one_its_turn() {
 
 #[test]
 fn r4_round_robin_goes_on_behind_one_that_left() {
-    let mut level = Level::under(Policy::RoundRobin { turn: 10 });
+    let mut level = Level::under(Policy::round_robin(Duration::from_nanos(10)));
     level.offers(0, B, 0.0);
     level.offers(1, A, 0.0);
     level.offers(1, C, 0.0);

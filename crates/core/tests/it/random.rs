@@ -2,25 +2,21 @@
 //!
 //! It refuses to make invalid ones: `specification.rs` tests those.
 
+use std::time::Duration;
+
 use jde_core::{Absence, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId, SchemaSpec, Spec};
 use proptest::prelude::*;
 
 pub(crate) const MS: Nanos = 1_000_000;
 
 pub(crate) const POLICIES: [Policy; 7] = [
-    Policy::Priority,
-    Policy::HighestUrgency,
-    Policy::Sticky {
-        dwell: 3 * MS,
-        hysteresis: 0.5,
-    },
-    Policy::Sticky {
-        dwell: 0,
-        hysteresis: 0.0,
-    },
-    Policy::RoundRobin { turn: 2 * MS },
-    Policy::Father,
-    Policy::Father,
+    Policy::PRIORITY,
+    Policy::URGENCY,
+    Policy::sticky(Duration::from_millis(3), 0.5),
+    Policy::sticky(Duration::ZERO, 0.0),
+    Policy::round_robin(Duration::from_millis(2)),
+    Policy::FATHER,
+    Policy::FATHER,
 ];
 
 /// Generates up to ten motor schemas at most four deep, up to two groups for each father, and up to four
@@ -77,8 +73,8 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
     }
     for (group, shape) in spec.groups.iter_mut().zip(shape.iter().cycle()) {
         let policy = POLICIES[usize::from(*shape) % POLICIES.len()];
-        group.policy = if group.father.is_none() && policy == Policy::Father {
-            Policy::Priority
+        group.policy = if group.father.is_none() && policy == Policy::FATHER {
+            Policy::PRIORITY
         } else {
             policy
         };

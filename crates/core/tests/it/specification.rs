@@ -2,6 +2,8 @@
 //!
 //! It refuses to start anything.
 
+use std::time::Duration;
+
 use jde_core::{
     Absence, GroupContract, GroupId, GroupSpec, Hierarchy, Kind, Policy, SchemaId, SchemaSpec, Spec,
     SpecError, TakeoverBound, contract,
@@ -118,17 +120,23 @@ fn policies_that_cannot_work_are_refused() {
     let motion = || "motion".to_owned();
     let with = |policy| faults(|s| s.groups[1].policy = policy);
     assert_eq!(
-        with(Policy::RoundRobin { turn: 0 }),
-        [SpecError::ZeroTurn { group: motion() }]
+        with(Policy::round_robin(Duration::ZERO)),
+        [SpecError::BadParameter {
+            group: motion(),
+            key: "turn"
+        }]
     );
     for hysteresis in [-0.1, f64::NAN, f64::INFINITY] {
         assert_eq!(
-            with(Policy::Sticky { dwell: 0, hysteresis }),
-            [SpecError::BadHysteresis { group: motion() }]
+            with(Policy::sticky(Duration::ZERO, hysteresis)),
+            [SpecError::BadParameter {
+                group: motion(),
+                key: "hysteresis"
+            }]
         );
     }
-    assert_eq!(with(Policy::Father), []);
-    let roots = faults(|s| s.groups[0].policy = Policy::Father);
+    assert_eq!(with(Policy::FATHER), []);
+    let roots = faults(|s| s.groups[0].policy = Policy::FATHER);
     assert_eq!(
         roots,
         [SpecError::NoArbitrator {
@@ -148,7 +156,7 @@ fn policies_that_cannot_work_are_refused() {
 #[test]
 fn a_policy_that_cannot_work_is_refused_while_running_too() {
     let mut h = Hierarchy::new(sound()).expect("sound");
-    let refused = h.set_policy(0, GroupId(0), Policy::Father, &mut Vec::new());
+    let refused = h.set_policy(0, GroupId(0), Policy::FATHER, &mut Vec::new());
     assert_eq!(
         refused,
         Err(SpecError::NoArbitrator {
@@ -218,7 +226,7 @@ fn r17_a_triggered_schema_may_be_in_the_middle_of_a_turn() {
 #[test]
 fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himself() {
     let mut spec = sound();
-    spec.groups[1].policy = Policy::Father;
+    spec.groups[1].policy = Policy::FATHER;
     spec.groups[1].budget = 7 * MS;
     assert_eq!(
         motion_contract(&spec).to_string(),
@@ -238,7 +246,7 @@ fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himsel
 #[test]
 fn r17_urgency_alone_waits_for_the_winners_iteration() {
     let mut spec = sound();
-    spec.groups[1].policy = Policy::HighestUrgency;
+    spec.groups[1].policy = Policy::URGENCY;
     spec.schemas[GOON.index()].period = 300 * MS;
     spec.schemas[GOON.index()].triggered = true;
     spec.schemas[GOON.index()].budget = 10 * MS;
@@ -261,10 +269,7 @@ fn r17_urgency_alone_waits_for_the_winners_iteration() {
 #[test]
 fn r17_dwell_and_turns_are_waited_for() {
     let mut spec = sound();
-    let sticky = |dwell| Policy::Sticky {
-        dwell,
-        hysteresis: 0.0,
-    };
+    let sticky = |dwell| Policy::sticky(Duration::from_nanos(dwell), 0.0);
     spec.groups[1].policy = sticky(50 * MS);
     let motion = motion_contract(&spec);
     assert_eq!(motion.by_check.total(), (75 + 50 + 5) * MS);
@@ -275,7 +280,7 @@ fn r17_dwell_and_turns_are_waited_for() {
     let motion = motion_contract(&spec);
     assert_eq!(paced(&motion), Some((75 + 500 + 5) * MS), "the later of the two");
     spec.groups[1].members.push(EXAMPLE);
-    spec.groups[1].policy = Policy::RoundRobin { turn: 100 * MS };
+    spec.groups[1].policy = Policy::round_robin(Duration::from_millis(100));
     let motion = motion_contract(&spec);
     assert_eq!(
         (motion.total(), motion.by_winner),
@@ -299,7 +304,11 @@ fn r17_who_takes_a_whole_period_misses_the_next_deadline() {
 #[test]
 fn r17_what_a_run_is_watched_by_is_the_contract() {
     let mut spec = sound();
-    for policy in [Policy::Priority, Policy::Father, Policy::RoundRobin { turn: MS }] {
+    for policy in [
+        Policy::PRIORITY,
+        Policy::FATHER,
+        Policy::round_robin(Duration::from_millis(1)),
+    ] {
         spec.groups[1].policy = policy;
         spec.schemas[STOP.index()].budget += MS;
         spec.schemas[GOON.index()].panel ^= true;

@@ -165,15 +165,8 @@ impl CallContext<'_> {
 
     /// Changes the policy of the group in which that child competes.
     pub(crate) fn set_policy(&mut self, child: u32, policy: u32, dwell: Nanos, hysteresis: f64) -> i32 {
-        let policy = match policy {
-            raw::POLICY_PRIORITY => Policy::Priority,
-            raw::POLICY_URGENCY => Policy::HighestUrgency,
-            raw::POLICY_STICKY if hysteresis.is_finite() && hysteresis >= 0.0 => {
-                Policy::Sticky { dwell, hysteresis }
-            }
-            raw::POLICY_ROUND_ROBIN if dwell > 0 => Policy::RoundRobin { turn: dwell },
-            raw::POLICY_FATHER => Policy::Father,
-            _ => return raw::BAD_ARGUMENT,
+        let Some(policy) = Policy::from_code(policy, dwell, hysteresis) else {
+            return raw::BAD_ARGUMENT;
         };
         if self.refuses(|_| String::from("change a policy")) {
             return raw::REFUSED;

@@ -263,7 +263,7 @@ fn a_panel_that_writes_is_refused_and_says_what(executor: Executor) {
             0 => drop(easel.base.command(cx, Twist::planar(0.3, 0.0))),
             1 => drop(easel.child.wake(cx)),
             2 => drop(easel.child.sleep(cx)),
-            3 => drop(easel.child.set_policy(cx, jde_schema::Policy::Urgency)),
+            3 => drop(easel.child.set_policy(cx, jde_schema::Policy::URGENCY)),
             _ => {}
         }
     });

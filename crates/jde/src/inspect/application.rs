@@ -291,14 +291,16 @@ fn variable_name(application: &Application, owner: usize, port: usize) -> String
 }
 
 fn policy(policy: Policy) -> String {
-    let name = policy.name();
-    match policy {
-        Policy::Sticky { dwell, hysteresis } => {
-            format!("{name} (dwell {}, hysteresis {hysteresis})", Millis(dwell))
-        }
-        Policy::RoundRobin { turn } => format!("{name} (turn {})", Millis(turn)),
-        Policy::Priority | Policy::HighestUrgency | Policy::Father => name.to_owned(),
+    let kind = policy.kind();
+    let time = kind.time.as_ref();
+    let time = time.map(|time| format!("{} {}", time.key, Millis(policy.time())));
+    let number = kind.number.as_ref();
+    let number = number.map(|number| format!("{} {}", number.key, policy.number()));
+    let parameters: Vec<String> = time.into_iter().chain(number).collect();
+    if parameters.is_empty() {
+        return kind.name.to_owned();
     }
+    format!("{} ({})", kind.name, parameters.join(", "))
 }
 
 fn absence(application: &Application, absence: Absence) -> String {

@@ -1,7 +1,7 @@
 //! The hierarchy of a recording at any time, reconstructed from its lines: states, winners, health.
 
 use jde_abi::describe::Kind;
-use jde_core::{Health, Nanos, Policy, State};
+use jde_core::{Health, Nanos, PolicyKind, State};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
 use jde_log::RecordedHierarchy;
 use jde_records::snapshot::{GroupView, SchemaView, Snapshot, Switch};
@@ -214,7 +214,7 @@ impl Hierarchy {
             return;
         };
         group.winner = to;
-        if Policy::NAMES.contains(&decision.decider.as_str()) {
+        if PolicyKind::named(&decision.decider).is_some() {
             group.policy.clone_from(&decision.decider);
         }
         if decision.changed {

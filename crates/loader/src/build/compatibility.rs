@@ -79,7 +79,7 @@ impl<'a> CompatibilityCheck<'a> {
         }
         let number = self.number;
         let groups = self.application.groups.iter();
-        let asked = groups.filter(|group| group.father == Some(number) && group.policy == Policy::Father);
+        let asked = groups.filter(|group| group.father == Some(number) && group.policy == Policy::FATHER);
         if !new.arbitrates && old.arbitrates {
             for group in asked {
                 self.errors.push(format!(

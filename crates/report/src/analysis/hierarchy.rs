@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use jde_core::Policy;
+use jde_core::PolicyKind;
 use jde_log::RecordedHierarchy;
 use jde_records::Decision;
 
@@ -104,8 +104,7 @@ impl Hierarchy {
     /// The index of a selection's group. All its candidates become members.
     pub(crate) fn decided(&mut self, decision: &Decision) -> Option<usize> {
         let group = self.group(&decision.group)?;
-        if Policy::NAMES.contains(&decision.decider.as_str()) && self.groups[group].policy != decision.decider
-        {
+        if PolicyKind::named(&decision.decider).is_some() && self.groups[group].policy != decision.decider {
             self.groups[group].policy.clone_from(&decision.decider);
         }
         for candidate in &decision.candidates {

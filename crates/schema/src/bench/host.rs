@@ -12,7 +12,9 @@ use jde_abi::describe::Role;
 use jde_abi::{raw, table};
 
 use super::state::BenchState;
-use crate::child::{Policy, State};
+use jde_core::Policy;
+
+use crate::child::State;
 use crate::context::Severity;
 
 pub(super) static HOST: raw::Host = raw::Host {
@@ -194,14 +196,8 @@ unsafe extern "C" fn set_policy(
     let Some(child) = place.children.get_mut(child as usize).filter(|child| child.motor) else {
         return raw::BAD_ARGUMENT;
     };
-    let dwell = Duration::from_nanos(dwell_ns);
-    let policy = match policy {
-        raw::POLICY_PRIORITY => Policy::Priority,
-        raw::POLICY_URGENCY => Policy::Urgency,
-        raw::POLICY_STICKY => Policy::Sticky { dwell, hysteresis },
-        raw::POLICY_ROUND_ROBIN => Policy::RoundRobin { turn: dwell },
-        raw::POLICY_FATHER => Policy::Father,
-        _ => return raw::BAD_ARGUMENT,
+    let Some(policy) = Policy::from_code(policy, dwell_ns, hysteresis) else {
+        return raw::BAD_ARGUMENT;
     };
     if !authority {
         return raw::REFUSED;

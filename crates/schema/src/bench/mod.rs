@@ -29,7 +29,9 @@ use names::{Kind, unknown};
 pub use panel::Drawn;
 use state::BenchState;
 
-use crate::child::{Policy, State};
+use jde_core::Policy;
+
+use crate::child::State;
 use crate::context::Severity;
 use crate::level::Case;
 use crate::schema::{Precondition, Schema};

@@ -8,7 +8,9 @@ use jde_types::Value;
 
 use super::bytes::{Bytes, finite};
 use super::names::unknown;
-use crate::child::{Policy, State};
+use jde_core::Policy;
+
+use crate::child::State;
 use crate::context::Severity;
 use crate::level::Case;
 use crate::schema::Precondition;

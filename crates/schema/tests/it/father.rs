@@ -40,13 +40,8 @@ impl Schema for Father {
             self.outcomes.push(child.wake(cx));
         }
         let dwell = Duration::from_millis(300);
-        self.outcomes.push(self.brake.set_policy(
-            cx,
-            Policy::Sticky {
-                dwell,
-                hysteresis: 0.25,
-            },
-        ));
+        self.outcomes
+            .push(self.brake.set_policy(cx, Policy::sticky(dwell, 0.25)));
         self.outcomes
             .push(self.target.set(cx, Pose2D::new(1.0, 2.0, 0.5)));
         Ok(())
@@ -78,13 +73,7 @@ fn a_father_wakes_modulates_and_puts_to_sleep() {
         "the same name, another child"
     );
     let dwell = Duration::from_millis(300);
-    assert_eq!(
-        bench.policy("brake"),
-        Some(Policy::Sticky {
-            dwell,
-            hysteresis: 0.25
-        })
-    );
+    assert_eq!(bench.policy("brake"), Some(Policy::sticky(dwell, 0.25)));
     assert_eq!(bench.schema().outcomes, [Outcome::Accepted; 5]);
 
     bench.set_faulted("brake", true);

@@ -106,6 +106,7 @@ fn given_back(harness: &mut Looking, handle: &Handle) {
 
 /// Gives the focus to a pad. One frame later, the arrow keys no longer move the focus elsewhere.
 fn focus(harness: &mut Looking, pad: &str) {
+    until(harness, |harness| harness.query_by_label(pad).is_some());
     harness.get_by_label(pad).focus();
     until(harness, |harness| harness.get_by_label(pad).is_focused());
     harness.run_steps(2);

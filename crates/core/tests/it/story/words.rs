@@ -3,7 +3,8 @@
 //! Each thing has one phrase; it refuses synonyms.
 
 use jde_core::{
-    Absence, Case, Cause, Decider, Effect, GroupId, Health, Nanos, Policy, SchemaId, Spec, State, Timer,
+    Absence, Case, Cause, Decider, Effect, GroupId, Health, Nanos, Policy, PolicyKind, SchemaId, Spec, State,
+    Timer,
 };
 
 pub(super) fn time(told: &str) -> Result<Nanos, String> {
@@ -27,17 +28,14 @@ pub(super) fn time(told: &str) -> Result<Nanos, String> {
 
 pub(super) fn policy(told: &str) -> Result<Policy, String> {
     let words: Vec<&str> = told.split_whitespace().collect();
-    Ok(match words.as_slice() {
-        ["priority"] => Policy::Priority,
-        ["highest", "urgency"] => Policy::HighestUrgency,
-        ["sticky", dwell, "by", margin] => Policy::Sticky {
-            dwell: time(dwell)?,
-            hysteresis: number(margin)?,
-        },
-        ["round", "robin", turn] => Policy::RoundRobin { turn: time(turn)? },
-        ["father"] => Policy::Father,
+    let (name, time_of, margin) = match *words.as_slice() {
+        [name] => (name, 0, 0.0),
+        [name, duration] => (name, time(duration)?, 0.0),
+        [name, duration, "by", margin] => (name, time(duration)?, number(margin)?),
         _ => return Err(format!("`{told}` is no policy")),
-    })
+    };
+    let kind = PolicyKind::named(name).ok_or(format!("`{name}` is no policy"))?;
+    Ok(Policy::new(kind, time_of, margin))
 }
 
 pub(super) fn absence(
@@ -87,11 +85,8 @@ pub(super) fn case(case: Case) -> &'static str {
 pub(super) fn decider(decider: Decider) -> &'static str {
     match decider {
         Decider::Nobody => "nobody",
-        Decider::Policy(Policy::Priority) => "priority",
-        Decider::Policy(Policy::HighestUrgency) => "highest urgency",
-        Decider::Policy(Policy::Sticky { .. }) => "sticky",
-        Decider::Policy(Policy::RoundRobin { .. }) => "round robin",
-        Decider::Policy(Policy::Father) | Decider::Father => "father",
+        Decider::Policy(policy) => policy.name(),
+        Decider::Father => "father",
         Decider::ArbitrationFailed => "arbitration failed",
         Decider::AbsencePolicy => "absence policy",
         Decider::Operator => "operator",

@@ -32,7 +32,7 @@ fn decided(number: u64, time: Nanos, before: Option<u32>, choice: Option<u32>) -
         candidates: [].into(),
         before: before.map(SchemaId),
         choice: choice.map(SchemaId),
-        decider: Decider::Policy(Policy::Priority),
+        decider: Decider::Policy(Policy::PRIORITY),
         reason: Cow::Borrowed("the first"),
         cause: Cause::Start,
         changed: before != choice,

@@ -187,9 +187,9 @@ impl Schema for Leader {
         if self.turns % 20 == 5 {
             // Its level selects by the previous policy, and then by this one.
             dawdle(cx, Duration::from_millis(8));
-            self.one.set_policy(cx, Policy::Urgency);
+            self.one.set_policy(cx, Policy::URGENCY);
             dawdle(cx, Duration::from_millis(8));
-            self.one.set_policy(cx, Policy::Father);
+            self.one.set_policy(cx, Policy::FATHER);
         }
         self.from.set(cx, 0.5 + 0.3 * cx.now().as_secs_f64().sin());
         Ok(())
