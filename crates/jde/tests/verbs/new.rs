@@ -1,45 +1,48 @@
-//! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this repository.
+//! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this workspace.
 
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::{Arc, Mutex, Weak};
+use std::sync::OnceLock;
 
 use jde_watchdog::Watchdog;
-use tempfile::TempDir;
 
 use crate::support::{Said, jde, jde_with_plugins, json, root, said};
 
-/// A new project, in a folder of its own.
+/// A new project.
 struct Project {
     folder: PathBuf,
     /// What `jde new` printed.
     printed: String,
-    _parent: TempDir,
-    _target: Arc<TempDir>,
 }
 
 impl Project {
-    /// Makes the project. The projects of tests that run together share their builds of the SDK.
+    /// Makes the project. All projects share their builds of the SDK, which later runs of the tests use again.
+    /// So each project has the same path in every run: cargo would keep a build for every path.
     fn new(kind: &[&str], name: &str) -> Self {
-        static TARGET: Mutex<Weak<TempDir>> = Mutex::new(Weak::new());
-        let parent = tempfile::tempdir().unwrap();
-        let path = parent.path().to_str().unwrap();
+        static LOCK: OnceLock<File> = OnceLock::new();
+        let all = Path::new(env!("CARGO_TARGET_TMPDIR")).join("new");
+        let parent = all.join(kind.concat());
+        let folder = parent.join(name);
+        let target = all.join("target");
+        std::fs::create_dir_all(&target).unwrap();
+        // Another run of these tests waits until this process ends.
+        LOCK.get_or_init(|| {
+            let file = File::create(all.join("lock")).unwrap();
+            file.lock().unwrap();
+            file
+        });
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&parent).unwrap();
+        let path = parent.to_str().unwrap();
         let made = said(&mut jde(&[&["new"], kind, &[name, "--path", path]].concat()));
         assert_eq!(made.status, Some(0), "{}", made.err);
-        let mut shared = TARGET.lock().unwrap();
-        let target = shared
-            .upgrade()
-            .unwrap_or_else(|| Arc::new(tempfile::tempdir().unwrap()));
-        *shared = Arc::downgrade(&target);
-        let folder = parent.path().join(name);
-        symlink(target.path(), folder.join("target")).unwrap();
+        symlink(target, folder.join("target")).unwrap();
         Self {
             folder,
             printed: made.out,
-            _parent: parent,
-            _target: target,
         }
     }
 
