@@ -15,8 +15,9 @@ use crate::paint::Paint;
 use crate::shell;
 use crate::test::Context;
 
-/// Programs that take longest, to be started first. Otherwise the last one would run alone.
-const LONGEST_FIRST: &[&str] = &["bases", "verbs", "conformance"];
+/// Programs that take longest, to be started first: otherwise the last one would run alone. Each with the
+/// number of tests that it runs at once: those that wait for robots and processes need no core of their own.
+const LONGEST_FIRST: &[(&str, usize)] = &[("bases", 8), ("verbs", 4), ("jde_view", 2), ("conformance", 2)];
 
 /// Kills a program that hangs outside its watchdogs, so that all others still run. The limit is ten times the
 /// slowest program.
@@ -96,10 +97,14 @@ impl Program {
     pub(crate) fn job(&self, root: &Path) -> Job {
         let mut command = Command::new("timeout");
         self.run_by(command.args(TIMEOUT));
+        let rank = LONGEST_FIRST.iter().position(|(name, _)| *name == self.name);
+        if let Some((_, threads)) = rank.and_then(|rank| LONGEST_FIRST.get(rank)) {
+            command.env("RUST_TEST_THREADS", threads.to_string());
+        }
         let folder = self.folder.strip_prefix(root).unwrap_or(&self.folder);
         Job {
             title: format!("{} {}", folder.display(), self.name),
-            is_long: LONGEST_FIRST.contains(&self.name.as_str()),
+            rank: rank.unwrap_or(usize::MAX),
             command,
         }
     }
@@ -108,15 +113,15 @@ impl Program {
 /// A command that runs tests.
 pub(crate) struct Job {
     pub(crate) title: String,
-    /// Whether it starts before the others.
-    pub(crate) is_long: bool,
+    /// Those of a lower rank start first.
+    pub(crate) rank: usize,
     pub(crate) command: Command,
 }
 
 /// Runs all jobs, one more at a time than the machine has cores. Prints a line for each job that passes and
 /// the output of each job that fails, which is an error.
 pub(crate) fn run_all(mut jobs: Vec<Job>, paint: Paint) -> Result<()> {
-    jobs.sort_by_key(|job| job.is_long);
+    jobs.sort_by_key(|job| std::cmp::Reverse(job.rank));
     let at_once = thread::available_parallelism()?.get() + 1;
     let (queue, failed) = (Mutex::new(jobs), Mutex::new(Vec::new()));
     thread::scope(|scope| {
@@ -206,7 +211,7 @@ mod tests {
         command.args(["-c", script]);
         Job {
             title: script.to_owned(),
-            is_long: false,
+            rank: 0,
             command,
         }
     }

@@ -297,7 +297,7 @@ fn tests(context: &Context) -> Result<StepOutcome> {
     command.args(&selection);
     jobs.push(Job {
         title: "documentation".to_owned(),
-        is_long: true,
+        rank: 0,
         command,
     });
     if context.options.package.is_none() {
@@ -308,7 +308,7 @@ fn tests(context: &Context) -> Result<StepOutcome> {
         let title = "benches/measure".to_owned();
         jobs.push(Job {
             title,
-            is_long: false,
+            rank: usize::MAX,
             command,
         });
     }

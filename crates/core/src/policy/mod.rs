@@ -42,9 +42,12 @@ pub struct PolicyKind {
     pub rotates: bool,
     /// What a READY member waits for at most before it is chosen, from the time and the number of other
     /// members.
-    wait: Option<fn(Nanos, Nanos) -> (&'static str, Nanos)>,
+    wait: Option<Wait>,
     choose: fn(&PolicyInput<'_>, Policy) -> Choice,
 }
+
+/// Returns what takes the time, and its length.
+type Wait = fn(Nanos, Nanos) -> (&'static str, Nanos);
 
 /// The time of a policy.
 pub struct TimeParameter {

@@ -333,7 +333,6 @@ impl Engine {
     /// completed an iteration ends the application, which cannot work without it.
     pub(crate) fn report_fault(&self, instance: usize, reason: String) -> Moment {
         let meter = &self.metrics[instance];
-        meter.faults.fetch_add(1, Ordering::Relaxed);
         tracing::error!(schema = self.name(instance), "faulted: {reason}");
         let kind = self.application.instances[instance].schema.kind;
         if kind == Kind::Driver && !meter.started.load(Ordering::Relaxed) {
@@ -346,6 +345,8 @@ impl Engine {
         // newer value.
         self.variables.retract_exports(instance);
         self.transact_for(instance, |hierarchy, now, out| {
+            // In the transaction, so that a snapshot shows the fault with its effect.
+            meter.faults.fetch_add(1, Ordering::Relaxed);
             hierarchy.faulted(now, schema(instance), reason, out);
         })
         .1

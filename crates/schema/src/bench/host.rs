@@ -10,10 +10,9 @@ use core::time::Duration;
 
 use jde_abi::describe::Role;
 use jde_abi::{raw, table};
-
-use super::state::BenchState;
 use jde_core::Policy;
 
+use super::state::BenchState;
 use crate::child::State;
 use crate::context::Severity;
 

@@ -20,21 +20,19 @@ use core::ptr;
 use core::time::Duration;
 
 use jde_abi::{describe, raw, read, table};
+use jde_core::Policy;
 use jde_types::{Modulated, Value, wire};
 
+use crate::child::State;
+use crate::context::Severity;
+use crate::level::Case;
+use crate::schema::{Precondition, Schema};
 pub use failure::Failure;
 pub use inspect::Problem;
 pub use memory::Remembered;
 use names::{Kind, unknown};
 pub use panel::Drawn;
 use state::BenchState;
-
-use jde_core::Policy;
-
-use crate::child::State;
-use crate::context::Severity;
-use crate::level::Case;
-use crate::schema::{Precondition, Schema};
 
 /// A schema under test. At first it is asleep, at time 0, with authority over its actuators and children.
 ///

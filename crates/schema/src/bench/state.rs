@@ -4,12 +4,11 @@ use core::time::Duration;
 
 use jde_abi::describe::{Role, Schema};
 use jde_abi::raw;
+use jde_core::Policy;
 use jde_types::Value;
 
 use super::bytes::{Bytes, finite};
 use super::names::unknown;
-use jde_core::Policy;
-
 use crate::child::State;
 use crate::context::Severity;
 use crate::level::Case;
