@@ -392,7 +392,7 @@ impl Refusal {
 
     /// Refuses a lease for an action on the whole application.
     pub(crate) fn lease_on_global() -> Self {
-        Self::new("to stop everything is held by no lease: it must not end by itself")
+        Self::new("a stop or release of everything can have no lease: it must not end by itself")
     }
 
     /// Refuses an unknown name and suggests the most similar one.
