@@ -58,7 +58,7 @@ impl fmt::Display for EventKind {
         match self {
             Self::ClientArrived(peer) => write!(f, "{peer} connected"),
             Self::ClientRefused(peer) => write!(f, "{peer} was refused: the robot has a client"),
-            Self::Connected => write!(f, "the handshake is complete"),
+            Self::Connected => write!(f, "a client is connected"),
             Self::Closed => write!(f, "the client ended its session"),
             Self::ClientLeft(reason) => write!(f, "the client disconnected: {reason}"),
             Self::Silent(time) => write!(f, "no packet for {:.1} s, the motors stop", time.as_secs_f64()),
