@@ -123,14 +123,14 @@ impl Keys {
 /// Reads a token: what it requests, and at which rate.
 pub(crate) fn parse_token(path: &str) -> Option<(TokenTarget, Rate)> {
     let parts: Vec<&str> = path.splitn(6, '/').collect();
-    let (wanted, rate) = match parts.as_slice() {
+    let (target, rate) = match parts.as_slice() {
         ["want", owner, variable, rate, _client] => {
             (TokenTarget::Variable(format!("{owner}/{variable}")), rate)
         }
         ["look", schema, rate, _client] => (TokenTarget::Panel((*schema).to_owned()), rate),
         _ => return None,
     };
-    Some((wanted, Rate::read(rate)?))
+    Some((target, Rate::read(rate)?))
 }
 
 /// The path of a variable below `var/` and `want/`.

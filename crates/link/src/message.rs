@@ -204,7 +204,7 @@ pub struct VariableInfo {
     pub range: Range,
     /// Read when its schema awakens, and constant until it sleeps.
     pub fixed: bool,
-    /// Its status; only if the client asked for it.
+    /// Its status; only if the client requested it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<Status>,
 }

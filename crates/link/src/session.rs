@@ -1,4 +1,4 @@
-//! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless asked for. A session
+//! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless requested. A session
 //! uses only the endpoints given to it, and only their protocols. Knows nothing of applications.
 
 use std::fs::File;

@@ -334,7 +334,7 @@ mod tests {
         endpoint.admit(pending);
         endpoint.write(b"unread").expect("the client is connected");
         let mut buffer = [0; 1];
-        assert_eq!(client.peek(&mut buffer).expect("it was sent"), 1);
+        assert_eq!(client.peek(&mut buffer).expect("a byte"), 1);
         client.write_all(b"bye").expect("there is room");
         // The client has not read everything, so that the system refuses further bytes to it.
         drop(client);

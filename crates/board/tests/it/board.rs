@@ -135,9 +135,9 @@ fn r8_a_latched_value_stays_until_it_is_released() {
         let (address, value) = (first.bytes.as_ptr(), first.bytes.to_vec());
         // Enough to reuse all slots of either cell.
         (2..40).for_each(|n| assert_eq!(write(&mut writer, f64::from(n), 2), Ok(n as u64)));
-        let again = reader.latch().unwrap();
-        assert_eq!((again.bytes.as_ptr(), again.bytes), (address, &value[..]));
-        assert_eq!(again.stamp.sequence, 1);
+        let latched = reader.latch().unwrap();
+        assert_eq!((latched.bytes.as_ptr(), latched.bytes), (address, &value[..]));
+        assert_eq!(latched.stamp.sequence, 1);
         assert_eq!(reader.newest(), 39);
         reader.release();
         assert!(reader.latched().is_none());

@@ -95,9 +95,9 @@ fn send_local(
     message: &[u8],
     report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
-    let (wanted, id) = choice::parts(name.unwrap_or_default());
+    let (requested, id) = choice::parts(name.unwrap_or_default());
     let is_selected =
-        |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, wanted, id);
+        |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, requested, id);
     // All running applications, selected or not.
     let abouts: Mutex<Vec<About>> = Mutex::default();
     let is_new = |entry: &Entry| {
@@ -201,7 +201,7 @@ fn send_to_endpoint(
     report: &Report,
 ) -> Result<(), Error> {
     let connection = Connection::network(endpoint, login, tls)?;
-    let (wanted, id) = choice::parts(name.unwrap_or_default());
+    let (requested, id) = choice::parts(name.unwrap_or_default());
     let any = |text: &str| {
         if text.is_empty() {
             "*".to_owned()
@@ -214,7 +214,7 @@ fn send_to_endpoint(
     } else {
         format!("{}$*", chunk(id))
     };
-    let key = format!("jde/{PROTOCOL}/{}/{id}/{OPERATE}", any(wanted));
+    let key = format!("jde/{PROTOCOL}/{}/{id}/{OPERATE}", any(requested));
     let start = Instant::now();
     let mut replied: Vec<String> = Vec::new();
     while replied.is_empty() {

@@ -12,8 +12,8 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             several => Err(Error::Ambiguous(distinct(several))),
         };
     };
-    let (wanted, id) = parts(name);
-    let fits = |index: &usize| is_match(running[*index], wanted, id);
+    let (requested, id) = parts(name);
+    let fits = |index: &usize| is_match(running[*index], requested, id);
     let indices: Vec<usize> = (0..running.len()).filter(fits).collect();
     match indices.as_slice() {
         [index] => Ok(*index),
@@ -22,7 +22,7 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             let plain = running.iter().map(|about| about.name.as_str());
             Err(Error::UnknownApplication {
                 name: name.to_owned(),
-                nearest: jde_board::nearest(wanted, plain).map(str::to_owned),
+                nearest: jde_board::nearest(requested, plain).map(str::to_owned),
                 running: names,
             })
         }

@@ -121,16 +121,16 @@ impl Folders {
         Ok(entries)
     }
 
-    /// Claims a name in the first folder that only this user controls: the wanted name, or, if it is taken
-    /// and was not explicitly requested, the name with a number appended.
+    /// Claims a name in the first folder that only this user controls: the requested name, or, if it is taken
+    /// and not required, the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`] of the first folder if none is usable; [`Error::NameTaken`] for a requested name;
+    /// [`Error::Folder`] of the first folder if none is usable; [`Error::NameTaken`] for a required name;
     /// [`Error::Name`].
-    pub(crate) fn claim(&self, wanted: &str, required: bool) -> Result<Claim, Error> {
+    pub(crate) fn claim(&self, requested: &str, required: bool) -> Result<Claim, Error> {
         let mut refused = None;
         for folder in &self.folders {
-            match folder.claim(wanted, required, || self.list()) {
+            match folder.claim(requested, required, || self.list()) {
                 Err(error @ Error::Folder { .. }) => {
                     refused.get_or_insert(error);
                 }

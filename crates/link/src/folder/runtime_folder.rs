@@ -154,26 +154,26 @@ impl RuntimeFolder {
         Ok(entries)
     }
 
-    /// Claims a name: the wanted one, or, if a running application has it and it was not explicitly
-    /// requested, the name with a number appended.
+    /// Claims a name: the requested one, or, if a running application has it and it is not required,
+    /// the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`]; [`Error::NameTaken`] for a requested name; [`Error::Name`].
+    /// [`Error::Folder`]; [`Error::NameTaken`] for a required name; [`Error::Name`].
     pub(super) fn claim(
         &self,
-        wanted: &str,
+        requested: &str,
         required: bool,
         running: impl Fn() -> Result<Vec<Entry>, Error>,
     ) -> Result<Claim, Error> {
-        if !keys::is_name(wanted) {
-            return Err(Error::Name(wanted.to_owned()));
+        if !keys::is_name(requested) {
+            return Err(Error::Name(requested.to_owned()));
         }
         self.create()?;
         let lock = self.lock()?;
         let running = running()?;
         self.remove_stale_files(&running)?;
         let holder = |name: &str| running.iter().find(|entry| entry.about.name == name);
-        let mut name = wanted.to_owned();
+        let mut name = requested.to_owned();
         let mut number = 1;
         while let Some(other) = holder(&name) {
             if required {
@@ -184,7 +184,7 @@ impl RuntimeFolder {
             }
             number += 1;
             let suffix = format!("-{number}");
-            name = format!("{}{suffix}", &wanted[..wanted.len().min(64 - suffix.len())]);
+            name = format!("{}{suffix}", &requested[..requested.len().min(64 - suffix.len())]);
         }
         let claim = Claim {
             folder: self.clone(),

@@ -135,11 +135,11 @@ fn r10_a_gesture_changes_the_panel_and_is_recorded_with_its_operator() {
     let received = Arc::new(Mutex::new(String::new()));
     let log = Arc::clone(&received);
     let _events = remote
-        .events(&[jde_records::RecordKind::Event], 100, move |happened| {
-            if let jde_records::RunRecord::Event(line) = happened.record {
+        .events(&[jde_records::RecordKind::Event], 100, move |event| {
+            if let jde_records::RunRecord::Event(record) = event.record {
                 log.lock()
                     .unwrap()
-                    .push_str(&format!("{:?} {}\n", line.by, line.text));
+                    .push_str(&format!("{:?} {}\n", record.by, record.text));
             }
         })
         .unwrap();

@@ -81,12 +81,12 @@ impl RunningServer {
 
     /// Waits until this event of that robot has occurred.
     pub(crate) fn until(&self, robot: &str, matches: impl Fn(&EventKind) -> bool) {
-        let found = |events: &[Event]| {
+        let has_occurred = |events: &[Event]| {
             events
                 .iter()
                 .any(|event| event.robot == robot && matches(&event.kind))
         };
-        while !found(&lock(&self.events)) {
+        while !has_occurred(&lock(&self.events)) {
             std::thread::yield_now();
         }
     }

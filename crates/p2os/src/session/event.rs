@@ -42,7 +42,7 @@ pub enum Event {
         /// Down, rad.
         tilt: f64,
     },
-    /// A problem that does not end the session, in words.
+    /// The description of a problem that does not end the session.
     Warning(String),
 }
 

@@ -102,7 +102,7 @@ impl Session {
         self.handshake = Some(handshake);
     }
 
-    /// Ends the session after a loss of the connection, with the reason in words.
+    /// Ends the session after a loss of the connection, with the reason.
     pub fn lost(&mut self, reason: &str) {
         if !matches!(self.state, State::Refused(_)) {
             self.state = State::Lost(reason.to_owned());

@@ -11,10 +11,10 @@ const COMMANDS: &str = include_str!("../vectors/commands.txt");
 const ANSWERS: &str = include_str!("../vectors/answers.txt");
 
 fn packet(bytes: &[u8]) -> Packet {
-    let mut found = Vec::new();
-    Receiver::new().receive(bytes, Duration::ZERO, |packet| found.push(packet));
-    assert_eq!(found.len(), 1, "one packet in {bytes:02x?}");
-    found[0]
+    let mut packets = Vec::new();
+    Receiver::new().receive(bytes, Duration::ZERO, |packet| packets.push(packet));
+    assert_eq!(packets.len(), 1, "one packet in {bytes:02x?}");
+    packets[0]
 }
 
 fn command(description: &str) -> Command {
@@ -364,11 +364,11 @@ fn packets_are_found_among_arbitrary_bytes() {
     .concat();
     let stream = [stream, vec![0; 200]].concat();
     let mut receiver = Receiver::new();
-    let mut found = Vec::new();
+    let mut packets = Vec::new();
     for byte in &stream {
-        receiver.receive(&[*byte], Duration::ZERO, |packet| found.push(packet));
+        receiver.receive(&[*byte], Duration::ZERO, |packet| packets.push(packet));
     }
-    assert_eq!(found, [good, good]);
+    assert_eq!(packets, [good, good]);
     assert_eq!(
         receiver.dropped().bytes,
         stream.len() as u64 - 2 * good.to_bytes().len() as u64
