@@ -1,4 +1,4 @@
-//! The board: all shared variables of an application by name. It refuses to know their meaning.
+//! The board: all shared variables of an application by name. It does not interpret them.
 
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -51,8 +51,8 @@ impl Board {
         if variables.by_name.contains_key(&name) {
             return Err(Error::Duplicate(name));
         }
-        let place = variables.declared.len();
-        variables.by_name.insert(name, place);
+        let index = variables.declared.len();
+        variables.by_name.insert(name, index);
         variables.declared.push(variable.clone());
         Ok(variable)
     }
@@ -61,8 +61,8 @@ impl Board {
     #[must_use]
     pub fn find(&self, full_name: &str) -> Option<Arc<Variable>> {
         let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
-        let place = *variables.by_name.get(full_name)?;
-        Some(variables.declared[place].clone())
+        let index = *variables.by_name.get(full_name)?;
+        Some(variables.declared[index].clone())
     }
 
     /// Returns the variable with this full name.

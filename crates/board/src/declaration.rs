@@ -20,7 +20,7 @@ pub struct Stamp {
     pub sequence: u64,
     /// The id of its writer; [`Stamp::NO_WRITER`] for the initial value.
     pub writer: u32,
-    /// When a command stops being in force; `u64::MAX` for values that stay.
+    /// When a command stops being in force; `u64::MAX` for values that do not expire.
     pub valid_until: Nanos,
 }
 
@@ -64,7 +64,7 @@ pub struct Declaration {
     pub limits: Limits,
     /// Its value before the first write. Without one, readers get no value until then.
     pub initial: Option<Vec<u8>>,
-    /// The maximum number of writers at once. An export has one, whatever is stated here.
+    /// The maximum number of writers at once. An export always has one.
     pub writers: usize,
     /// The maximum number of readers that borrow a large value at once. Further readers copy it. Each costs
     /// the memory of one value.
@@ -78,7 +78,7 @@ impl Declaration {
         format!("{}.{}", self.owner, self.name)
     }
 
-    /// Refuses an impossible declaration. `finite` is the list of floats that must be finite, if they must.
+    /// Refuses an invalid declaration. `finite` lists the floats that must be finite, if any.
     pub(crate) fn check(&self, finite: Option<&Finite>) -> Result<(), Error> {
         let variable = self.full_name();
         if self.owner.is_empty() || self.name.is_empty() {

@@ -62,8 +62,8 @@ pub enum Error {
         /// The maximum of both together.
         most: usize,
     },
-    /// The system has no memory that other processes could map.
-    #[error("there is no memory for `{variable}` that another process could map: {error}")]
+    /// The system has no memory that other processes can map.
+    #[error("no memory for `{variable}` that another process can map: {error}")]
     NoMemory {
         /// The variable.
         variable: String,
@@ -71,7 +71,7 @@ pub enum Error {
         error: String,
     },
     /// The maximum number of writers is open.
-    #[error("`{variable}` takes {most} writer(s), and {writers} writes it; `{name}` cannot", writers = .taken.join(", "))]
+    #[error("`{variable}` allows {most} writer(s), and {writers} already writes it; `{name}` cannot", writers = .taken.join(", "))]
     TooManyWriters {
         /// The variable.
         variable: String,
@@ -82,8 +82,10 @@ pub enum Error {
         /// The open writers.
         taken: Vec<String>,
     },
-    /// A loan of an abandoned call cannot be set aside, because no slot is left for it.
-    #[error("all {most} slots of `{variable}` that readers may hold are taken; wait until one lets go")]
+    /// A loan of an abandoned call cannot be set aside, because no slot is free.
+    #[error(
+        "all {most} slots of `{variable}` that readers may hold are in use; wait until a reader releases one"
+    )]
     TooManyReaders {
         /// The variable.
         variable: String,
@@ -126,13 +128,13 @@ pub enum Refused {
     #[error("the writer has no authority over this variable at this instant")]
     NoAuthority,
     /// The value holds a NaN or an infinity.
-    #[error("the value is not finite, and commands and modulations must be")]
+    #[error("the value is not finite; values of commands and modulations must be finite")]
     NotFinite,
     /// The value is outside of the limits of the modulation.
-    #[error("the value is outside of what the modulation takes")]
+    #[error("the value is outside the limits of the modulation")]
     OutOfRange,
     /// A publish without a loan.
-    #[error("nothing was loaned; loan, fill, then publish")]
+    #[error("no value is loaned; loan, fill, then publish")]
     NothingLoaned,
     /// The size of the value differs from that of the type.
     #[error("the value does not have as many bytes as the variable's type")]

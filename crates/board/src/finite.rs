@@ -113,7 +113,7 @@ impl Check {
             }
         };
         (0..count).find_map(|index| {
-            let below = match &self.element {
+            let inner = match &self.element {
                 Element::F32 if f32::from_ne_bytes(array(bytes, self.offset + index * 4)).is_finite() => {
                     return None;
                 }
@@ -126,18 +126,18 @@ impl Check {
                     checks,
                 } => Some(first_not_finite(checks, &bytes[self.offset + index * stride..])?),
             };
-            Some(self.path(index, below))
+            Some(self.path(index, inner))
         })
     }
 
-    fn path(&self, index: usize, below: Option<String>) -> String {
+    fn path(&self, index: usize, inner: Option<String>) -> String {
         let mut path = self.name.clone();
         if !matches!(self.count, Count::One) {
             path += &format!("[{index}]");
         }
-        if let Some(below) = below {
+        if let Some(inner) = inner {
             path += ".";
-            path += &below;
+            path += &inner;
         }
         path
     }

@@ -2,7 +2,7 @@
 //!
 //! A [`Board`] holds the newest value of every export, modulation and command. Writers never wait. Readers
 //! never read a torn value. A command takes effect only while its writer holds a grant (R7). The crate
-//! refuses to keep history, to open sockets and to know schemas: the crates above do that.
+//! keeps no history, opens no sockets and knows no schemas: the crates above do that.
 
 #[cfg(loom)]
 pub mod cell;

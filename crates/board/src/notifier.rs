@@ -31,18 +31,23 @@ impl Notifier {
         let deadline = Instant::now().checked_add(timeout);
         self.waiters.fetch_add(1, Ordering::Relaxed);
         loop {
-            let rung = self.sequence.load(Ordering::Acquire);
+            let observed = self.sequence.load(Ordering::Acquire);
             fence(Ordering::SeqCst);
             if done() {
                 break;
             }
-            let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
-            if left.is_some_and(|left| left.is_zero()) {
+            let remaining = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
+            if remaining.is_some_and(|remaining| remaining.is_zero()) {
                 break;
             }
-            let left = left.and_then(|left| Timespec::try_from(left).ok());
-            // Woken, interrupted, rung meanwhile or timed out: in every case the loop checks again.
-            let _ = futex::wait(&self.sequence, futex::Flags::PRIVATE, rung, left.as_ref());
+            let remaining = remaining.and_then(|remaining| Timespec::try_from(remaining).ok());
+            // Whether woken, interrupted, notified meanwhile or timed out, the loop checks again.
+            let _ = futex::wait(
+                &self.sequence,
+                futex::Flags::PRIVATE,
+                observed,
+                remaining.as_ref(),
+            );
         }
         self.waiters.fetch_sub(1, Ordering::Relaxed);
     }

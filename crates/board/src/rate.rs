@@ -1,4 +1,4 @@
-//! How often a variable is published, estimated from the stamps of its values. It refuses to be exact:
+//! How often a variable is published, estimated from the stamps of its values. It is not exact:
 //! writers may race.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,12 +7,12 @@ use crate::Nanos;
 
 /// The inverse of the newest interval's weight: the mean covers about the last eight intervals.
 const LAST: u64 = 8;
-/// The longest interval that counts, in mean intervals. So the rate of a schema that slept is soon right
+/// The longest interval that counts, in mean intervals. So the rate of a schema that slept soon becomes right
 /// again.
 const MAX_INTERVAL: u64 = 4;
 
 /// Exponential average of the intervals between values. Writers write it at each publication, so it has a
-/// cache line of its own: readers read the data beside it.
+/// cache line of its own: readers read the adjacent data.
 #[derive(Default)]
 #[repr(align(64))]
 pub(crate) struct Rate {
@@ -55,7 +55,7 @@ mod tests {
 
     const PERIOD: Nanos = 10_000_000;
 
-    fn after(times: impl IntoIterator<Item = Nanos>) -> Rate {
+    fn rate_of(times: impl IntoIterator<Item = Nanos>) -> Rate {
         let rate = Rate::default();
         times.into_iter().for_each(|time| rate.record(time));
         rate
@@ -63,25 +63,25 @@ mod tests {
 
     #[test]
     fn one_value_has_no_rate() {
-        assert_eq!(after([5]).hz(0), 0.0);
+        assert_eq!(rate_of([5]).hz(0), 0.0);
     }
 
     #[test]
-    fn a_steady_variable_shows_its_rate() {
-        let rate = after((0..50).map(|n| n * PERIOD));
+    fn the_rate_of_regular_values_is_exact() {
+        let rate = rate_of((0..50).map(|n| n * PERIOD));
         assert!((rate.hz(0) - 100.0).abs() < 1e-6, "{}", rate.hz(0));
     }
 
     #[test]
-    fn the_rate_falls_while_nothing_comes() {
-        let rate = after((0..50).map(|n| n * PERIOD));
+    fn the_rate_falls_while_no_value_arrives() {
+        let rate = rate_of((0..50).map(|n| n * PERIOD));
         assert!((rate.hz(1_000_000_000) - 1.0).abs() < 1e-6);
     }
 
     #[test]
-    fn a_long_sleep_is_soon_forgotten() {
+    fn the_rate_recovers_soon_after_a_long_pause() {
         let hour = 3_600_000_000_000;
-        let rate = after(
+        let rate = rate_of(
             (0..50)
                 .map(|n| n * PERIOD)
                 .chain((0..30).map(|n| hour + n * PERIOD)),
@@ -90,8 +90,8 @@ mod tests {
     }
 
     #[test]
-    fn stamps_that_run_backwards_do_no_harm() {
-        let rate = after([PERIOD, 2 * PERIOD, 0, PERIOD, 2 * PERIOD]);
+    fn stamps_that_run_backwards_are_ignored() {
+        let rate = rate_of([PERIOD, 2 * PERIOD, 0, PERIOD, 2 * PERIOD]);
         assert!((rate.hz(0) - 100.0).abs() < 1e-6);
     }
 }

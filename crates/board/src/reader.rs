@@ -24,7 +24,8 @@ pub struct Reader {
 
 /// The value that was taken last.
 struct LatchedValue {
-    /// Where it is, in the memory that `Storage` keeps. It stays there unchanged until another value is taken.
+    /// Where it is, in the memory that `Storage` keeps. It stays there unchanged until another value is
+    /// taken.
     bytes: NonNull<u8>,
     stamp: Stamp,
     /// Recognises that nothing newer was published.
@@ -61,17 +62,17 @@ enum LatchState {
 enum Storage {
     /// For small values: a copy.
     Copy(Aligned),
-    /// For readers of other values beyond the declared number: a copy that is made at each latch.
-    Crowded(Aligned),
+    /// For readers of other values beyond the declared number: a copy made under a lock at each latch.
+    LockedCopy(Aligned),
     /// For other values: a pin. A reader has at most one, and one slot is reserved for it.
     Pin(Option<Pin>),
 }
 
 impl Reader {
     pub(crate) fn new(variable: Arc<Variable>, ticket: usize) -> Self {
-        let hold = match &variable.cell {
+        let storage = match &variable.cell {
             Cell::Pinned(_) if ticket < variable.describe().readers => Storage::Pin(None),
-            Cell::Pinned(_) => Storage::Crowded(Aligned::new(variable.bytes())),
+            Cell::Pinned(_) => Storage::LockedCopy(Aligned::new(variable.bytes())),
             Cell::Ring(_) => Storage::Copy(Aligned::new(variable.bytes())),
         };
         Self {
@@ -79,7 +80,7 @@ impl Reader {
             value: LatchedValue::empty(&variable.cell),
             variable,
             ticket,
-            storage: hold,
+            storage,
             latch_state: LatchState::NotLatched,
         }
     }
@@ -98,11 +99,11 @@ impl Reader {
 
     /// Latches and returns the newest value. Further calls return the same value at the same address until
     /// `release` or `latch_newest`. Returns `None` if the newest value was retracted, or if nothing was
-    /// published and there is no initial value. That result stays equally long.
+    /// published and there is no initial value. That result lasts equally long.
     #[inline(always)]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
         if let LatchState::NotLatched = self.latch_state {
-            self.latch_state = self.look();
+            self.latch_state = self.latch_current();
         }
         self.latched()
     }
@@ -110,7 +111,7 @@ impl Reader {
     /// Releases the latched value and latches the newest.
     #[inline(always)]
     pub fn latch_newest(&mut self) -> Option<Latched<'_>> {
-        self.latch_state = self.look();
+        self.latch_state = self.latch_current();
         self.latched()
     }
 
@@ -119,7 +120,7 @@ impl Reader {
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
         matches!(self.latch_state, LatchState::Value).then(|| Latched {
-            // SAFETY: it was taken, so this many bytes are there. Only `take` writes to them, with this
+            // SAFETY: it was taken, so this many bytes exist. Only `fetch` writes to them, with this
             // reader borrowed exclusively.
             bytes: unsafe { std::slice::from_raw_parts(self.value.bytes.as_ptr(), self.bytes) },
             stamp: self.value.stamp,
@@ -138,9 +139,9 @@ impl Reader {
         self.variable.newest()
     }
 
-    /// Holds the newest value, if there is one.
+    /// Latches the newest value, if there is one.
     #[inline(always)]
-    fn look(&mut self) -> LatchState {
+    fn latch_current(&mut self) -> LatchState {
         // SAFETY: this reader keeps the variable, and with it the cell and its own pin, if it has one.
         if unsafe { self.value.version_check.is_unchanged() } {
             self.current_state()
@@ -149,19 +150,19 @@ impl Reader {
         }
     }
 
-    /// Takes the newest value.
+    /// Fetches the newest value from the cell.
     #[inline(never)]
     fn fetch(&mut self) -> LatchState {
         self.value = match (&mut self.storage, &self.variable.cell) {
             (Storage::Copy(copy), Cell::Ring(ring)) => {
-                let mark = ring.read(copy.words_mut(self.bytes.div_ceil(8)));
-                LatchedValue::new(copy.base(), mark, ring.version_check(mark.sequence))
+                let stamp = ring.read(copy.words_mut(self.bytes.div_ceil(8)));
+                LatchedValue::new(copy.base(), stamp, ring.version_check(stamp.sequence))
             }
-            (Storage::Pin(kept), Cell::Pinned(pinned)) => {
-                if let Some(older) = kept.take() {
+            (Storage::Pin(held), Cell::Pinned(pinned)) => {
+                if let Some(older) = held.take() {
                     pinned.unpin(older);
                 }
-                let pin = kept.insert(pinned.pin());
+                let pin = held.insert(pinned.pin());
                 // SAFETY: pinned in this cell.
                 let bytes = unsafe { pinned.bytes(pin) };
                 LatchedValue::new(
@@ -170,24 +171,25 @@ impl Reader {
                     pinned.version_check(pin),
                 )
             }
-            (Storage::Crowded(copy), Cell::Pinned(pinned)) => {
-                let _one_at_a_time = lock(&self.variable.copy_lock);
+            (Storage::LockedCopy(copy), Cell::Pinned(pinned)) => {
+                let _guard = lock(&self.variable.copy_lock);
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
                 copy.bytes_mut(self.bytes)
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
-                let mark = pinned.stamp(&pin);
+                let stamp = pinned.stamp(&pin);
                 pinned.unpin(pin);
-                LatchedValue::new(copy.base(), mark, pinned.never_matching())
+                LatchedValue::new(copy.base(), stamp, pinned.never_matching())
             }
-            (Storage::Copy(_), Cell::Pinned(_)) | (Storage::Crowded(_) | Storage::Pin(_), Cell::Ring(_)) => {
-                unreachable!("a reader's hold is made for its variable's cell")
+            (Storage::Copy(_), Cell::Pinned(_))
+            | (Storage::LockedCopy(_) | Storage::Pin(_), Cell::Ring(_)) => {
+                unreachable!("a reader's storage is made for its variable's cell")
             }
         };
         self.current_state()
     }
 
-    /// Returns `LatchedValue` for the value that is held, or `Empty` if it was retracted or does not exist.
+    /// Returns `Value` if a value is held, or `Empty` if it was retracted or does not exist.
     #[inline(always)]
     fn current_state(&self) -> LatchState {
         if self.variable.is_visible(self.value.stamp.sequence) {
@@ -208,11 +210,11 @@ impl LatchedValue {
         }
     }
 
-    fn new(bytes: *mut u8, mark: SlotStamp, glance: VersionCheck) -> Self {
+    fn new(bytes: *mut u8, stamp: SlotStamp, version_check: VersionCheck) -> Self {
         Self {
-            bytes: NonNull::new(bytes).expect("values are somewhere"),
-            stamp: mark.into(),
-            version_check: glance,
+            bytes: NonNull::new(bytes).expect("a value has an address"),
+            stamp: stamp.into(),
+            version_check,
         }
     }
 }

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeSet;
 
-/// Writers by seat, readers by ticket, grants by id.
+/// Writers by index, readers by ticket, grants by id.
 pub(crate) struct Register {
-    /// Indexed by seat. Grants in the cell have the same numbers.
+    /// Indexed like the grants in the cell.
     writers: Vec<Option<(u32, String)>>,
     /// Indexed by ticket. Readers beyond the declared number copy their values.
     readers: Vec<Option<String>>,
@@ -14,23 +14,23 @@ pub(crate) struct Register {
 }
 
 impl Register {
-    pub(crate) fn new(seats: usize) -> Self {
+    pub(crate) fn new(max_writers: usize) -> Self {
         Self {
-            writers: vec![None; seats],
+            writers: vec![None; max_writers],
             readers: Vec::new(),
             granted: BTreeSet::new(),
         }
     }
 
-    /// Returns a seat for a writer, if one is free.
+    /// Returns the index of a new writer, if one is free.
     pub(crate) fn open_writer(&mut self, id: u32, name: &str) -> Option<usize> {
-        let seat = self.writers.iter().position(Option::is_none)?;
-        self.writers[seat] = Some((id, name.to_owned()));
-        Some(seat)
+        let writer_index = self.writers.iter().position(Option::is_none)?;
+        self.writers[writer_index] = Some((id, name.to_owned()));
+        Some(writer_index)
     }
 
-    pub(crate) fn close_writer(&mut self, seat: usize) {
-        self.writers[seat] = None;
+    pub(crate) fn close_writer(&mut self, writer_index: usize) {
+        self.writers[writer_index] = None;
     }
 
     /// Returns the lowest free ticket.
@@ -53,12 +53,12 @@ impl Register {
         self.readers[ticket] = None;
     }
 
-    /// Returns the seats on which this writer is open.
+    /// Returns the indices at which this writer is open.
     pub(crate) fn grants_of(&self, id: u32) -> impl Iterator<Item = usize> {
-        let seats = self.writers.iter().enumerate();
-        seats
+        let writers = self.writers.iter().enumerate();
+        writers
             .filter(move |(_, writer)| matches!(writer, Some((open, _)) if *open == id))
-            .map(|(seat, _)| seat)
+            .map(|(writer_index, _)| writer_index)
     }
 
     pub(crate) fn writers(&self) -> Vec<String> {

@@ -1,12 +1,12 @@
-//! Memory of values that other processes can map: what the owner of a variable gives away, and how another
+//! Memory of values that other processes can map: what the owner of a variable shares, and how another
 //! process maps it.
 //!
-//! Only the bytes of values are given away. The words that state which value is the newest and which values
-//! are held stay in the process of the [`Board`](crate::Board). A process that fails, or writes where it
-//! should not, can therefore damage only the values that it may write. What it held is released by the holder
-//! that acts on its behalf. The memory has no name in any file system, and ends with its last user.
+//! Only the bytes of values are shared. The words that define which value is the newest and which values
+//! are held remain in the process of the [`Board`](crate::Board). A process that fails, or writes where it
+//! should not, can therefore damage only the values that it may write. The component that acts on
+//! its behalf releases what it held. The memory has no name in any file system, and ends with its last user.
 
-#![allow(unsafe_code, reason = "memory that is mapped can only be had raw")]
+#![allow(unsafe_code, reason = "mapped memory is only available as raw memory")]
 
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
@@ -73,12 +73,12 @@ impl Mapping {
         Ok(Self { base, bytes })
     }
 
-    /// Returns the address of `bytes` bytes at `place`, if they are inside the mapping.
+    /// Returns the address of `bytes` bytes at `offset`, if they are inside the mapping.
     #[must_use]
-    pub fn at(&self, place: usize, bytes: usize) -> Option<*mut u8> {
-        let inside = place.checked_add(bytes).is_some_and(|end| end <= self.bytes);
+    pub fn at(&self, offset: usize, bytes: usize) -> Option<*mut u8> {
+        let inside = offset.checked_add(bytes).is_some_and(|end| end <= self.bytes);
         // SAFETY: inside of the mapping.
-        inside.then(|| unsafe { self.base.as_ptr().add(place) })
+        inside.then(|| unsafe { self.base.as_ptr().add(offset) })
     }
 }
 
@@ -122,8 +122,9 @@ pub(crate) unsafe fn unmap(base: NonNull<u8>, bytes: usize) {
     let _ = unsafe { libc::munmap(base.as_ptr().cast(), bytes) };
 }
 
-/// Returns memory as a file of a fixed size, so no holder can shrink it under the others. Only its user may
-/// open it, and only for reading, so a process with a read-only file cannot open it again for writing.
+/// Returns memory as a file of a fixed size, so that no holder can shrink it while others use it. Only its
+/// user may open it, and only for reading, so a process with a read-only file cannot open it again for
+/// writing.
 pub(crate) fn memory_file(bytes: usize) -> io::Result<OwnedFd> {
     let file = memfd_create("jde-values", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
     fchmod(&file, Mode::RUSR)?;

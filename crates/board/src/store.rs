@@ -15,8 +15,8 @@ pub(crate) enum Cell {
 }
 
 impl Cell {
-    /// The maximum of writers and readers together, without the two spare ones of [`Cell::new`] and the
-    /// newest value.
+    /// The maximum number of writers and readers together, without the two spare slots of [`Cell::new`] and
+    /// that of the newest value.
     pub(crate) const MAX_USERS: usize = Pinned::MAX_SLOTS - 3;
 
     /// Returns the cell of a variable. With `shared`, other processes can map its values, unless they are
@@ -49,7 +49,7 @@ impl Cell {
         }
     }
 
-    /// Returns a glance that never recognises a value as the newest.
+    /// Returns a check that never recognises a value as the newest.
     pub(crate) fn never_matching(&self) -> VersionCheck {
         match self {
             Self::Ring(ring) => ring.never_matching(),
@@ -68,12 +68,12 @@ impl Cell {
 
 impl From<SlotStamp> for Stamp {
     #[inline]
-    fn from(mark: SlotStamp) -> Self {
+    fn from(stamp: SlotStamp) -> Self {
         Self {
-            time: mark.time,
-            sequence: mark.sequence,
-            writer: mark.writer,
-            valid_until: mark.valid_until,
+            time: stamp.time,
+            sequence: stamp.sequence,
+            writer: stamp.writer,
+            valid_until: stamp.valid_until,
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Variables as Rust values, for tests, tools and examples. It checks size and alignment, and refuses to
-//! check the meaning of fields.
+//! Variables as Rust values, for tests, tools and examples. It checks size and alignment, but not the
+//! meaning of fields.
 
 #![allow(unsafe_code, reason = "bytes and plain values are views of each other")]
 
@@ -43,7 +43,7 @@ pub struct TypedReader<T> {
     value: PhantomData<fn() -> T>,
 }
 
-/// Room for the next value. A drop without publishing discards it.
+/// A buffer for the next value. A drop without publishing discards it.
 pub struct LoanMut<'a, T: Plain> {
     writer: &'a mut Writer,
     /// Points into the writer's loan, which does not move until a publish or a discard.
@@ -69,7 +69,7 @@ impl<T: Plain> TypedWriter<T> {
         })
     }
 
-    /// Returns room for the next value, with arbitrary contents.
+    /// Returns a buffer for the next value, with arbitrary contents.
     pub fn loan(&mut self) -> LoanMut<'_, T> {
         let value = NonNull::from(self.writer.loan()).cast();
         LoanMut {

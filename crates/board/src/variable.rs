@@ -121,16 +121,16 @@ impl Variable {
     /// Returns its status at `now`.
     #[must_use]
     pub fn status(&self, now: Nanos) -> VariableStatus {
-        let mark = self.cell.newest();
-        let written = mark.sequence > 0;
-        let age = now.saturating_sub(mark.time);
+        let stamp = self.cell.newest();
+        let written = stamp.sequence > 0;
+        let age = now.saturating_sub(stamp.time);
         let register = lock(&self.ports);
         VariableStatus {
-            sequence: mark.sequence,
+            sequence: stamp.sequence,
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
-            retracted: written && !self.is_visible(mark.sequence),
-            last_writer: written.then_some(mark.writer),
+            retracted: written && !self.is_visible(stamp.sequence),
+            last_writer: written.then_some(stamp.writer),
             writers: register.writers(),
             readers: register.readers(),
             refused: self.refused.load(Ordering::Relaxed),
@@ -154,7 +154,7 @@ impl Variable {
     /// [`Error::TooManyWriters`]: an export has one writer at a time, other variables as many as declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
         let mut register = lock(&self.ports);
-        let Some(seat) = register.open_writer(id, name) else {
+        let Some(writer_index) = register.open_writer(id, name) else {
             return Err(Error::TooManyWriters {
                 variable: self.declaration.full_name(),
                 name: name.to_owned(),
@@ -165,9 +165,9 @@ impl Variable {
         if let Cell::Pinned(pinned) = &self.cell
             && register.granted.contains(&id)
         {
-            pinned.grant(seat);
+            pinned.grant(writer_index);
         }
-        Ok(Writer::new(self.clone(), id, seat))
+        Ok(Writer::new(self.clone(), id, writer_index))
     }
 
     /// Opens it for reading. Tools show `name`.
@@ -187,19 +187,22 @@ impl Variable {
     }
 
     /// Runs `call` after each publication and retraction, on the thread that publishes or retracts (R12),
-    /// until the result is dropped. The call must return quickly, must not wait, and must not publish here.
-    /// Without watches, a publication costs one more load.
-    #[must_use = "dropped, it ends"]
+    /// until the result is dropped. The call must return quickly, must not wait, and must not publish this
+    /// variable. Without watches, a publication costs one more load.
+    #[must_use = "the watch ends when it is dropped"]
     pub fn watch(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
         Watch::new(self, call)
     }
 
-    /// Lets a writer's commands take effect (R7), now or as soon as it is opened. Only commands need grants.
+    /// Permits a writer's commands to take effect (R7), now or as soon as it is opened. Only commands need
+    /// grants.
     pub fn grant(&self, writer_id: u32) {
         let mut register = lock(&self.ports);
         register.granted.insert(writer_id);
         if let Cell::Pinned(pinned) = &self.cell {
-            register.grants_of(writer_id).for_each(|seat| pinned.grant(seat));
+            register
+                .grants_of(writer_id)
+                .for_each(|writer_index| pinned.grant(writer_index));
         }
     }
 
@@ -212,7 +215,7 @@ impl Variable {
         if let Cell::Pinned(pinned) = &self.cell {
             register
                 .grants_of(writer_id)
-                .for_each(|seat| pinned.withdraw(seat));
+                .for_each(|writer_index| pinned.withdraw(writer_index));
         }
     }
 
@@ -238,12 +241,12 @@ impl Variable {
             return Err(Refused::WrongSize);
         }
         self.check(bytes)?;
-        let putting = lock(&self.put_lock);
+        let guard = lock(&self.put_lock);
         let mut claim = pinned.claim();
         // SAFETY: claimed from this cell; the slice ends with the copy.
         unsafe { pinned.bytes_mut(&mut claim) }.copy_from_slice(bytes);
         let published = pinned.publish(claim, None, time, writer, valid_until);
-        drop(putting);
+        drop(guard);
         self.finish_publish(published.map_err(|_| Refused::NoAuthority), time)
     }
 
@@ -277,11 +280,11 @@ impl Variable {
         self.declaration.value_type.bytes
     }
 
-    /// Returns the grant that a writer on this seat must hold, if any.
-    pub(crate) fn gate(&self, seat: usize) -> Option<usize> {
+    /// Returns the index of the grant that this writer must hold, if any.
+    pub(crate) fn gate(&self, writer_index: usize) -> Option<usize> {
         match self.declaration.access {
             Access::Export | Access::Modulation => None,
-            Access::Command { .. } => Some(seat),
+            Access::Command { .. } => Some(writer_index),
         }
     }
 
@@ -300,7 +303,7 @@ impl Variable {
         };
         if let Some(field) = finite.first_not_finite(bytes) {
             self.not_finite.fetch_add(1, Ordering::Relaxed);
-            // If a tool holds the lock, the older name stays: a writer does not wait for a tool.
+            // If a tool holds the lock, the older name remains: a writer does not wait for a tool.
             if let Ok(mut at) = self.not_finite_at.try_lock() {
                 *at = Some(field);
             }
@@ -340,7 +343,7 @@ impl Variable {
     /// Returns a ticket for a slot of the cell, if readers may hold one more.
     pub(crate) fn open_slot(&self) -> Result<usize, Error> {
         let mut register = lock(&self.ports);
-        let ticket = register.open_reader("a call that was given up");
+        let ticket = register.open_reader("an abandoned call");
         if ticket < self.declaration.readers {
             return Ok(ticket);
         }
@@ -351,11 +354,11 @@ impl Variable {
         })
     }
 
-    pub(crate) fn close_writer(&self, seat: usize) {
+    pub(crate) fn close_writer(&self, writer_index: usize) {
         let mut register = lock(&self.ports);
-        register.close_writer(seat);
+        register.close_writer(writer_index);
         if let Cell::Pinned(pinned) = &self.cell {
-            pinned.withdraw(seat);
+            pinned.withdraw(writer_index);
         }
     }
 

@@ -41,7 +41,7 @@ struct Watcher {
     returned: Notifier,
 }
 
-/// One call under way. It ends when this is dropped, also by a panic.
+/// A call in progress. It ends when the guard is dropped, also by a panic.
 struct CallGuard<'a>(&'a Watcher);
 
 impl Watch {
@@ -82,10 +82,10 @@ impl Watchers {
             .rcu(|watchers| watchers.iter().chain([watcher]).cloned().collect::<Vec<_>>());
     }
 
-    fn remove(&self, gone: &Arc<Watcher>) {
+    fn remove(&self, removed: &Arc<Watcher>) {
         self.watchers.rcu(|watchers| {
-            let rest = watchers.iter().filter(|watcher| !Arc::ptr_eq(watcher, gone));
-            rest.cloned().collect::<Vec<_>>()
+            let remaining = watchers.iter().filter(|watcher| !Arc::ptr_eq(watcher, removed));
+            remaining.cloned().collect::<Vec<_>>()
         });
         self.count.fetch_sub(1, Ordering::AcqRel);
     }
@@ -93,12 +93,13 @@ impl Watchers {
 
 impl Watcher {
     fn call(&self) {
-        let calling = CallGuard::new(self);
-        // Sequentially consistent with `end`: either this thread sees the end, or that thread sees this call.
+        let guard = CallGuard::new(self);
+        // Sequentially consistent with `cancel`: either this thread sees the end, or that thread sees this
+        // call.
         if !self.cancelled.load(Ordering::SeqCst) {
             (self.call)();
         }
-        drop(calling);
+        drop(guard);
     }
 
     fn cancel(&self) {

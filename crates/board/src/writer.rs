@@ -1,5 +1,4 @@
-//! Writing a variable: loan room, fill it, publish. It refuses to decide: the variable has the grants and the
-//! checks.
+//! Writing a variable: loan a buffer, fill it, publish. The variable holds the grants and makes the checks.
 
 #![allow(unsafe_code, reason = "a claimed slot is written in place")]
 
@@ -9,7 +8,7 @@ use crate::cell::{Aligned, Claim};
 use crate::store::Cell;
 use crate::{Error, Nanos, Refused, Variable};
 
-/// Writes a variable. Its methods never block. A drop frees the place for another writer.
+/// Writes a variable. Its methods never block. A drop allows another writer to open the variable.
 pub struct Writer {
     variable: Arc<Variable>,
     id: u32,
@@ -17,9 +16,9 @@ pub struct Writer {
     buffer: LoanBuffer,
 }
 
-/// Loaned room that its writer has set aside. A call that still has it may go on writing there without
-/// effect. A drop gives it back.
-#[must_use = "dropped, the room is given to others"]
+/// A loaned buffer that its writer has set aside. A call that still has it may continue writing there without
+/// effect. A drop returns it.
+#[must_use = "if dropped, the buffer is reused"]
 pub struct DetachedLoan {
     variable: Arc<Variable>,
     buffer: LoanBuffer,
@@ -36,12 +35,12 @@ enum LoanBuffer {
 }
 
 impl Writer {
-    pub(crate) fn new(variable: Arc<Variable>, id: u32, seat: usize) -> Self {
+    pub(crate) fn new(variable: Arc<Variable>, id: u32, writer_index: usize) -> Self {
         Self {
             buffer: LoanBuffer::new(&variable),
             variable,
             id,
-            grant_index: seat,
+            grant_index: writer_index,
         }
     }
 
@@ -57,8 +56,8 @@ impl Writer {
         self.id
     }
 
-    /// Returns room for the next value, on a 64-byte boundary, with arbitrary contents. It is the same room
-    /// until a publish or a discard.
+    /// Returns a buffer for the next value, on a 64-byte boundary, with arbitrary contents. It is the same
+    /// buffer until a publish or a discard.
     pub fn loan(&mut self) -> &mut [u8] {
         match (&mut self.buffer, &self.variable.cell) {
             (LoanBuffer::InSlot { claim }, Cell::Pinned(pinned)) => {
@@ -71,12 +70,12 @@ impl Writer {
                 bytes.bytes_mut(self.variable.bytes())
             }
             (LoanBuffer::InSlot { .. }, Cell::Ring(_)) | (LoanBuffer::Outside { .. }, Cell::Pinned(_)) => {
-                unreachable!("a writer's room is made for its variable's cell")
+                unreachable!("a writer's buffer is made for its variable's cell")
             }
         }
     }
 
-    /// Returns whether room is loaned.
+    /// Returns whether a buffer is loaned.
     #[must_use]
     pub fn is_loaned(&self) -> bool {
         self.buffer.is_loaned()
@@ -127,7 +126,7 @@ impl Writer {
                 Ok(ring.publish(words, time, self.id))
             }
             (LoanBuffer::InSlot { .. }, Cell::Ring(_)) | (LoanBuffer::Outside { .. }, Cell::Pinned(_)) => {
-                unreachable!("a writer's room is made for its variable's cell")
+                unreachable!("a writer's buffer is made for its variable's cell")
             }
         };
         variable.finish_publish(published, time)
@@ -138,12 +137,12 @@ impl Writer {
         self.variable.retract();
     }
 
-    /// Sets the loaned room aside, if there is any, so that the next loan is other room. This is for a loan
-    /// to an abandoned call, which may still write there at any time. A slot of the cell then counts as one
-    /// that a reader holds.
+    /// Sets the loaned buffer aside, if there is one, so that the next loan is another buffer. This is for a
+    /// loan to an abandoned call, which may still write there at any time. A slot of the cell then counts as
+    /// one that a reader holds.
     ///
     /// # Errors
-    /// [`Error::TooManyReaders`] if readers hold all the slots that they may hold. Nothing changes then.
+    /// [`Error::TooManyReaders`] if readers hold all the slots that they may hold; then nothing changes.
     pub fn detach_loan(&mut self) -> Result<Option<DetachedLoan>, Error> {
         if !self.buffer.is_loaned() {
             return Ok(None);
@@ -160,7 +159,7 @@ impl Writer {
         }))
     }
 
-    /// Gives back the loaned room without publishing.
+    /// Returns the loaned buffer without publishing.
     pub fn discard(&mut self) {
         self.buffer.discard(&self.variable);
     }

@@ -1,4 +1,4 @@
-//! The cells under loom, which tries the interleavings of a few threads and the stale values that the memory
+//! The cells under loom, which checks the interleavings of a few threads and the stale values that the memory
 //! model allows. Run by `RUSTFLAGS="--cfg loom" cargo test -p jde-board --release --test loom`; empty
 //! otherwise.
 //!
@@ -22,14 +22,14 @@ fn model(body: impl Fn() + Sync + Send + 'static) {
 }
 
 /// Publishes a value with `value` in every part.
-fn publish(cell: &Pinned, seat: Option<usize>, value: u64) -> Result<u64, Withdrawn> {
+fn publish(cell: &Pinned, writer_index: Option<usize>, value: u64) -> Result<u64, Withdrawn> {
     let claim = cell.claim();
     {
         let block = cell.block(&claim);
         // SAFETY: claimed, and loom checks it.
         unsafe { *block.deref() = value };
     }
-    cell.publish(claim, seat, value, value as u32, value)
+    cell.publish(claim, writer_index, value, value as u32, value)
 }
 
 /// Pins, reads twice, and checks that the value neither moved nor was torn.
@@ -50,7 +50,7 @@ fn read(cell: &Pinned) -> SlotStamp {
 }
 
 #[test]
-fn a_ring_never_shows_half_a_value() {
+fn a_ring_never_returns_a_torn_value() {
     model(|| {
         let ring = Arc::new(Ring::new(2, 2, &[0, 0]));
         let writer = {
@@ -76,7 +76,7 @@ fn a_ring_never_shows_half_a_value() {
 }
 
 #[test]
-fn a_ring_that_is_overtaken_is_read_again() {
+fn a_reader_that_a_ring_overtakes_retries() {
     model(|| {
         let ring = Arc::new(Ring::new(1, 4, &[0]));
         let writer = {
@@ -140,22 +140,22 @@ fn two_writers_are_ordered_and_none_is_lost() {
             let cell = cell.clone();
             thread::spawn(move || [publish(&cell, None, 10), publish(&cell, None, 11)])
         };
-        let mine = publish(&cell, None, 20).unwrap();
+        let own = publish(&cell, None, 20).unwrap();
         let seen = read(&cell);
-        assert!(seen.sequence >= mine);
+        assert!(seen.sequence >= own);
         let [first, second] = other.join().unwrap().map(Result::unwrap);
         assert!(first < second);
-        let mut all = [first, second, mine];
+        let mut all = [first, second, own];
         all.sort();
-        assert_eq!(all, [1, 2, 3], "every value has a number of its own");
+        assert_eq!(all, [1, 2, 3], "every value has a distinct number");
         let newest = read(&cell);
         assert_eq!(newest.sequence, 3);
-        assert_eq!(newest.time, if mine == 3 { 20 } else { 11 });
+        assert_eq!(newest.time, if own == 3 { 20 } else { 11 });
     });
 }
 
 #[test]
-fn a_look_at_the_newest_stamp_is_not_torn() {
+fn reading_the_newest_stamp_is_not_torn() {
     model(|| {
         let cell = Arc::new(Pinned::new(8, 0, 1, 0));
         let writer = {
@@ -180,23 +180,30 @@ fn r7_after_a_withdrawal_no_publish_takes_effect_and_the_new_winner_commands() {
             thread::spawn(move || [publish(&cell, Some(0), 10), publish(&cell, Some(0), 11)])
         };
         cell.withdraw(0);
-        let then = cell.newest().sequence;
+        let at_withdrawal = cell.newest().sequence;
         cell.grant(1);
-        assert_eq!(publish(&cell, Some(1), 20), Ok(then + 1), "nothing came between");
+        assert_eq!(
+            publish(&cell, Some(1), 20),
+            Ok(at_withdrawal + 1),
+            "no value was published in between"
+        );
         let [first, second] = loser.join().unwrap();
         for late in [first, second].into_iter().flatten() {
             assert!(
-                late <= then,
-                "value {late} took effect after the withdrawal at {then}"
+                late <= at_withdrawal,
+                "value {late} took effect after the withdrawal at {at_withdrawal}"
             );
         }
-        assert!(first.is_ok() || second.is_err(), "who is refused stays refused");
+        assert!(
+            first.is_ok() || second.is_err(),
+            "a refused writer remains refused"
+        );
         assert_eq!(read(&cell).time, 20);
     });
 }
 
 #[test]
-fn r7_a_withdrawal_does_not_refuse_others_who_are_granted() {
+fn r7_a_withdrawal_does_not_affect_other_grants() {
     model(|| {
         let cell = Arc::new(Pinned::new(8, 2, 2, 0));
         cell.grant(0);
@@ -212,7 +219,7 @@ fn r7_a_withdrawal_does_not_refuse_others_who_are_granted() {
 }
 
 #[test]
-fn r7_two_withdrawals_in_a_row_hold_both() {
+fn r7_two_withdrawals_in_a_row_both_take_effect() {
     model(|| {
         let cell = Arc::new(Pinned::new(8, 1, 1, 0));
         cell.grant(0);
@@ -226,7 +233,7 @@ fn r7_two_withdrawals_in_a_row_hold_both() {
         cell.withdraw(0);
         let second = cell.newest().sequence;
         match writer.join().unwrap() {
-            Ok(_) => assert_eq!(second, 1, "it counted while granted"),
+            Ok(_) => assert_eq!(second, 1, "the command was published while granted"),
             Err(Withdrawn) => assert_eq!((first, second), (0, 0)),
         }
         assert_eq!(cell.newest().sequence, second);

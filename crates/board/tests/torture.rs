@@ -10,7 +10,7 @@ use std::time::Duration;
 use jde_board::{Access, Board, Declaration, Reader, Refused, Variable};
 
 mod common;
-use common::{COMMAND, declaration, words};
+use common::{COMMAND, declaration, word_array};
 
 /// Words of a 640 x 480 image of three bytes per pixel, about 900 kB.
 const IMAGE: usize = 640 * 480 * 3 / 8;
@@ -26,13 +26,13 @@ fn rounds(full: u64) -> u64 {
     (full * percent / 100).max(20)
 }
 
-fn declare(words_each: usize, access: Access, change: impl FnOnce(&mut Declaration)) -> Arc<Variable> {
-    let words_each = if cfg!(miri) {
-        words_each.min(64)
+fn declare(word_count: usize, access: Access, change: impl FnOnce(&mut Declaration)) -> Arc<Variable> {
+    let word_count = if cfg!(miri) {
+        word_count.min(64)
     } else {
-        words_each
+        word_count
     };
-    let mut declared = declaration("laser", &words(words_each), access);
+    let mut declared = declaration("laser", &word_array(word_count), access);
     change(&mut declared);
     Board::new().declare(declared).unwrap()
 }
@@ -42,9 +42,9 @@ fn fill(bytes: &mut [u8], value: u64) {
     bytes[..8].copy_from_slice(&value.to_ne_bytes());
     let mut filled = 8;
     while filled < bytes.len() {
-        let more = filled.min(bytes.len() - filled);
-        bytes.copy_within(..more, filled);
-        filled += more;
+        let chunk = filled.min(bytes.len() - filled);
+        bytes.copy_within(..chunk, filled);
+        filled += chunk;
     }
 }
 
@@ -62,7 +62,7 @@ fn write(variable: &Arc<Variable>, id: u32, rounds: u64) {
         let value = u64::from(id) << 32 | round;
         fill(writer.loan(), value);
         let sequence = writer.publish(value, value).unwrap();
-        assert!(sequence > last, "numbers of one writer grow");
+        assert!(sequence > last, "the numbers of one writer increase");
         last = sequence;
     }
 }
@@ -92,7 +92,7 @@ fn read(variable: &Arc<Variable>, done: &AtomicBool) -> u64 {
         assert_eq!(
             check(&mut reader),
             sequence,
-            "a latched value stays, and so does its absence"
+            "a latched value does not change, nor does its absence"
         );
         reader.release();
         last = sequence;
@@ -114,21 +114,23 @@ impl Drop for Done<'_> {
 fn torture(variable: &Arc<Variable>, writers: u32, readers: usize, rounds: u64) {
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
-        let reading: Vec<_> = (0..readers)
+        let reader_threads: Vec<_> = (0..readers)
             .map(|_| scope.spawn(|| read(variable, &done)))
             .collect();
         {
             let _done = Done(&done);
-            let writing: Vec<_> = (1..=writers)
+            let writer_threads: Vec<_> = (1..=writers)
                 .map(|id| scope.spawn(move || write(variable, id, rounds)))
                 .collect();
-            writing.into_iter().for_each(|writer| writer.join().unwrap());
+            writer_threads
+                .into_iter()
+                .for_each(|writer| writer.join().unwrap());
         }
-        for reader in reading {
+        for reader in reader_threads {
             assert_eq!(
                 reader.join().unwrap(),
                 u64::from(writers) * rounds,
-                "none is lost"
+                "no value is lost"
             );
         }
     });
@@ -154,7 +156,7 @@ fn images_are_never_torn() {
 #[test]
 fn images_are_never_torn_for_readers_that_copy() {
     torture(
-        &declare(IMAGE, Access::Export, |it| it.readers = 0),
+        &declare(IMAGE, Access::Export, |declaration| declaration.readers = 0),
         1,
         2,
         rounds(1_000),
@@ -164,14 +166,14 @@ fn images_are_never_torn_for_readers_that_copy() {
 #[test]
 fn values_of_several_writers_are_never_torn_and_keep_an_order() {
     for count in [1, 6, 300] {
-        let variable = declare(count, Access::Modulation, |it| it.writers = 3);
+        let variable = declare(count, Access::Modulation, |declaration| declaration.writers = 3);
         torture(&variable, 3, 2, rounds(30_000));
     }
 }
 
 #[test]
-fn more_readers_than_declared_leave_every_writer_a_slot() {
-    let variable = declare(40, Access::Modulation, |it| it.readers = 1);
+fn every_writer_finds_a_slot_with_more_readers_than_declared() {
+    let variable = declare(40, Access::Modulation, |declaration| declaration.readers = 1);
     torture(&variable, 2, 5, rounds(10_000));
 }
 
@@ -202,13 +204,13 @@ fn r7_no_command_takes_effect_after_its_withdrawal() {
             if round % 64 < 2 {
                 assert!(
                     velocity.wait_newer(before, LOST) > before,
-                    "who is granted gets through"
+                    "commands with a grant take effect"
                 );
             }
             velocity.withdraw(winner);
             let newest = velocity.newest();
             for _ in 0..20 {
-                assert_eq!(velocity.newest(), newest, "nobody holds a grant");
+                assert_eq!(velocity.newest(), newest, "no writer holds a grant");
             }
             driver.release();
             if newest > before {

@@ -1,6 +1,6 @@
 //! For tests of drivers: an emulated device at a real pseudo-terminal or a real TCP connection, and a driver
-//! on the bench that iterates until a condition holds. It emulates no particular device, and nothing here
-//! belongs in a driver.
+//! on the bench that iterates until a condition holds. It emulates no particular device. Drivers use
+//! it only in their tests.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
@@ -19,14 +19,14 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// A device in software. It does no I/O.
 pub trait Emulator: Send + 'static {
-    /// Returns the answer to bytes that arrived at this speed of the line, in bits per second.
+    /// Returns the reply to bytes that arrived at this speed of the line, in bits per second.
     fn receive(&mut self, bytes: &[u8], baud: u32) -> Vec<u8>;
 
     /// Returns unsolicited bytes. It is called after 2 ms without input.
     fn poll_output(&mut self) -> Vec<u8>;
 }
 
-/// A device at the end of a wire, on its own thread, until it is dropped.
+/// An emulated device on a thread of its own, until it is dropped.
 #[derive(Debug)]
 pub struct EmulatedDevice<E> {
     emulator: Arc<Mutex<E>>,
@@ -65,7 +65,7 @@ impl<E: Emulator> EmulatedDevice<E> {
     #[must_use]
     pub fn at_tcp(emulator: E, baud: u32) -> (Self, String) {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-        let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
+        let address = format!("tcp:{}", listener.local_addr().expect("a bound address"));
         let device = Self::run(emulator, move |emulator, stop| {
             while !stop.load(Ordering::Relaxed) {
                 if is_readable(&listener)
@@ -78,16 +78,16 @@ impl<E: Emulator> EmulatedDevice<E> {
         (device, address)
     }
 
-    /// Gives access to the emulator, between two of its answers.
-    pub fn with<T>(&self, look: impl FnOnce(&mut E) -> T) -> T {
-        look(&mut lock(&self.emulator))
+    /// Calls `access` with the emulator, between two of its replies.
+    pub fn with<T>(&self, access: impl FnOnce(&mut E) -> T) -> T {
+        access(&mut lock(&self.emulator))
     }
 
     fn run(emulator: E, serve: impl FnOnce(&Mutex<E>, &AtomicBool) + Send + 'static) -> Self {
         let emulator = Arc::new(Mutex::new(emulator));
         let stop = Arc::new(AtomicBool::new(false));
-        let (shared, told) = (emulator.clone(), stop.clone());
-        let thread = Some(thread::spawn(move || serve(&shared, &told)));
+        let (shared, stop_flag) = (emulator.clone(), stop.clone());
+        let thread = Some(thread::spawn(move || serve(&shared, &stop_flag)));
         Self {
             emulator,
             stop,
@@ -103,7 +103,7 @@ impl<E> Drop for EmulatedDevice<E> {
         let ended = self.thread.take().map(JoinHandle::join);
         assert!(
             thread::panicking() || matches!(ended, Some(Ok(()))),
-            "the device found fault with the driver"
+            "a check of the emulator failed"
         );
     }
 }
@@ -126,15 +126,15 @@ impl<S: Schema> DriverTest<S> {
     /// # Panics
     /// If it fails to wake.
     pub fn awake(&mut self) {
-        self.bench.awake().expect("it is rightly configured");
+        self.bench.awake().expect("a valid configuration");
     }
 
     /// Iterates until a condition holds.
     ///
     /// # Panics
     /// If an iteration fails.
-    pub fn run_until(&mut self, mut good: impl FnMut(&Bench<S>) -> bool) {
-        while !good(&self.bench) {
+    pub fn run_until(&mut self, mut condition: impl FnMut(&Bench<S>) -> bool) {
+        while !condition(&self.bench) {
             self.step();
         }
     }
@@ -147,7 +147,7 @@ impl<S: Schema> DriverTest<S> {
         self.bench.set_now(self.start.elapsed());
         self.bench
             .iterate()
-            .expect("a driver whose device fails does not fail");
+            .expect("an iteration does not fail, even if the device does");
         thread::yield_now();
     }
 
@@ -173,7 +173,7 @@ impl<S: Schema> DriverTest<S> {
 
 impl<S: Schema> core::fmt::Debug for DriverTest<S> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "Trial of {}", self.bench.description().name)
+        write!(f, "DriverTest of {}", self.bench.description().name)
     }
 }
 
@@ -187,11 +187,11 @@ fn lock<E>(emulator: &Mutex<E>) -> MutexGuard<'_, E> {
 
 /// Returns whether bytes can be read, after waiting at most 2 ms.
 fn is_readable(source: impl AsFd) -> bool {
-    let soon = Timespec {
+    let timeout = Timespec {
         tv_sec: 0,
         tv_nsec: 2_000_000,
     };
-    poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
+    poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&timeout)).is_ok_and(|count| count > 0)
 }
 
 /// Runs the emulator until the peer is gone.
@@ -204,22 +204,22 @@ fn serve<E: Emulator>(
 ) {
     let mut opened = false;
     while !stop.load(Ordering::Relaxed) {
-        let mut room = [0; 256];
-        let answer = if is_readable(&source) {
-            match source.read(&mut room) {
+        let mut buffer = [0; 256];
+        let reply = if is_readable(&source) {
+            match source.read(&mut buffer) {
                 // A terminal that no program has opened yet cannot be read.
                 Err(_) if !opened => continue,
                 Ok(0) | Err(_) => return,
                 Ok(count) => {
                     opened = true;
                     let baud = baud().expect("a line has a speed");
-                    lock(emulator).receive(&room[..count], baud)
+                    lock(emulator).receive(&buffer[..count], baud)
                 }
             }
         } else {
             lock(emulator).poll_output()
         };
-        if sink.write_all(&answer).is_err() {
+        if sink.write_all(&reply).is_err() {
             return;
         }
     }

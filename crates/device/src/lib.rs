@@ -3,7 +3,7 @@
 //! device: the driver defines the protocol and its exports.
 //!
 //! A driver for another device at a serial line or behind TCP can start from this example, a thermometer that
-//! answers `?` with a line:
+//! replies to `?` with a line:
 //!
 //! ```
 //! use core::time::Duration;
@@ -16,10 +16,10 @@
 //! #[derive(Describe)]
 //! #[schema(driver, period = "10ms")]
 //! struct Thermometer {
-//!     /// Where it is: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT".
+//!     /// The address: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT".
 //!     #[modulation(default = "", fixed)]
 //!     port: Modulation<Text<256>>,
-//!     /// How warm it is, in degrees Celsius.
+//!     /// The temperature, in degrees Celsius.
 //!     #[export]
 //!     temperature: Export<f64>,
 //!     /// The state of the connection.
@@ -38,7 +38,7 @@
 //!
 //!     fn iterate(&mut self, cx: &Context) -> Result {
 //!         let Some(device) = &mut self.device else {
-//!             return Err("it is not awake".into());
+//!             return Err("the driver is not awake".into());
 //!         };
 //!         for celsius in device.step(cx) {
 //!             self.temperature.write(cx, celsius);
@@ -62,7 +62,7 @@
 //! struct Session {
 //!     line: Vec<u8>,
 //!     ready: bool,
-//!     asked: Duration,
+//!     queried: Duration,
 //! }
 //!
 //! impl Protocol for Session {
@@ -72,7 +72,7 @@
 //!
 //!     fn start((): (), now: Duration, events: &mut Vec<Event<f64>>) -> Self {
 //!         events.push(Event::Send(b"?".to_vec()));
-//!         Self { line: Vec::new(), ready: false, asked: now }
+//!         Self { line: Vec::new(), ready: false, queried: now }
 //!     }
 //!
 //!     fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<f64>>) {
@@ -87,12 +87,12 @@
 //!                     }
 //!                     events.push(Event::Data(celsius));
 //!                 }
-//!                 Err(error) => events.push(Event::Warn(format!("no number came: {error}"))),
+//!                 Err(error) => events.push(Event::Warn(format!("the reply is not a number: {error}"))),
 //!             }
-//!             self.asked = now;
+//!             self.queried = now;
 //!             events.push(Event::Send(b"?".to_vec()));
-//!         } else if now > self.asked + Duration::from_secs(3) {
-//!             events.push(Event::Disconnect("no answer came for 3 s".to_owned()));
+//!         } else if now > self.queried + Duration::from_secs(3) {
+//!             events.push(Event::Disconnect("no reply within 3 s".to_owned()));
 //!         }
 //!     }
 //!
@@ -105,10 +105,10 @@
 //!     }
 //! }
 //!
-//! // Its test, with a thermometer at the end of a pseudo-terminal.
-//! struct Warm(f64);
+//! // Its test, with an emulated thermometer at a pseudo-terminal.
+//! struct FakeThermometer(f64);
 //!
-//! impl Emulator for Warm {
+//! impl Emulator for FakeThermometer {
 //!     fn receive(&mut self, bytes: &[u8], _baud: u32) -> Vec<u8> {
 //!         bytes.iter().flat_map(|_| format!("{}\n", self.0).into_bytes()).collect()
 //!     }
@@ -118,7 +118,7 @@
 //!     }
 //! }
 //!
-//! let (thermometer, path) = EmulatedDevice::at_pty(Warm(21.5));
+//! let (thermometer, path) = EmulatedDevice::at_pty(FakeThermometer(21.5));
 //! let mut test = DriverTest::<Thermometer>::with_port(&format!("serial:{}@9600", path.display()));
 //! test.awake();
 //! test.run_until(|bench| bench.exported("temperature") == Some(21.5));

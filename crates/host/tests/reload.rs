@@ -296,7 +296,7 @@ fn a_process_loads_so_many_builds_and_then_says_that_it_is_enough() {
     fs::write(&file, build(-1.0)).expect("it is written");
     let refused = plugins.refresh(&file).expect_err("it is enough");
     assert!(
-        refused.to_string().contains("start the application anew"),
+        refused.to_string().contains("restart the application"),
         "{refused}"
     );
     fs::write(&file, build(3.0)).expect("it is written");

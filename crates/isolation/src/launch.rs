@@ -33,7 +33,7 @@ pub struct Launch {
     pub limits: Isolation,
 }
 
-/// What a child knows of a port.
+/// What a child is given about a port.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PortInfo {
     /// It is bound to a variable that it writes.
@@ -81,8 +81,8 @@ pub fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
         let mut control = RecvAncillaryBuffer::new(&mut space);
         let mut byte = [END_OF_FILES];
         let flags = RecvFlags::CMSG_CLOEXEC;
-        let came = recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, flags)?;
-        if came.bytes == 0 {
+        let received = recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, flags)?;
+        if received.bytes == 0 {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
         for message in control.drain() {
@@ -104,25 +104,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_arrive_in_order_and_nothing_after_them_is_lost() {
-        let (one, mut other) = UnixStream::pair().expect("a pair");
+    fn files_arrive_in_order_and_bytes_after_them_are_not_lost() {
+        let (sender, mut receiver) = UnixStream::pair().expect("a pair");
         let files = [3_u8, 5, 8].map(|byte| {
             let mut file = tempfile::tempfile().expect("a file");
-            file.write_all(&[byte]).expect("it is written");
-            file.rewind().expect("it is at its start");
+            file.write_all(&[byte]).expect("a written byte");
+            file.rewind().expect("a rewound file");
             OwnedFd::from(file)
         });
-        send_files(&one, &files).expect("they are sent");
-        (&one).write_all(b"after").expect("it is sent");
-        let came = receive_files(&other).expect("they came");
-        let read = came.into_iter().map(|file| {
+        send_files(&sender, &files).expect("sent files");
+        (&sender).write_all(b"after").expect("sent bytes");
+        let received = receive_files(&receiver).expect("received files");
+        let read = received.into_iter().map(|file| {
             let mut byte = [0];
             File::from(file).read_exact(&mut byte).expect("a byte");
             byte[0]
         });
         assert_eq!(read.collect::<Vec<_>>(), [3, 5, 8]);
         let mut after = [0; 5];
-        other.read_exact(&mut after).expect("it came");
+        receiver.read_exact(&mut after).expect("received bytes");
         assert_eq!(&after, b"after");
     }
 }

@@ -1,22 +1,22 @@
 //! Schemas in processes of their own: the same plugin and the same ABI, behind a boundary that the plugin
 //! cannot break.
 //!
-//! The host keeps everything that is shared. It reads, loans and publishes for the schema, on the schema's
+//! The host owns everything that is shared. It reads, loans and publishes for the schema, on the schema's
 //! own thread, as if the plugin ran there. So authority, latching, records and triggers work as for any
-//! schema, and when the process dies, at whatever instruction, it holds nothing of the host. Each request of
+//! schema, and a process that dies at any instruction holds no resource of the host. Each request of
 //! the plugin is one message. Large values are not sent: their memory is mapped in both processes, read-only
 //! where it is only read (`jde_board::Shared`).
 //!
 //! ```text
 //! host, schema's thread            child
-//!   Apart ── call ───────────────► serve ── plugin's function
+//!   Process ─ call ──────────────►  serve ── plugin's function
 //!   Call  ◄── read, publish, … ───  table ◄─ host's table
-//!   Apart ◄── done ───────────────
+//!   Process ◄─ done ──────────────
 //!   Process: a thread that starts the child, waits for its end and reports it to the rules
 //! ```
-//! A schema has one child process, or two while a build of it is on trial: the other waits asleep for the end
-//! of the trial. `limits` restricts what a child may use. Nothing here decides what follows a death: the
-//! restart policy does.
+//! A schema has one child process, or two while a build of it is on probation: the other sleeps until the end
+//! of the probation. `limits` restricts what a child may use. The restart policy
+//! decides what follows a death.
 
 mod inspect;
 pub mod launch;
@@ -56,11 +56,11 @@ pub struct ProcessConfig {
     pub limits: Isolation,
 }
 
-/// The functions to run: a plugin as this process has it, and the index of the type in it.
+/// The functions to run: the location of a plugin, and the index of a type in it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TypeLocation {
     /// Where the plugin is.
     pub plugin: PluginLocation,
-    /// The place of the type in its plugin.
+    /// The index of the type in its plugin.
     pub number: usize,
 }

@@ -22,23 +22,23 @@ const AF_UNIX: u64 = libc::AF_UNIX as u64;
 /// Limits this process. Returns each limit that could not be set, and the reason.
 pub(crate) fn apply(limits: Isolation) -> Vec<String> {
     let mut failed = Vec::new();
-    let mut note = |what: &str, result: Result<(), String>| {
-        if let Err(why) = result {
-            failed.push(format!("its {what} cannot be limited: {why}"));
+    let mut record = |resource: &str, result: Result<(), String>| {
+        if let Err(reason) = result {
+            failed.push(format!("its {resource} cannot be limited: {reason}"));
         }
     };
     if let Some(bytes) = limits.memory {
-        note("memory", limit_memory(bytes));
+        record("memory", limit_memory(bytes));
     }
     if let Some(seconds) = limits.cpu {
-        note("processor time", limit_cpu(seconds));
+        record("processor time", limit_cpu(seconds));
     }
-    // Before the network: creating these rules opens files and needs no sockets.
+    // Set before the network limit: creating these rules opens files and needs no sockets.
     if limits.read_only {
-        note("writing of files", forbid_writing());
+        record("writing of files", forbid_writing());
     }
     if !limits.network {
-        note("network", forbid_network());
+        record("network", forbid_network());
     }
     failed
 }
@@ -81,8 +81,8 @@ fn forbid_writing() -> Result<(), String> {
             .set_compatibility(CompatLevel::BestEffort)
             .handle_access(writing)?
             .create()?;
-        let nothing = PathFd::new("/dev/null").map(|file| PathBeneath::new(file, AccessFs::WriteFile));
-        let rules = match nothing {
+        let null = PathFd::new("/dev/null").map(|file| PathBeneath::new(file, AccessFs::WriteFile));
+        let rules = match null {
             Ok(rule) => rules.add_rule(rule)?,
             Err(_) => rules,
         };
@@ -91,7 +91,7 @@ fn forbid_writing() -> Result<(), String> {
     match restrict() {
         Ok(RulesetStatus::FullyEnforced) => Ok(()),
         Ok(RulesetStatus::PartiallyEnforced) => Err(String::from(
-            "this kernel's landlock is older than Linux 6.2 and leaves some ways to change files open",
+            "this kernel's landlock is older than Linux 6.2 and permits some ways to change files",
         )),
         Ok(RulesetStatus::NotEnforced) => {
             Err(String::from("this kernel has no landlock, or it is switched off"))
@@ -104,16 +104,16 @@ fn forbid_writing() -> Result<(), String> {
 /// filter.
 fn forbid_network() -> Result<(), String> {
     let filter = || -> Result<BpfProgram, seccompiler::BackendError> {
-        let elsewhere = SeccompCondition::new(0, SeccompCmpArgLen::Dword, SeccompCmpOp::Ne, AF_UNIX)?;
+        let not_unix = SeccompCondition::new(0, SeccompCmpArgLen::Dword, SeccompCmpOp::Ne, AF_UNIX)?;
         let rules = BTreeMap::from([
-            (libc::SYS_socket, vec![SeccompRule::new(vec![elsewhere])?]),
+            (libc::SYS_socket, vec![SeccompRule::new(vec![not_unix])?]),
             (libc::SYS_io_uring_setup, Vec::new()),
         ]);
-        let refused = SeccompAction::Errno(libc::EACCES as u32);
+        let refusal = SeccompAction::Errno(libc::EACCES as u32);
         let arch = std::env::consts::ARCH.try_into()?;
-        SeccompFilter::new(rules, SeccompAction::Allow, refused, arch)?.try_into()
+        SeccompFilter::new(rules, SeccompAction::Allow, refusal, arch)?.try_into()
     };
     let filter = filter().map_err(|error| error.to_string())?;
-    // On all threads: the plugin's library may have started some.
+    // Applied to all threads: the plugin's library may have started some.
     seccompiler::apply_filter_all_threads(&filter).map_err(|error| error.to_string())
 }

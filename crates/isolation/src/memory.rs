@@ -15,58 +15,58 @@ pub(crate) struct IsolatedPort {
     mapped: Option<Mapping>,
     /// Aligned for any value.
     buffer: Vec<u128>,
-    /// Whether `room` is loaned.
+    /// Whether `buffer` is loaned.
     loaned: bool,
-    /// What it shows, and since which release.
+    /// The sample that it returned, and the release since when.
     cached: Option<(u64, raw::Sample)>,
 }
 
 impl IsolatedPort {
     /// All ports, with the files of those that have shared memory.
-    pub(crate) fn open_all(about: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
+    pub(crate) fn open_all(infos: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
         let mut files = files.into_iter();
-        let port = |about: &PortInfo| {
-            let mapped = match about.memory {
+        let port = |info: &PortInfo| {
+            let mapped = match info.memory {
                 None => None,
                 Some(extent) => {
                     let file = files.next().ok_or(std::io::ErrorKind::UnexpectedEof)?;
-                    Some(Mapping::new(file.as_fd(), extent, about.writes)?)
+                    Some(Mapping::new(file.as_fd(), extent, info.writes)?)
                 }
             };
             Ok(Self {
-                info: *about,
+                info: *info,
                 mapped,
                 buffer: Vec::new(),
                 loaned: false,
                 cached: None,
             })
         };
-        about.iter().map(port).collect()
+        infos.iter().map(port).collect()
     }
 
-    /// What it has shown since that release, if anything.
+    /// The sample that it has returned since that release, if any.
     pub(crate) fn cached(&self, release: u64) -> Option<raw::Sample> {
         let (_, sample) = self.cached.as_ref().filter(|(since, _)| *since == release)?;
         Some(copy_sample(sample))
     }
 
-    /// Shows the host's answer; `None` if the answer is invalid.
-    pub(crate) fn store(&mut self, release: u64, answer: &Frame) -> Option<raw::Sample> {
-        let [time_ns, sequence, _, bytes] = answer.words;
-        let data = if answer.flags & IN_PLACE != 0 {
-            self.address_of(answer)?
+    /// Stores the host's reply as a sample; `None` if the reply is invalid.
+    pub(crate) fn store(&mut self, release: u64, reply: &Frame) -> Option<raw::Sample> {
+        let [time_ns, sequence, _, bytes] = reply.words;
+        let data = if reply.flags & IN_PLACE != 0 {
+            self.address_of(reply)?
         } else {
-            let room = self.buffer(answer.bytes.len());
-            room.copy_from_slice(&answer.bytes);
-            room.as_mut_ptr()
+            let buffer = self.buffer(reply.bytes.len());
+            buffer.copy_from_slice(&reply.bytes);
+            buffer.as_mut_ptr()
         };
         let sample = raw::Sample {
             data: data.cast::<c_void>(),
             bytes,
             time_ns,
             sequence,
-            writer: answer.number,
-            flags: answer.flags & !IN_PLACE,
+            writer: reply.number,
+            flags: reply.flags & !IN_PLACE,
         };
         self.cached = Some((release, copy_sample(&sample)));
         Some(sample)
@@ -83,16 +83,16 @@ impl IsolatedPort {
     }
 
     /// The memory that the host loaned, shared or in the child.
-    pub(crate) fn loan_from(&mut self, answer: &Frame) -> Option<*mut u8> {
-        if answer.flags & IN_PLACE != 0 {
-            return self.address_of(answer);
+    pub(crate) fn loan_from(&mut self, reply: &Frame) -> Option<*mut u8> {
+        if reply.flags & IN_PLACE != 0 {
+            return self.address_of(reply);
         }
         self.loaned = true;
         let bytes = self.info.bytes;
         Some(self.buffer(bytes).as_mut_ptr())
     }
 
-    /// The value to send with its publication; empty if it is in shared memory, or nothing was loaned.
+    /// The value to send with its publication; empty if it is in shared memory, or no value was loaned.
     pub(crate) fn take_loan(&mut self) -> Vec<u8> {
         if !std::mem::take(&mut self.loaned) {
             return Vec::new();
@@ -106,10 +106,10 @@ impl IsolatedPort {
         self.loaned = false;
     }
 
-    /// The address of a value at the place that the host names.
-    fn address_of(&self, answer: &Frame) -> Option<*mut u8> {
-        let place = usize::try_from(answer.words[2]).ok()?;
-        self.mapped.as_ref()?.at(place, self.info.bytes)
+    /// The address of a value at the offset that the host gives.
+    fn address_of(&self, reply: &Frame) -> Option<*mut u8> {
+        let offset = usize::try_from(reply.words[2]).ok()?;
+        self.mapped.as_ref()?.at(offset, self.info.bytes)
     }
 
     fn buffer(&mut self, bytes: usize) -> &mut [u8] {

@@ -32,7 +32,7 @@ pub struct ProcessTable {
 /// A child.
 pub struct Process {
     pid: u32,
-    /// Identifies the process for good: the system reuses process numbers.
+    /// Identifies the process permanently: the system reuses process numbers.
     handle: OwnedFd,
     state: Mutex<ProcessState>,
     changed: Condvar,
@@ -45,11 +45,11 @@ struct ProcessState {
     calling: bool,
     /// The process is meant to end.
     ending: bool,
-    /// The rules know of its death, or are about to.
+    /// Its death was reported to the rules, or is about to be.
     is_reported: bool,
     /// Why the host killed it.
     kill_reason: Option<String>,
-    /// It is dead, and why.
+    /// The cause of its death, once it is dead.
     death_cause: Option<String>,
 }
 
@@ -67,7 +67,7 @@ impl ProcessTable {
         self.program.as_ref()
     }
 
-    /// Notes that this process of an instance is about to be called.
+    /// Records that this process of an instance is about to be called.
     pub fn mark_called(&self, instance: usize, process: &Arc<Process>) {
         let mut children = lock(&self.by_instance[instance]);
         children.retain(|other| !Arc::ptr_eq(other, process));
@@ -82,15 +82,15 @@ impl ProcessTable {
     /// Whether no other process of the instance was called since.
     pub fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
         self.current(instance)
-            .is_some_and(|present| Arc::ptr_eq(&present, process))
+            .is_some_and(|current| Arc::ptr_eq(&current, process))
     }
 
-    /// Kills the process of an instance, if it has one. With `told`, the caller reports the death to the
-    /// rules.
-    pub fn kill(&self, instance: usize, why: &str, told: bool) {
+    /// Kills the process of an instance, if it has one. With `is_reported`, the caller reports the death to
+    /// the rules.
+    pub fn kill(&self, instance: usize, reason: &str, is_reported: bool) {
         if let Some(process) = self.current(instance) {
-            process.state().is_reported |= told;
-            process.kill(why);
+            process.state().is_reported |= is_reported;
+            process.kill(reason);
         }
     }
 
@@ -116,7 +116,7 @@ impl ProcessTable {
 }
 
 impl Drop for ProcessTable {
-    /// Threads that are still inside a call are left behind; their processes are killed.
+    /// Threads that are still inside a call continue; their processes are killed.
     fn drop(&mut self) {
         for process in self
             .by_instance
@@ -130,22 +130,22 @@ impl Drop for ProcessTable {
 }
 
 impl Process {
-    /// Starts a child. `died` is called, on the thread that waits for the child, if it dies outside of a call
-    /// and its death was not intended.
+    /// Starts a child. `on_death` is called, on the thread that waits for the child, if the child dies
+    /// outside of a call and its death was not intended.
     pub fn start(
         program: &Program,
         name: &str,
         limits: Isolation,
-        died: impl FnOnce(&Arc<Self>, String) + Send + 'static,
+        on_death: impl FnOnce(&Arc<Self>, String) + Send + 'static,
     ) -> io::Result<(Arc<Self>, UnixStream)> {
-        let (ours, theirs) = UnixStream::pair()?;
+        let (host_end, child_end) = UnixStream::pair()?;
         let mut command = Command::new(&program.path);
         command
             .args(&program.arguments)
             // Signals of the terminal are for the host to handle: the child ends when its host ends it.
             .process_group(0)
-            .stdin(Stdio::from(OwnedFd::from(theirs)));
-        let (send, started) = sync_channel(1);
+            .stdin(Stdio::from(OwnedFd::from(child_end)));
+        let (sender, started) = sync_channel(1);
         let thread = Builder::new().name(format!("of {name}"));
         let waiter = thread.spawn(move || {
             let started = command.spawn().and_then(Self::from_child);
@@ -153,18 +153,18 @@ impl Process {
             // copy is closed.
             drop(command);
             match started {
-                Err(error) => drop(send.send(Err(error))),
+                Err(error) => drop(sender.send(Err(error))),
                 Ok((process, mut child)) => {
-                    drop(send.send(Ok(Arc::clone(&process))));
+                    drop(sender.send(Ok(Arc::clone(&process))));
                     let end = child.wait();
-                    let words = end.map_or_else(|error| error.to_string(), |end| describe_exit(end, limits));
-                    process.handle_exit(words, died);
+                    let cause = end.map_or_else(|error| error.to_string(), |end| describe_exit(end, limits));
+                    process.handle_exit(cause, on_death);
                 }
             }
         })?;
         let process: Arc<Self> = started.recv().map_err(|_| io::ErrorKind::Other)??;
         *lock(&process.waiter) = Some(waiter);
-        Ok((process, ours))
+        Ok((process, host_end))
     }
 
     fn from_child(mut child: Child) -> io::Result<(Arc<Self>, Child)> {
@@ -191,22 +191,22 @@ impl Process {
         Ok((Arc::new(process), child))
     }
 
-    fn handle_exit(self: &Arc<Self>, words: String, died: impl FnOnce(&Arc<Self>, String)) {
+    fn handle_exit(self: &Arc<Self>, exit: String, on_death: impl FnOnce(&Arc<Self>, String)) {
         let mut state = self.state();
-        let words = state.kill_reason.take().unwrap_or(words);
-        state.death_cause = Some(words.clone());
-        let missed = !(state.calling || state.ending || state.is_reported);
+        let cause = state.kill_reason.take().unwrap_or(exit);
+        state.death_cause = Some(cause.clone());
+        let is_unexpected = !(state.calling || state.ending || state.is_reported);
         drop(state);
         self.changed.notify_all();
-        if missed {
-            died(self, words);
+        if is_unexpected {
+            on_death(self, cause);
         }
     }
 
     /// Starts a call. Its caller reports a death.
     ///
     /// # Errors
-    /// Why the process is dead, if it is.
+    /// The cause of the process's death, if it is dead.
     pub fn begin_call(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = true;
@@ -216,18 +216,18 @@ impl Process {
     /// Ends a call that succeeded.
     ///
     /// # Errors
-    /// Why the process died after its last message, if it did.
+    /// The cause of the process's death, if it died after its last message.
     pub fn end_call(&self) -> Result<(), String> {
         let mut state = self.state();
         state.calling = false;
         state.death_cause.clone().map_or(Ok(()), Err)
     }
 
-    /// Handles a broken call: ensures that the child is dead, and returns why.
-    pub fn fail_call(&self, why: &str) -> String {
+    /// Handles a broken call: ensures that the child is dead, and returns the cause of its death.
+    pub fn fail_call(&self, reason: &str) -> String {
         // The stream of a dying process may close before its death is visible.
         if !self.is_dead_within(EXIT_TIMEOUT / 10) {
-            self.kill(why);
+            self.kill(reason);
         }
         let state = self.state();
         let mut state = self
@@ -249,7 +249,7 @@ impl Process {
         !std::mem::replace(&mut self.state().is_reported, true)
     }
 
-    /// From now on the end of the process is intended.
+    /// Marks the end of the process as intended from now on.
     pub fn expect_exit(&self) {
         self.state().ending = true;
     }
@@ -258,11 +258,11 @@ impl Process {
     pub fn reap(&self) {
         self.expect_exit();
         if !self.is_dead_within(EXIT_TIMEOUT) {
-            self.kill("it was to exit");
+            self.kill("it did not exit in time");
         }
         let waiter = lock(&self.waiter).take();
         if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
-            // The thread does not panic; if it did, nothing would be left to do.
+            // The thread does not panic; if it did, there would be nothing to do.
             drop(waiter.join());
         }
     }
@@ -277,10 +277,10 @@ impl Process {
         state.death_cause.is_some()
     }
 
-    fn kill(&self, why: &str) {
+    fn kill(&self, reason: &str) {
         let mut state = self.state();
         if state.death_cause.is_none() {
-            state.kill_reason.get_or_insert_with(|| why.to_owned());
+            state.kill_reason.get_or_insert_with(|| reason.to_owned());
             // Fails only if the process is dead already.
             let _ = pidfd_send_signal(&self.handle, Signal::KILL);
         }
@@ -291,12 +291,12 @@ impl Process {
     }
 }
 
-/// The end of a process without limits, in words.
+/// Describes the end of a process without limits.
 pub fn describe_exit_status(end: ExitStatus) -> String {
     describe_exit(end, Isolation::default())
 }
 
-/// The end of a process, in words.
+/// Describes the end of a process.
 fn describe_exit(end: ExitStatus, limits: Isolation) -> String {
     let Some(signal) = end.signal() else {
         return match end.code() {
@@ -304,7 +304,7 @@ fn describe_exit(end: ExitStatus, limits: Isolation) -> String {
             None => format!("its process ended: {end}"),
         };
     };
-    let (name, what) = match signal {
+    let (name, meaning) = match signal {
         1 => ("SIGHUP", ""),
         2 => ("SIGINT", ""),
         3 => ("SIGQUIT", ""),
@@ -321,15 +321,15 @@ fn describe_exit(end: ExitStatus, limits: Isolation) -> String {
         31 => ("SIGSYS", "a system call that it may not make"),
         other => return format!("its process was killed by signal {other}"),
     };
-    let mut words = format!("its process was killed by {name}");
-    if !what.is_empty() {
-        words += &format!(" ({what})");
+    let mut text = format!("its process was killed by {name}");
+    if !meaning.is_empty() {
+        text += &format!(" ({meaning})");
     }
     // Code that gets no memory aborts, or uses an invalid address.
-    if let (6 | 7 | 11, Some(most)) = (signal, limits.memory) {
-        words += &format!("; it may use {:.1} MB of memory", most as f64 / 1e6);
+    if let (6 | 7 | 11, Some(limit)) = (signal, limits.memory) {
+        text += &format!("; it may use {:.1} MB of memory", limit as f64 / 1e6);
     }
-    words
+    text
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_is_told_in_words() {
+    fn the_end_of_a_process_is_described() {
         check(3 << 8, None, "its process exited by itself, with status 3");
         check(
             11,
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn who_may_have_had_no_memory_is_told_of_the_limit() {
+    fn the_memory_limit_is_mentioned_if_it_may_be_the_cause() {
         let expected =
             "its process was killed by SIGABRT (it gave up by itself); it may use 200.0 MB of memory";
         check(6, Some(200_000_000), expected);

@@ -27,7 +27,7 @@ use super::wire::{Frame, FrameKind, READY, Wire};
 pub enum ServeError {
     /// There is no host at the other end.
     #[error(
-        "this is how a host runs a schema in a process of its own, and there is no host at standard input ({0}): \
+        "this program runs a schema in a process of its own for a host, and there is no host at standard input ({0}): \
          write isolate = \"process\" in the schema's table and run the application"
     )]
     NoHost(#[source] io::Error),
@@ -59,13 +59,13 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
         ports: Vec::new(),
         call: CallState::default(),
     };
-    let ready = IsolatedPort::open_all(&launch.ports, files)
+    let loaded = IsolatedPort::open_all(&launch.ports, files)
         .map_err(|error| format!("its memory cannot be mapped: {error}"))
         .and_then(|ports| {
             session.ports = ports;
             load(plugins, &launch.code)
         });
-    let table = match ready {
+    let table = match loaded {
         Ok(table) => table,
         Err(reason) => {
             session.notify(FrameKind::Fail, 0, &reason);
@@ -82,26 +82,26 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
     Ok(())
 }
 
-/// The stream to the host and the files of shared memory. From here on this process ends with its host.
+/// The stream to the host and the files of shared memory. From now on this process ends with its host.
 fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     let files = receive_files(&stream)?;
-    // From here on standard input is empty: the plugin must not read the host's messages.
-    let nothing = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
-    rustix::stdio::dup2_stdin(nothing.as_fd())?;
+    // From now on standard input is empty: the plugin must not read the host's messages.
+    let null = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
+    rustix::stdio::dup2_stdin(null.as_fd())?;
     Ok((stream, files))
 }
 
 fn load(plugins: &Plugins, code: &TypeLocation) -> Result<SchemaFunctions, String> {
-    let loaded = match &code.plugin {
+    let plugin = match &code.plugin {
         PluginLocation::File(path) => LoadedPlugin::open_copy(path, path).map_err(|error| error.to_string()),
         PluginLocation::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
     }?;
-    if code.number >= loaded.description.schemas.len() {
+    if code.number >= plugin.description.schemas.len() {
         return Err(format!("its plugin has no type number {}", code.number));
     }
-    Ok(loaded.schema(code.number))
+    Ok(plugin.schema(code.number))
 }
 
 /// Runs the functions that the host calls, until the stream ends.
@@ -118,7 +118,7 @@ fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
             }
             (FrameKind::Destroy, _) => {
                 drop(instance.take());
-                // The host waits for nothing after this answer.
+                // The host expects nothing after this reply.
                 drop(session.finish_call(status(raw::OK)));
                 return;
             }
@@ -151,10 +151,10 @@ fn dispatch(
         }
         FrameKind::Iterate => status(instance.iterate(context)),
         FrameKind::Arbitrate => {
-            let Ok(question) = jde_panel::decode::<ArbitrationQuery>(&frame.bytes) else {
+            let Ok(query) = jde_panel::decode::<ArbitrationQuery>(&frame.bytes) else {
                 return failed();
             };
-            let (done, verdict) = instance.arbitrate(context, &question);
+            let (done, verdict) = instance.arbitrate(context, &query);
             Frame {
                 bytes: jde_panel::encode(&verdict),
                 ..status(done)
@@ -178,18 +178,18 @@ fn dispatch(
             status(instance.touch(context, &by, &gesture))
         }
         FrameKind::Save => {
-            let (done, kept) = instance.save(context);
+            let (done, saved) = instance.save(context);
             Frame {
-                bytes: jde_panel::encode(&kept),
+                bytes: jde_panel::encode(&saved),
                 ..status(done)
             }
         }
         FrameKind::Restore => {
-            let remembered = SavedMemory {
+            let saved = SavedMemory {
                 version: frame.number,
                 bytes: frame.bytes.clone(),
             };
-            status(instance.restore(context, &remembered))
+            status(instance.restore(context, &saved))
         }
         FrameKind::Start
         | FrameKind::Create

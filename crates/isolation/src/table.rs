@@ -1,7 +1,7 @@
-//! The host's table in a child: requests of the plugin go to the host, except those that the call itself can
-//! answer.
+//! The host's table in a child: requests of the plugin go to the host, except those that the present call can
+//! serve by itself.
 //!
-//! A panic in here is the host's own fault. It aborts the child, and the host reports that.
+//! A panic in this module is a defect of the host. It aborts the child, and the host reports that.
 
 #![allow(unsafe_code)]
 
@@ -16,7 +16,7 @@ use super::memory::IsolatedPort;
 use super::timers::machine_time;
 use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
 
-/// The state of a child: what a [`Context`] really is there.
+/// The state of a child, to which a [`Context`] points.
 pub(crate) struct Session {
     pub(crate) wire: Wire,
     pub(crate) name: CString,
@@ -92,7 +92,7 @@ impl Session {
     pub(crate) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(IsolatedPort::discard);
         let mut words = done.words;
-        words[3] = self.call.reported_time.map_or(0, |told| told + 1);
+        words[3] = self.call.reported_time.map_or(0, |time| time + 1);
         self.wire.send(&Frame { words, ..done })
     }
 
@@ -102,7 +102,7 @@ impl Session {
         unsafe { PluginContext::new(self) }
     }
 
-    /// Sends a message that needs no answer.
+    /// Sends a message that needs no reply.
     pub(crate) fn notify(&mut self, kind: FrameKind, number: u32, text: &str) {
         let frame = Frame {
             number,
@@ -114,11 +114,11 @@ impl Session {
         }
     }
 
-    /// Sends a request, and returns the host's answer.
+    /// Sends a request, and returns the host's reply.
     fn request(&mut self, frame: Frame) -> Frame {
-        let answer = self.wire.send(&frame).and_then(|()| self.wire.receive());
-        match answer {
-            Ok(answer) if answer.kind == FrameKind::Reply => answer,
+        let reply = self.wire.send(&frame).and_then(|()| self.wire.receive());
+        match reply {
+            Ok(reply) if reply.kind == FrameKind::Reply => reply,
             Ok(_) | Err(_) => kill_self(),
         }
     }
@@ -136,28 +136,28 @@ impl Session {
         if let Some(sample) = port.cached(release) {
             return Ok(sample);
         }
-        let answer = self.request_for(FrameKind::Read, number);
-        if answer.status != raw::OK {
-            return Err(answer.status);
+        let reply = self.request_for(FrameKind::Read, number);
+        if reply.status != raw::OK {
+            return Err(reply.status);
         }
-        let shown = self.ports[number as usize].store(release, &answer);
-        Ok(shown.unwrap_or_else(|| kill_self()))
+        let sample = self.ports[number as usize].store(release, &reply);
+        Ok(sample.unwrap_or_else(|| kill_self()))
     }
 
     fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
         let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
         // In a call that may change nothing, the host refuses the loan and records the attempt.
         if !self.call.changes_nothing
-            && let Some(room) = port.loan()
+            && let Some(buffer) = port.loan()
         {
-            return Ok(room);
+            return Ok(buffer);
         }
-        let answer = self.request_for(FrameKind::Loan, number);
-        if answer.status != raw::OK {
-            return Err(answer.status);
+        let reply = self.request_for(FrameKind::Loan, number);
+        if reply.status != raw::OK {
+            return Err(reply.status);
         }
-        let room = self.ports[number as usize].loan_from(&answer);
-        Ok(room.unwrap_or_else(|| kill_self()))
+        let buffer = self.ports[number as usize].loan_from(&reply);
+        Ok(buffer.unwrap_or_else(|| kill_self()))
     }
 
     fn publish(&mut self, number: u32, time: u64) -> i32 {
@@ -175,20 +175,21 @@ impl Session {
     }
 }
 
-/// Ends the process because the host is gone in the middle of a call. It kills itself, because the exit
-/// handlers are the plugin's, which is inside a call.
+/// Ends the process because the host is gone in the middle of a call. It sends itself a signal, because exit
+/// handlers belong to the plugin, which is inside a call.
 fn kill_self() -> ! {
     use rustix::process::{Signal, getpid, kill_process};
     let _ = kill_process(getpid(), Signal::KILL);
     std::process::abort()
 }
 
-/// The session behind a context.
+/// The session of a context.
 ///
 /// # Safety
 /// `context` is the one given to the present call of the instance, on this thread.
 unsafe fn session<'a>(context: *mut Context) -> &'a mut Session {
-    // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it meanwhile.
+    // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it
+    // meanwhile.
     unsafe { &mut *context.cast::<Session>() }
 }
 
@@ -210,8 +211,8 @@ unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_voi
     unsafe {
         match session(context).loan(port) {
             Err(status) => status,
-            Ok(room) => {
-                out.write(room.cast());
+            Ok(buffer) => {
+                out.write(buffer.cast());
                 raw::OK
             }
         }
@@ -247,17 +248,17 @@ unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
 unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
     // SAFETY: the plugin gives the context of this call and room for a status.
     unsafe {
-        let answer = session(context).request_for(FrameKind::Child, child);
-        if answer.status == raw::OK {
+        let reply = session(context).request_for(FrameKind::Child, child);
+        if reply.status == raw::OK {
             let status = raw::ChildStatus {
                 size: size_of::<raw::ChildStatus>() as u32,
-                state: answer.words[0] as u32,
-                faulted: answer.words[1] as u32,
+                state: reply.words[0] as u32,
+                faulted: reply.words[1] as u32,
                 reserved: 0,
             };
             table::write(out, &status);
         }
-        answer.status
+        reply.status
     }
 }
 

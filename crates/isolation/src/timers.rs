@@ -6,7 +6,7 @@ use rustix::time::{ClockId, clock_gettime};
 /// slack.
 pub fn sharpen_timers() {
     if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
-        tracing::debug!("timer slack stays as it is: {error}");
+        tracing::debug!("the timer slack cannot be changed: {error}");
     }
 }
 

@@ -16,8 +16,8 @@ const MAX_BYTES: u64 = 256 << 20;
 /// The kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
-    /// The first message: what to load, its ports and its limits. The host sends this and the calls below, and
-    /// the child answers each with [`Self::Done`].
+    /// The first message: what to load, its ports and its limits. The host sends this and the calls below,
+    /// and the child replies to each with [`Self::Done`].
     Start,
     /// Call: create an instance.
     Create,
@@ -41,7 +41,7 @@ pub enum FrameKind {
     Restore,
     /// Call: end the instance.
     Destroy,
-    /// The host's answer to a request.
+    /// The host's reply to a request.
     Reply,
     /// Request of the child during a call: the value of an input.
     Read,
@@ -59,9 +59,9 @@ pub enum FrameKind {
     Child,
     /// Request of the child during a call: change the policy of a group.
     SetPolicy,
-    /// From the child, without an answer: a line for the log.
+    /// From the child, without a reply: a line for the log.
     Log,
-    /// From the child, without an answer: why the call fails.
+    /// From the child, without a reply: the reason why the call fails.
     Fail,
     /// From the child: the call ended.
     Done,
@@ -124,7 +124,7 @@ pub struct Frame {
 #[derive(Debug)]
 pub struct Wire {
     stream: BufReader<UnixStream>,
-    out: Vec<u8>,
+    output: Vec<u8>,
 }
 
 impl Frame {
@@ -146,15 +146,15 @@ impl Wire {
     pub fn new(stream: UnixStream) -> Self {
         Self {
             stream: BufReader::new(stream),
-            out: Vec::new(),
+            output: Vec::new(),
         }
     }
 
     /// Sets how long to wait for the other end, for reading and writing; for ever without a value.
-    pub fn set_timeout(&self, patience: Option<Duration>) -> io::Result<()> {
+    pub fn set_timeout(&self, timeout: Option<Duration>) -> io::Result<()> {
         let stream = self.stream.get_ref();
-        stream.set_read_timeout(patience)?;
-        stream.set_write_timeout(patience)
+        stream.set_read_timeout(timeout)?;
+        stream.set_write_timeout(timeout)
     }
 
     /// Shuts the stream down, so that the other end sees its end.
@@ -165,27 +165,27 @@ impl Wire {
 
     /// Sends a message.
     pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
-        self.out.clear();
+        self.output.clear();
         for number in [frame.kind as u32, frame.number, frame.status as u32, frame.flags] {
-            self.out.extend(number.to_ne_bytes());
+            self.output.extend(number.to_ne_bytes());
         }
         for word in frame.words.iter().chain([&(frame.bytes.len() as u64)]) {
-            self.out.extend(word.to_ne_bytes());
+            self.output.extend(word.to_ne_bytes());
         }
-        self.out.extend_from_slice(&frame.bytes);
-        self.stream.get_mut().write_all(&self.out)
+        self.output.extend_from_slice(&frame.bytes);
+        self.stream.get_mut().write_all(&self.output)
     }
 
     /// The next frame.
     ///
     /// # Errors
-    /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are no
-    /// frame.
+    /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are not
+    /// a frame.
     pub fn receive(&mut self) -> io::Result<Frame> {
         let mut head = [0; HEAD];
         self.stream.read_exact(&mut head)?;
-        let number = |place: usize| u32::from_ne_bytes(field_at(&head, 4 * place));
-        let word = |place: usize| u64::from_ne_bytes(field_at(&head, 16 + 8 * place));
+        let number = |index: usize| u32::from_ne_bytes(field_at(&head, 4 * index));
+        let word = |index: usize| u64::from_ne_bytes(field_at(&head, 16 + 8 * index));
         let kind = FrameKind::ALL.get(number(0) as usize).copied();
         let (Some(kind), length @ ..=MAX_BYTES) = (kind, word(4)) else {
             return Err(io::ErrorKind::InvalidData.into());
@@ -203,8 +203,8 @@ impl Wire {
     }
 }
 
-fn field_at<const N: usize>(head: &[u8; HEAD], place: usize) -> [u8; N] {
-    *head[place..].first_chunk().expect("a head has all its parts")
+fn field_at<const N: usize>(head: &[u8; HEAD], offset: usize) -> [u8; N] {
+    *head[offset..].first_chunk().expect("a head has all its fields")
 }
 
 #[cfg(test)]
@@ -212,8 +212,8 @@ mod tests {
     use super::*;
 
     fn pair() -> (Wire, UnixStream) {
-        let (one, other) = UnixStream::pair().expect("a pair");
-        (Wire::new(one), other)
+        let (first, second) = UnixStream::pair().expect("a pair");
+        (Wire::new(first), second)
     }
 
     #[test]
@@ -228,32 +228,32 @@ mod tests {
                 words: [1, u64::MAX, 3, 4],
                 bytes: vec![9; 20_000],
             };
-            wire.send(&sent).expect("it is sent");
-            let came = Wire::new(other.try_clone().expect("a copy")).receive();
-            assert_eq!(format!("{:?}", came.expect("it came")), format!("{sent:?}"));
+            wire.send(&sent).expect("a sent message");
+            let received = Wire::new(other.try_clone().expect("a copy")).receive();
+            assert_eq!(format!("{:?}", received.expect("a frame")), format!("{sent:?}"));
         }
     }
 
     #[test]
-    fn what_is_no_frame_is_refused() {
+    fn invalid_frames_are_refused() {
         let lengths = [(99_u32, 0_u64), (0, MAX_BYTES + 1), (0, u64::MAX)];
         for (kind, length) in lengths {
             let (mut wire, mut other) = pair();
             let mut head = [0; HEAD];
             head[..4].copy_from_slice(&kind.to_ne_bytes());
             head[48..].copy_from_slice(&length.to_ne_bytes());
-            other.write_all(&head).expect("it is sent");
-            let error = wire.receive().expect_err("it is none");
+            other.write_all(&head).expect("a sent message");
+            let error = wire.receive().expect_err("no frame");
             assert_eq!(error.kind(), io::ErrorKind::InvalidData);
         }
     }
 
     #[test]
-    fn an_end_that_is_gone_is_seen() {
+    fn the_end_of_the_stream_is_detected() {
         let (mut wire, mut other) = pair();
-        other.write_all(&[0; 11]).expect("it is sent");
+        other.write_all(&[0; 11]).expect("a sent message");
         drop(other);
-        let error = wire.receive().expect_err("half a frame is none");
+        let error = wire.receive().expect_err("no complete frame");
         assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
     }
 }

@@ -30,9 +30,9 @@ use zenoh::qos::CongestionControl;
 type Failure = Box<dyn std::error::Error>;
 
 /// Wake-ups of the loop, in application time.
-static WOKE: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
+static WAKE_UPS: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
 /// The schema's awakening, from which its periods count.
-static AWOKE: Mutex<Duration> = Mutex::new(Duration::ZERO);
+static AWAKENED_AT: Mutex<Duration> = Mutex::new(Duration::ZERO);
 
 const PERIOD: Duration = Duration::from_millis(10);
 
@@ -54,7 +54,10 @@ struct Beat {
 
 impl Schema for Beat {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        WOKE.lock().unwrap_or_else(PoisonError::into_inner).push(cx.now());
+        WAKE_UPS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(cx.now());
         Ok(true.into())
     }
 
@@ -93,15 +96,15 @@ const CASES: [Case; 7] = [
 ];
 
 impl Case {
-    fn words(self) -> &'static str {
+    fn label(self) -> &'static str {
         match self {
             Self::NoLink => "no link at all",
             Self::NoClient => "no client",
             Self::Computes => "no client, but a program that computes on every core",
-            Self::Everything => "one that listens to everything at full rate",
-            Self::Flood => "one that floods with questions, orders and puts",
-            Self::Stopped => "one that listens to everything, stopped (SIGSTOP)",
-            Self::Killed => "one that listens to everything, killed every second",
+            Self::Everything => "one that subscribes to everything at full rate",
+            Self::Flood => "one that floods with queries, requests and puts",
+            Self::Stopped => "one that subscribes to everything, stopped (SIGSTOP)",
+            Self::Killed => "one that subscribes to everything, killed every second",
         }
     }
 }
@@ -113,9 +116,9 @@ fn main() -> std::result::Result<(), Failure> {
     {
         return client(role, Folders::at(folder));
     }
-    let number = |place: usize, usual: u64| match arguments.get(place) {
+    let number = |index: usize, default: u64| match arguments.get(index) {
         Some(text) => text.parse::<u64>(),
-        None => Ok(usual),
+        None => Ok(default),
     };
     let (seconds, rounds) = (number(0, 10)?, number(1, 3)?);
     let mut all: Vec<Vec<Vec<Duration>>> = vec![Vec::new(); CASES.len()];
@@ -129,12 +132,12 @@ fn main() -> std::result::Result<(), Failure> {
     println!("| client | wake-ups | p50 | p99 | max |");
     println!("|---|---|---|---|---|");
     for (case, mut rounds) in CASES.iter().zip(all) {
-        rounds.sort_by_key(|late| at(late, 0.99));
+        rounds.sort_by_key(|late| quantile(late, 0.99));
         let late = &rounds[(rounds.len() - 1) / 2];
-        let us = |share: f64| at(late, share).as_secs_f64() * 1e6;
+        let us = |share: f64| quantile(late, share).as_secs_f64() * 1e6;
         println!(
             "| {} | {} | {:.0} us | {:.0} us | {:.0} us |",
-            case.words(),
+            case.label(),
             late.len(),
             us(0.5),
             us(0.99),
@@ -145,9 +148,9 @@ fn main() -> std::result::Result<(), Failure> {
 }
 
 /// The value below which a share of sorted times lies.
-fn at(sorted: &[Duration], share: f64) -> Duration {
-    let place = (sorted.len().saturating_sub(1) as f64 * share) as usize;
-    sorted.get(place).copied().unwrap_or_default()
+fn quantile(sorted: &[Duration], share: f64) -> Duration {
+    let index = (sorted.len().saturating_sub(1) as f64 * share) as usize;
+    sorted.get(index).copied().unwrap_or_default()
 }
 
 /// The lateness of each wake-up of the loop.
@@ -159,9 +162,9 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     let application = jde_app::parse(APPLICATION, std::path::Path::new("jitter.toml"), &[], &plugins)
         .map_err(|faults| faults.to_string())?;
     let events = Events::of(&application);
-    let title = SubjectInfo::new(&application, 1.0);
+    let info = SubjectInfo::new(&application, 1.0);
     let options = Options {
-        observers: vec![events.observer(), Box::new(Woken)],
+        observers: vec![events.observer(), Box::new(AwakeningObserver)],
         ..Options::default()
     };
     let running = Running::start(application, &plugins, options)?;
@@ -169,7 +172,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
         folder: folder.clone(),
         ..Settings::local("jitter")
     };
-    let subject = Arc::new(jde_link::Running::new(running.handle(), title));
+    let subject = Arc::new(jde_link::Running::new(running.handle(), info));
     let _link = match case {
         Case::NoLink => None,
         _ => Some(Link::open(&settings, subject, &events)?),
@@ -178,31 +181,31 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
         Case::NoLink | Case::NoClient => None,
         Case::Computes => Some("compute"),
         Case::Flood => Some("flood"),
-        Case::Everything | Case::Stopped | Case::Killed => Some("listen"),
+        Case::Everything | Case::Stopped | Case::Killed => Some("subscribe"),
     };
-    let start = || -> std::result::Result<Option<Guest>, Failure> {
-        role.map(|role| Guest::start(role, &folder)).transpose()
+    let start = || -> std::result::Result<Option<ClientProcess>, Failure> {
+        role.map(|role| ClientProcess::start(role, &folder)).transpose()
     };
-    let mut guest = start()?;
+    let mut client = start()?;
     // Until the client subscribes or floods.
     std::thread::sleep(Duration::from_secs(1));
     if case == Case::Stopped
-        && let Some(guest) = &guest
+        && let Some(client) = &client
     {
-        guest.stop()?;
+        client.stop()?;
     }
-    WOKE.lock().unwrap_or_else(PoisonError::into_inner).clear();
-    let begun = Instant::now();
-    while begun.elapsed() < time {
+    WAKE_UPS.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    let start_time = Instant::now();
+    while start_time.elapsed() < time {
         std::thread::sleep(Duration::from_secs(1).min(time));
         if case == Case::Killed {
-            drop(guest.take());
-            guest = start()?;
+            drop(client.take());
+            client = start()?;
         }
     }
-    drop(guest);
-    let woke = std::mem::take(&mut *WOKE.lock().unwrap_or_else(PoisonError::into_inner));
-    let awoke = *AWOKE.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(client);
+    let woke = std::mem::take(&mut *WAKE_UPS.lock().unwrap_or_else(PoisonError::into_inner));
+    let awoke = *AWAKENED_AT.lock().unwrap_or_else(PoisonError::into_inner);
     drop(running);
     Ok(woke.into_iter().map(|at| lateness(awoke, at)).collect())
 }
@@ -214,9 +217,9 @@ fn lateness(awoke: Duration, woke: Duration) -> Duration {
 }
 
 /// Records the awakening of the loop's schema.
-struct Woken;
+struct AwakeningObserver;
 
-impl Observer for Woken {
+impl Observer for AwakeningObserver {
     fn on_event(&mut self, event: &Event) {
         if let Event::StateChanged {
             time,
@@ -224,15 +227,15 @@ impl Observer for Woken {
             ..
         } = event
         {
-            *AWOKE.lock().unwrap_or_else(PoisonError::into_inner) = Duration::from_nanos(*time);
+            *AWAKENED_AT.lock().unwrap_or_else(PoisonError::into_inner) = Duration::from_nanos(*time);
         }
     }
 }
 
-/// A client in a process of its own; killed when dropped.
-struct Guest(Child);
+/// A client in a child process; killed when dropped.
+struct ClientProcess(Child);
 
-impl Guest {
+impl ClientProcess {
     fn start(role: &str, folder: &Folders) -> std::result::Result<Self, Failure> {
         let program = std::env::current_exe()?;
         let child = Command::new(program).arg(role).arg(folder.path()).spawn()?;
@@ -245,7 +248,7 @@ impl Guest {
     }
 }
 
-impl Drop for Guest {
+impl Drop for ClientProcess {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -275,13 +278,13 @@ fn client(role: &str, folder: Folders) -> std::result::Result<(), Failure> {
     }
     let client = Client::connect(&Reach::Local(folder.clone()))?;
     let remote = client.application(None)?;
-    if role == "listen" {
-        let mut watching = vec![
+    if role == "subscribe" {
+        let mut subscriptions = vec![
             remote.events(&RecordKind::ALL, 100, |_| {})?,
             remote.watch_hierarchy(|_| {})?,
         ];
         for variable in remote.variables(false)? {
-            watching.push(remote.watch(&variable.name, Rate::Full, |_| {})?);
+            subscriptions.push(remote.watch(&variable.name, Rate::Full, |_| {})?);
         }
         loop {
             std::thread::park();
@@ -303,10 +306,10 @@ fn client(role: &str, folder: Folders) -> std::result::Result<(), Failure> {
     }
     let session = zenoh::open(config).wait().map_err(|error| error.to_string())?;
     let root = format!("jde/1/jitter/{}", remote.about().id);
-    let order = r#"{"by":"x","action":"modulate","schema":"beat","variable":"step","value":2.0}"#;
+    let request = r#"{"by":"x","action":"modulate","schema":"beat","variable":"step","value":2.0}"#;
     loop {
         for (key, payload) in [
-            ("operate", order),
+            ("operate", request),
             ("variables?status", ""),
             ("**", ""),
             ("hierarchy", ""),

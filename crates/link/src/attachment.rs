@@ -46,8 +46,8 @@ pub(crate) struct PanelTag {
 impl PanelTag {
     pub(crate) fn bytes(&self) -> [u8; PANEL] {
         let mut bytes = [0; PANEL];
-        for (place, number) in [self.sequence, self.time, self.age].into_iter().enumerate() {
-            bytes[place * 8..][..8].copy_from_slice(&number.to_le_bytes());
+        for (index, number) in [self.sequence, self.time, self.age].into_iter().enumerate() {
+            bytes[index * 8..][..8].copy_from_slice(&number.to_le_bytes());
         }
         bytes[PANEL - 1] = u8::from(self.is_error);
         bytes
@@ -55,7 +55,7 @@ impl PanelTag {
 
     pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; PANEL] = bytes.first_chunk()?;
-        let number = |place: usize| bytes[place * 8..][..8].try_into().ok().map(u64::from_le_bytes);
+        let number = |index: usize| bytes[index * 8..][..8].try_into().ok().map(u64::from_le_bytes);
         Some(Self {
             sequence: number(0)?,
             time: number(1)?,
@@ -82,7 +82,7 @@ impl Tag {
 
     pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
         let (head, name) = bytes.split_at_checked(HEAD)?;
-        let number = |place: usize| head[place * 8..][..8].try_into().ok().map(u64::from_le_bytes);
+        let number = |index: usize| head[index * 8..][..8].try_into().ok().map(u64::from_le_bytes);
         if name.len() > NAME {
             return None;
         }
@@ -110,7 +110,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tag_comes_back_as_it_was(
+        fn a_tag_is_read_as_it_was_written(
             numbers in any::<[u64; 4]>(), retracted in any::<bool>(), writer in "\\PC{0,60}",
         ) {
             let [sequence, time, age, valid_until] = numbers;
@@ -119,7 +119,7 @@ mod tests {
         }
 
         #[test]
-        fn no_bytes_upset_whoever_reads_them(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        fn reading_attachments_survives_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
             if let Some(tag) = Tag::read(&bytes) {
                 prop_assert!(bytes.len() >= HEAD && tag.writer.len() <= NAME);
             }
@@ -127,17 +127,17 @@ mod tests {
         }
 
         #[test]
-        fn the_tag_of_a_panel_comes_back_as_it_was(numbers in any::<[u64; 3]>(), is_error in any::<bool>(), more in any::<Vec<u8>>()) {
+        fn a_panel_tag_is_read_as_it_was_written(numbers in any::<[u64; 3]>(), is_error in any::<bool>(), more in any::<Vec<u8>>()) {
             let [sequence, time, age] = numbers;
             let tag = PanelTag { sequence, time, age, is_error };
             let mut bytes = tag.bytes().to_vec();
             bytes.extend(more);
-            prop_assert_eq!(PanelTag::read(&bytes), Some(tag), "newer peers may say more");
+            prop_assert_eq!(PanelTag::read(&bytes), Some(tag), "newer peers may append fields");
             prop_assert_eq!(PanelTag::read(&bytes[..PANEL - 1]), None);
         }
 
         #[test]
-        fn a_long_name_is_cut_between_letters(writer in "\\PC{200,400}") {
+        fn a_long_name_is_cut_between_characters(writer in "\\PC{200,400}") {
             let tag = Tag {
                 sequence: 1, time: 2, age: 3, valid_until: 4, retracted: false, writer: writer.clone(),
             };

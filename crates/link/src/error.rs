@@ -18,7 +18,7 @@ pub enum Error {
         /// The remedy.
         advice: String,
     },
-    /// An application of that name already runs here.
+    /// An application of that name already runs on this machine.
     #[error(
         "an application called `{name}` already runs here (process {pid}); stop it, or choose another name"
     )]
@@ -29,7 +29,7 @@ pub enum Error {
         pid: u32,
     },
     /// Not a valid name of an application.
-    #[error("`{0}` is no name for an application; use 1 to 64 letters, digits, `_` and `-`")]
+    #[error("`{0}` is not a valid name for an application; use 1 to 64 letters, digits, `_` and `-`")]
     Name(String),
     /// Listening failed.
     #[error("cannot listen on {endpoint}: {reason}; is the port in use, or the address not of this machine?")]
@@ -41,7 +41,7 @@ pub enum Error {
     },
     /// Listening here would admit everybody.
     #[error(
-        "{endpoint} would let in whoever gets there; listen by `tls/...` with an `authority` in `tls`, which asks for certificates or for `user` and `password-file`, or say `insecure = true`"
+        "{endpoint} would admit any client; listen by `tls/...` with an `authority` in `tls` and require certificates or `user` and `password-file`, or set `insecure = true`"
     )]
     Insecure {
         /// The endpoint.
@@ -49,7 +49,7 @@ pub enum Error {
     },
     /// Connecting here would not authenticate the other end.
     #[error(
-        "nothing proves who answers at {endpoint}; connect by `tls/...` with an `authority` in `tls`, or say `insecure = true`"
+        "nothing authenticates {endpoint}; connect by `tls/...` with an `authority` in `tls`, or set `insecure = true`"
     )]
     Unproven {
         /// The endpoint.
@@ -57,7 +57,7 @@ pub enum Error {
     },
     /// A password would be sent to an unauthenticated end.
     #[error(
-        "a password is given to whoever has a certificate of an authority, and to nobody at {endpoint}; use `tls/...` with an `authority` in `tls`, or leave `user` and `password-file` out"
+        "a password requires TLS with an authority, which {endpoint} does not have; use `tls/...` with an `authority` in `tls`, or omit `user` and `password-file`"
     )]
     PlainPassword {
         /// The endpoint.
@@ -82,7 +82,7 @@ pub enum Error {
     /// The session could not be opened.
     #[error("the link cannot be opened: {0}")]
     Open(String),
-    /// The endpoint does not answer, or refuses the connection.
+    /// The endpoint does not respond, or refuses the connection.
     #[error("cannot connect to {endpoint}: {reason}")]
     Connect {
         /// The endpoint.
@@ -90,16 +90,16 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
-    /// No application runs at the searched place.
+    /// No application runs where the client searched.
     #[error("no application runs {0}; start one with `jde run`")]
     NoApplication(String),
     /// Several applications run, and the request names none.
     #[error("several applications run: {}; name one", .0.join(", "))]
     Ambiguous(Vec<String>),
     /// No application of that name.
-    #[error("no application is called `{name}`{}", or(.nearest, .running))]
+    #[error("no application is called `{name}`{}", suggestion(.nearest, .running))]
     UnknownApplication {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The most similar name of a running application.
         nearest: Option<String>,
@@ -109,13 +109,13 @@ pub enum Error {
     /// No application of that name answered.
     #[error("no application called `{name}` answered {whereabouts}")]
     NotFound {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The searched place.
+        /// Where the client searched.
         whereabouts: String,
     },
-    /// Only replays run there, and they move nothing.
-    #[error("only recordings play; they move nothing")]
+    /// Only replays of recordings run, which control no robot.
+    #[error("only replays of recordings run; they control no robot")]
     OnlyRecordings,
     /// The other end implements another version of the protocol.
     #[error(
@@ -133,8 +133,8 @@ pub enum Error {
     /// The application ended, was killed, or can no longer be reached.
     #[error("`{0}` is gone: it ended, was killed, or the network to it is cut")]
     Disconnected(String),
-    /// The application runs and does not answer.
-    #[error("`{application}` did not answer within {:.1} s; it is stopped, or too busy", .waited.as_secs_f64())]
+    /// The application runs and does not reply.
+    #[error("`{application}` did not reply within {:.1} s; it is stopped, or too busy", .waited.as_secs_f64())]
     Timeout {
         /// The application.
         application: String,
@@ -149,8 +149,8 @@ pub enum Error {
         /// The most similar name that exists.
         nearest: Option<String>,
     },
-    /// An answer that cannot be read.
-    #[error("`{application}` gave an answer that cannot be read ({reason}); is it another version of jde?")]
+    /// A reply that cannot be read.
+    #[error("the reply of `{application}` cannot be read ({reason}); is it another version of jde?")]
     Garbled {
         /// The application.
         application: String,
@@ -158,11 +158,11 @@ pub enum Error {
         reason: String,
     },
     /// The system refused to create a thread.
-    #[error("the system refuses a thread: {0}")]
+    #[error("the system refused to create a thread: {0}")]
     Thread(#[source] std::io::Error),
 }
 
-fn or(nearest: &Option<String>, running: &[String]) -> String {
+fn suggestion(nearest: &Option<String>, running: &[String]) -> String {
     match (nearest, running) {
         (Some(near), _) => format!("; did you mean `{near}`?"),
         (None, []) => "; none runs there".to_owned(),

@@ -7,7 +7,7 @@ use jde_records::RecordKind;
 /// The version of this protocol, the second part of every key. Both ends must use the same version.
 pub const PROTOCOL: u32 = 1;
 
-/// The key at which every application, of any version, answers with its `About`.
+/// The key at which every application, of any version, replies with its `About`.
 pub(crate) const ALL_ABOUT: &str = "jde/*/*/*/about";
 
 /// The queries and publications of an application, below its own key.
@@ -56,7 +56,7 @@ pub enum Rate {
     Full,
 }
 
-/// The rates on offer, so that clients with similar demands share one stream.
+/// The supported rates. They are few, so that clients with similar demands share one stream.
 const RATES: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
 
 /// The text of [`Rate::Full`] in keys.
@@ -70,8 +70,8 @@ impl Keys {
     }
 
     /// A key below the application's own.
-    pub(crate) fn of(&self, what: &str) -> String {
-        format!("{}/{what}", self.root)
+    pub(crate) fn of(&self, path: &str) -> String {
+        format!("{}/{path}", self.root)
     }
 
     /// The expression for all keys of the application.
@@ -109,7 +109,7 @@ impl Keys {
         self.of(&format!("look/{}/{rate}/{}", chunk(schema), chunk(client)))
     }
 
-    /// The expressions for all such tokens.
+    /// The expressions for all tokens of clients.
     pub(crate) fn tokens(&self) -> [String; 2] {
         [self.of("want/**"), self.of("look/**")]
     }
@@ -121,16 +121,16 @@ impl Keys {
 }
 
 /// Reads a token: what it requests, and at which rate.
-pub(crate) fn parse_token(below: &str) -> Option<(TokenTarget, Rate)> {
-    let parts: Vec<&str> = below.splitn(6, '/').collect();
-    let (wanted, rate) = match parts.as_slice() {
+pub(crate) fn parse_token(path: &str) -> Option<(TokenTarget, Rate)> {
+    let parts: Vec<&str> = path.splitn(6, '/').collect();
+    let (target, rate) = match parts.as_slice() {
         ["want", owner, variable, rate, _client] => {
             (TokenTarget::Variable(format!("{owner}/{variable}")), rate)
         }
         ["look", schema, rate, _client] => (TokenTarget::Panel((*schema).to_owned()), rate),
         _ => return None,
     };
-    Some((wanted, Rate::read(rate)?))
+    Some((target, Rate::read(rate)?))
 }
 
 /// The path of a variable below `var/` and `want/`.
@@ -187,7 +187,7 @@ impl Rate {
     /// The default rate of the tools.
     pub const DEFAULT: Self = Self::Hz(50);
 
-    /// The least rate on offer that is not below this many values per second; every value beyond 100 Hz.
+    /// The lowest supported rate of at least this many values per second; [`Self::Full`] beyond 100 Hz.
     #[must_use]
     pub fn at_least(hz: f64) -> Self {
         RATES
@@ -196,7 +196,7 @@ impl Rate {
             .map_or(Self::Full, Self::Hz)
     }
 
-    /// The time between two values, ns; none if every value is wanted.
+    /// The time between two values, ns; `None` for [`Self::Full`].
     pub(crate) fn period_ns(self) -> Option<u64> {
         match self {
             Self::Hz(hz) => Some(1_000_000_000 / u64::from(hz.max(1))),
@@ -204,7 +204,7 @@ impl Rate {
         }
     }
 
-    /// This rate, or the next higher one on offer.
+    /// This rate, or the next higher supported one.
     pub(crate) fn to_supported(self) -> Self {
         match self {
             Self::Hz(hz) => Self::at_least(hz.into()),
@@ -247,7 +247,7 @@ mod tests {
         }
 
         #[test]
-        fn a_token_says_what_is_wanted(owner in "[a-z:]{1,9}", name in "[a-z]{1,9}", hz in 0.0..200.0) {
+        fn a_token_is_read_as_the_request_that_it_was_made_from(owner in "[a-z:]{1,9}", name in "[a-z]{1,9}", hz in 0.0..200.0) {
             let keys = Keys::new("robot2", "ab12");
             let rate = Rate::at_least(hz);
             let key = keys.value_token(&owner, &name, rate, "c1");
@@ -259,13 +259,13 @@ mod tests {
         }
 
         #[test]
-        fn no_text_upsets_whoever_reads_tokens(text in any::<String>()) {
+        fn reading_a_token_survives_any_text(text in any::<String>()) {
             let _ = parse_token(&text);
         }
     }
 
     #[test]
-    fn rates_are_those_on_offer() {
+    fn rates_are_rounded_to_supported_ones() {
         assert_eq!(Rate::at_least(0.1), Rate::Hz(1));
         assert_eq!(Rate::at_least(11.0), Rate::Hz(20));
         assert_eq!(Rate::at_least(101.0), Rate::Full);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_letters_digits_and_two_signs() {
+    fn names_consist_of_letters_digits_underscores_and_hyphens() {
         assert!(is_name("robot_2-b"));
         assert!(!is_name("robot 2") && !is_name("") && !is_name(&"x".repeat(65)));
         assert_eq!(as_name("safe navigation"), "safe-navigation");

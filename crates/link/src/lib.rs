@@ -1,7 +1,7 @@
 //! Zenoh link between an application and its tools. An application announces itself; tools on this machine or
 //! on the network inspect and control it. [`Link`] is the application's end, [`Client`] the end of the tools.
 //!
-//! The link opens nothing unless the application's configuration asks for it, and no client can delay an
+//! The link opens nothing unless the application's configuration requires it, and no client can delay an
 //! iteration. No Zenoh type and nothing asynchronous is part of this crate's interface. `docs/protocol.md`
 //! describes the keys and messages for clients in other languages.
 

@@ -204,7 +204,7 @@ pub struct VariableInfo {
     pub range: Range,
     /// Read when its schema awakens, and constant until it sleeps.
     pub fixed: bool,
-    /// Its status; only if the client asked for it.
+    /// Its status; only if the client requested it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<Status>,
 }
@@ -392,7 +392,7 @@ impl Refusal {
 
     /// Refuses a lease for an action on the whole application.
     pub(crate) fn lease_on_global() -> Self {
-        Self::new("to stop everything is held by no lease: it must not end by itself")
+        Self::new("a stop or release of everything can have no lease: it must not end by itself")
     }
 
     /// Refuses an unknown name and suggests the most similar one.

@@ -1,4 +1,4 @@
-//! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless asked for. A session
+//! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless requested. A session
 //! uses only the endpoints given to it, and only their protocols. Knows nothing of applications.
 
 use std::fs::File;
@@ -72,43 +72,44 @@ impl Login {
     /// # Errors
     /// [`Error::Password`]: the file cannot be read, or its first line is not a valid password.
     pub fn read(user: &str, file: &Path) -> Result<Self, Error> {
-        let wrong = |reason: String| Error::Password {
+        let unusable = |reason: String| Error::Password {
             file: file.to_owned(),
             reason,
         };
         let mut text = String::new();
         File::open(file)
             .and_then(|opened| opened.take(MAX_PASSWORD_FILE + 1).read_to_string(&mut text))
-            .map_err(|error| wrong(error.to_string()))?;
+            .map_err(|error| unusable(error.to_string()))?;
         if text.len() as u64 > MAX_PASSWORD_FILE {
-            return Err(wrong(format!("it has more than {MAX_PASSWORD_FILE} bytes")));
+            return Err(unusable(format!("it has more than {MAX_PASSWORD_FILE} bytes")));
         }
         let login = Self {
             user: user.to_owned(),
             password: text.lines().next().unwrap_or_default().to_owned(),
         };
-        login.check().map_err(|error| wrong(error.to_string()))?;
+        login.check().map_err(|error| unusable(error.to_string()))?;
         Ok(login)
     }
 
     /// Refuses credentials that the two ends would read differently: the reader of user files trims blanks at
     /// both ends and cuts at a colon or a line break.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let plain = |text: &str| !text.is_empty() && text.trim() == text && !text.contains(char::is_control);
+        let is_plain =
+            |text: &str| !text.is_empty() && text.trim() == text && !text.contains(char::is_control);
         let setting = |key, reason: &str| Error::Setting {
             key,
             reason: reason.to_owned(),
         };
-        if !plain(&self.user) || self.user.contains(':') {
+        if !is_plain(&self.user) || self.user.contains(':') {
             return Err(setting(
                 "user",
-                "a user has one letter at least, no colon, no control character, and no blank at either end",
+                "a user name needs at least one character, without colons, control characters, and blanks at either end",
             ));
         }
-        if !plain(&self.password) {
+        if !is_plain(&self.password) {
             return Err(setting(
                 "password-file",
-                "a password is the first line of its file, of one letter at least, without control characters and without blanks at either end",
+                "a password is the first line of its file and needs at least one character, without control characters and blanks at either end",
             ));
         }
         Ok(())
@@ -123,35 +124,32 @@ impl std::fmt::Debug for Login {
 }
 
 /// Opens a session. All its threads run at the link's niceness.
-pub(crate) fn open(opening: &SessionOptions<'_>) -> Result<Session, Error> {
-    let config = config(opening)?;
-    let (tell, opened) = mpsc::channel();
-    // Opening a session that cannot connect takes long. This thread is left to finish alone, and closes a
+pub(crate) fn open(options: &SessionOptions<'_>) -> Result<Session, Error> {
+    let config = config(options)?;
+    let (sender, opened) = mpsc::channel();
+    // Opening a session that cannot connect takes long. This thread finishes on its own, and closes a
     // session that opens too late.
     std::thread::Builder::new()
         .name("link-open".to_owned())
         .spawn(move || {
             lower_priority();
-            if let Err(mpsc::SendError(Ok(late))) = tell.send(zenoh::open(config).wait()) {
+            if let Err(mpsc::SendError(Ok(late))) = sender.send(zenoh::open(config).wait()) {
                 close(late);
             }
         })
         .map_err(Error::Thread)?;
     match opened.recv_timeout(OPENING) {
         Ok(session) => session.map_err(|error| Error::Open(strip_locations(&error.to_string()))),
-        Err(_) => Err(Error::Open(format!(
-            "nobody answered within {} s",
-            OPENING.as_secs()
-        ))),
+        Err(_) => Err(Error::Open(format!("no reply within {} s", OPENING.as_secs()))),
     }
 }
 
 /// Removes the source locations from a message of Zenoh: ` at /.../tcp.rs:105.`
 fn strip_locations(error: &str) -> String {
-    let place = |word: &str| word.trim_end_matches('.').rsplit_once(".rs:").is_some();
+    let is_location = |word: &str| word.trim_end_matches('.').rsplit_once(".rs:").is_some();
     let mut kept: Vec<&str> = Vec::new();
     for word in error.split(' ') {
-        if place(word) && kept.last() == Some(&"at") {
+        if is_location(word) && kept.last() == Some(&"at") {
             kept.pop();
         } else {
             kept.push(word);
@@ -184,25 +182,25 @@ pub(crate) fn lower_priority() {
     let _ = rustix::process::nice(NICE);
 }
 
-fn config(opening: &SessionOptions<'_>) -> Result<Config, Error> {
-    let endpoints = opening.listen.iter().chain(opening.connect);
+fn config(options: &SessionOptions<'_>) -> Result<Config, Error> {
+    let endpoints = options.listen.iter().chain(options.connect);
     let mut protocols: Vec<_> = endpoints
         .filter_map(|endpoint| endpoint.split('/').next())
         .collect();
-    protocols.extend(opening.discover.unwrap_or_default());
+    protocols.extend(options.discover.unwrap_or_default());
     protocols.sort_unstable();
     protocols.dedup();
     let mut settings = vec![
         ("mode", json!("peer")),
         // A peer found by multicast may announce an address of any protocol.
         ("transport/link/protocols", json!(protocols)),
-        ("listen/endpoints", json!(opening.listen)),
+        ("listen/endpoints", json!(options.listen)),
         ("listen/timeout_ms", json!(0)),
         ("listen/exit_on_failure", json!(true)),
-        ("connect/endpoints", json!(opening.connect)),
-        ("connect/timeout_ms", json!(if opening.retry { -1 } else { 0 })),
-        ("connect/exit_on_failure", json!(!opening.retry)),
-        ("scouting/multicast/enabled", json!(opening.discover.is_some())),
+        ("connect/endpoints", json!(options.connect)),
+        ("connect/timeout_ms", json!(if options.retry { -1 } else { 0 })),
+        ("connect/exit_on_failure", json!(!options.retry)),
+        ("scouting/multicast/enabled", json!(options.discover.is_some())),
         ("scouting/gossip/enabled", json!(false)),
         ("timestamping/enabled", json!(false)),
         ("adminspace/enabled", json!(false)),
@@ -217,25 +215,25 @@ fn config(opening: &SessionOptions<'_>) -> Result<Config, Error> {
         ),
         ("transport/link/rx/max_message_size", json!(LARGEST)),
     ];
-    if opening.retry {
+    if options.retry {
         // Opening does not wait for discovered peers.
         settings.push(("open/return_conditions/connect_scouted", json!(false)));
     }
-    if opening.discover.is_some() {
+    if options.discover.is_some() {
         settings.push(("scouting/multicast/autoconnect", json!({ "peer": ["peer"] })));
     }
-    if let Some(login) = opening.login {
+    if let Some(login) = options.login {
         settings.push(("transport/auth/usrpwd/user", json!(login.user)));
         settings.push(("transport/auth/usrpwd/password", json!(login.password)));
     }
-    if let Some(users) = opening.users {
+    if let Some(users) = options.users {
         settings.push(("transport/auth/usrpwd/dictionary_file", json!(users)));
     }
-    if let Some(tls) = opening.tls {
+    if let Some(tls) = options.tls {
         settings.push(("transport/link/tls", tls.json()));
     }
-    if let Some(guard) = &opening.access_control {
-        settings.push(("access_control", guard.clone()));
+    if let Some(rules) = &options.access_control {
+        settings.push(("access_control", rules.clone()));
     }
     let mut config = Config::default();
     for (key, value) in settings {
@@ -268,10 +266,10 @@ mod tests {
     use super::strip_locations;
 
     #[test]
-    fn errors_of_zenoh_do_not_name_its_source() {
-        let said = "Unable to connect to tcp/127.0.0.1:1 at /x/y-1.10/src/tcp.rs:105. - Caused by refused at /x/z.rs:9.";
+    fn source_locations_are_removed_from_errors_of_zenoh() {
+        let error = "Unable to connect to tcp/127.0.0.1:1 at /x/y-1.10/src/tcp.rs:105. - Caused by refused at /x/z.rs:9.";
         assert_eq!(
-            strip_locations(said),
+            strip_locations(error),
             "Unable to connect to tcp/127.0.0.1:1 - Caused by refused"
         );
         assert_eq!(strip_locations("look at it"), "look at it");

@@ -1,5 +1,5 @@
-//! Values of any type to and from JSON, as operators type them and scripts read them. The owner of a variable
-//! checks units and ranges, not this file.
+//! Values of any type to and from JSON, as operators type them and scripts read them. Units and ranges are
+//! not checked: the owner of a variable does that.
 
 use jde_board::value::Value;
 use serde_json::{Map, Number};
@@ -31,11 +31,11 @@ pub fn to_json(value: &Value) -> serde_json::Value {
 /// Converts JSON to a value.
 ///
 /// # Errors
-/// `null`, which is no value.
+/// `null` is not a value.
 pub fn from_json(json: &serde_json::Value) -> Result<Value, String> {
     use serde_json::Value as Json;
     Ok(match json {
-        Json::Null => return Err("null is no value; leave the field out to keep what it holds".to_owned()),
+        Json::Null => return Err("null is not a value; omit the field to keep its value".to_owned()),
         Json::Bool(flag) => Value::Bool(*flag),
         Json::Number(number) => match (number.as_i64(), number.as_u64()) {
             (Some(number), _) => Value::Int(number),
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_come_back_from_json_as_they_were() {
+    fn values_survive_conversion_to_json_and_back() {
         let value = Value::Map(vec![
             ("gain".to_owned(), Value::Float(0.5)),
             (
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_json_has_no_number_for_is_a_word() {
+    fn nan_and_infinities_become_text() {
         assert_eq!(to_json(&Value::Float(f64::NAN)), "nan");
         assert_eq!(to_json(&Value::Float(f64::NEG_INFINITY)), "-inf");
         assert!(from_json(&serde_json::json!([null])).is_err());

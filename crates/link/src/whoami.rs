@@ -1,4 +1,4 @@
-//! The names of this machine and user, for display only: they prove nothing.
+//! The names of this machine and user, for display only: they authenticate nothing.
 
 use std::path::PathBuf;
 
@@ -16,16 +16,16 @@ pub(crate) fn home() -> Option<PathBuf> {
 
 /// The name of this user: from the environment, else from the system's user database, else the numeric id.
 pub(crate) fn user() -> String {
-    let said = |key: &str| std::env::var(key).ok();
+    let variable = |key: &str| std::env::var(key).ok();
     resolve_user(
-        [said("USER"), said("LOGNAME")],
+        [variable("USER"), variable("LOGNAME")],
         rustix::process::getuid().as_raw(),
     )
 }
 
-fn resolve_user(said: [Option<String>; 2], number: u32) -> String {
-    let mut said = said.into_iter().flatten().filter(|name| !name.is_empty());
-    said.next().unwrap_or_else(|| {
+fn resolve_user(names: [Option<String>; 2], number: u32) -> String {
+    let mut names = names.into_iter().flatten().filter(|name| !name.is_empty());
+    names.next().unwrap_or_else(|| {
         let known = nix::unistd::User::from_uid(nix::unistd::Uid::from_raw(number));
         known
             .ok()
@@ -45,11 +45,11 @@ mod tests {
     use super::resolve_user;
 
     #[test]
-    fn whoever_the_environment_does_not_name_is_one_of_the_system_s_users() {
-        let said = |name: &str| Some(name.to_owned());
-        assert_eq!(resolve_user([said("ana"), said("eva")], 0), "ana");
-        assert_eq!(resolve_user([said(""), said("eva")], 0), "eva");
-        assert_eq!(resolve_user([said(""), None], 0), "root", "not 0");
+    fn a_user_missing_in_the_environment_is_looked_up_in_the_user_database() {
+        let name = |name: &str| Some(name.to_owned());
+        assert_eq!(resolve_user([name("ana"), name("eva")], 0), "ana");
+        assert_eq!(resolve_user([name(""), name("eva")], 0), "eva");
+        assert_eq!(resolve_user([name(""), None], 0), "root", "not 0");
         assert_eq!(resolve_user([None, None], 4_000_000_123), "4000000123");
     }
 }

@@ -11,9 +11,9 @@ impl AlignedBytes {
     pub fn new(bytes: &[u8]) -> Self {
         let mut words = vec![0_u128; bytes.len().div_ceil(16)];
         for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
-            let mut whole = [0; 16];
-            whole[..chunk.len()].copy_from_slice(chunk);
-            *word = u128::from_ne_bytes(whole);
+            let mut padded = [0; 16];
+            padded[..chunk.len()].copy_from_slice(chunk);
+            *word = u128::from_ne_bytes(padded);
         }
         Self {
             words,
@@ -26,7 +26,7 @@ impl AlignedBytes {
         &bytemuck::cast_slice(&self.words)[..self.bytes]
     }
 
-    /// The bytes, to be changed.
+    /// The bytes, mutably.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut bytemuck::cast_slice_mut(&mut self.words)[..self.bytes]
     }

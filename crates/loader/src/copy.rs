@@ -1,6 +1,6 @@
 //! Private copies of plugin files. A copy stays on disk while it is in use, so that backtraces and debuggers
 //! find its symbols, and is removed with its last user. The first copy of a process also removes the copies
-//! that killed processes left behind.
+//! of killed processes.
 
 use std::fs::{self, File};
 use std::io::{self, BufRead as _, BufReader};
@@ -25,8 +25,8 @@ pub(super) struct PrivateCopy {
 /// Copies the library `original` for this process alone. The kernel copies if it can, without passing the
 /// contents through this process.
 pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
-    static SWEPT: Once = Once::new();
-    SWEPT.call_once(|| remove_stale(&std::env::temp_dir()));
+    static CLEANED: Once = Once::new();
+    CLEANED.call_once(|| remove_stale(&std::env::temp_dir()));
     if original.is_dir() {
         return Err(LoadError::Invalid(String::from(
             "it is a directory; name the library in it",
@@ -57,7 +57,7 @@ pub(super) fn open_regular(path: &Path) -> io::Result<File> {
     } else {
         Err(io::Error::new(
             io::ErrorKind::InvalidInput,
-            "it is no regular file",
+            "it is not a regular file",
         ))
     }
 }
@@ -80,16 +80,16 @@ fn compare_files(one: &Path, other: &Path) -> io::Result<bool> {
         BufReader::with_capacity(1 << 16, File::open(other)?),
     );
     loop {
-        let (here, there) = (one.fill_buf()?, other.fill_buf()?);
-        let both = here.len().min(there.len());
-        if here[..both] != there[..both] {
+        let (first, second) = (one.fill_buf()?, other.fill_buf()?);
+        let common = first.len().min(second.len());
+        if first[..common] != second[..common] {
             return Ok(false);
         }
-        if both == 0 {
-            return Ok(here.len() == there.len());
+        if common == 0 {
+            return Ok(first.len() == second.len());
         }
-        one.consume(both);
-        other.consume(both);
+        one.consume(common);
+        other.consume(common);
     }
 }
 
@@ -109,7 +109,7 @@ fn remove_stale(folder: &Path) {
     }
 }
 
-/// Returns the process that made a copy of that name.
+/// Returns the id of the process that created a copy of that name.
 fn owner_pid(name: &str) -> Option<u32> {
     let rest = name.strip_prefix(PREFIX)?.strip_suffix(".so")?;
     rest.split_once('-')?.0.parse().ok()
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_copy_goes_with_the_last_who_uses_it() {
+    fn a_copy_is_removed_with_its_last_user() {
         let folder = tempfile::tempdir().unwrap();
         let original = folder.path().join("libx.so");
         fs::write(&original, b"bytes").unwrap();
@@ -133,26 +133,26 @@ mod tests {
     }
 
     #[test]
-    fn copies_are_alike_if_all_of_them_is() {
+    fn copies_have_the_same_content_only_if_all_bytes_agree() {
         let folder = tempfile::tempdir().unwrap();
         let copy = |name: &str, bytes: &[u8]| {
             let original = folder.path().join(name);
             fs::write(&original, bytes).unwrap();
             create(&original).unwrap()
         };
-        let mut long = vec![7; 200_000];
-        let (one, same) = (copy("libone.so", &long), copy("libsame.so", &long));
-        long[199_999] = 8;
+        let mut bytes = vec![7; 200_000];
+        let (one, same) = (copy("libone.so", &bytes), copy("libsame.so", &bytes));
+        bytes[199_999] = 8;
         let (other, shorter) = (
-            copy("libother.so", &long),
-            copy("libshorter.so", &long[..199_999]),
+            copy("libother.so", &bytes),
+            copy("libshorter.so", &bytes[..199_999]),
         );
         assert!(one.has_same_content(&same));
         assert!(!one.has_same_content(&other) && !one.has_same_content(&shorter));
     }
 
     #[test]
-    fn only_what_the_dead_left_behind_is_swept() {
+    fn only_copies_of_ended_processes_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         // No process has this number: the kernel's largest is 2^22.
         let dead = folder.path().join("jde-4194305-libx-abc.so");

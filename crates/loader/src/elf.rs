@@ -11,15 +11,16 @@ use object::read::{ReadCache, ReadRef};
 /// The parts of a file that are read: few, whatever its size.
 pub(super) type ElfFile = ReadCache<File>;
 
-/// Bytes of a symbol that are read: the mark of a plugin and its version.
+/// Bytes of a symbol that are read: the magic number of a plugin and its version.
 const HEAD: usize = 16;
 
 /// Checks that a file is a complete shared library for this machine.
 pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
-    let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
+    let unloadable =
+        |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
     let length = parts
         .len()
-        .map_err(|()| String::from("its length cannot be told"))?;
+        .map_err(|()| String::from("its length cannot be determined"))?;
     if length == 0 {
         return Err(String::from("the file is empty; build or copy it again"));
     }
@@ -28,8 +29,8 @@ pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
             "it is not a shared library (no ELF header); build it as a cdylib (or with cc -shared)",
         ));
     }
-    let header = FileHeader64::<Endianness>::parse(parts).map_err(bad)?;
-    let endian = header.endian().map_err(bad)?;
+    let header = FileHeader64::<Endianness>::parse(parts).map_err(unloadable)?;
+    let endian = header.endian().map_err(unloadable)?;
     if header.e_type(endian) != ET_DYN {
         return Err(String::from(
             "it is an ELF file, but no shared library; build it as a cdylib (or with cc -shared)",
@@ -42,19 +43,20 @@ pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
             own_machine()
         ));
     }
-    let whole = |offset: u64, size: u64| offset.checked_add(size).is_some_and(|end| end <= length);
+    let is_within = |offset: u64, size: u64| offset.checked_add(size).is_some_and(|end| end <= length);
     let segments = header
         .program_headers(endian, parts)
         .map_err(|_| truncated(length))?;
     for segment in segments {
-        if segment.p_type(endian) == PT_LOAD && !whole(segment.p_offset(endian), segment.p_filesz(endian)) {
+        if segment.p_type(endian) == PT_LOAD && !is_within(segment.p_offset(endian), segment.p_filesz(endian))
+        {
             return Err(truncated(length));
         }
     }
     let sections = header.sections(endian, parts).map_err(|_| truncated(length))?;
     for section in sections.iter() {
-        let held = section.sh_type(endian) != SHT_NOBITS;
-        if held && !whole(section.sh_offset(endian), section.sh_size(endian)) {
+        let has_content = section.sh_type(endian) != SHT_NOBITS;
+        if has_content && !is_within(section.sh_offset(endian), section.sh_size(endian)) {
             return Err(truncated(length));
         }
     }
@@ -82,9 +84,9 @@ pub(super) fn symbol(parts: &ElfFile, name: &str) -> Option<Symbol> {
     let segments = header.program_headers(endian, parts).ok()?;
     let offset = segments.iter().find_map(|segment| {
         let within = address.checked_sub(segment.p_vaddr(endian))?;
-        let held = within.checked_add(HEAD as u64)? <= segment.p_filesz(endian);
-        let here = segment.p_type(endian) == PT_LOAD && held;
-        here.then(|| segment.p_offset(endian).checked_add(within))?
+        let is_contained = within.checked_add(HEAD as u64)? <= segment.p_filesz(endian);
+        let is_match = segment.p_type(endian) == PT_LOAD && is_contained;
+        is_match.then(|| segment.p_offset(endian).checked_add(within))?
     });
     let head = offset.and_then(|offset| parts.read_bytes_at(offset, HEAD as u64).ok());
     Some(Symbol {
@@ -95,7 +97,7 @@ pub(super) fn symbol(parts: &ElfFile, name: &str) -> Option<Symbol> {
 
 /// Whether a library uses the C++ runtime, judged by its undefined symbols.
 pub(super) fn is_cpp(parts: &ElfFile) -> bool {
-    let asks = || {
+    let uses_cpp = || {
         let header = FileHeader64::<Endianness>::parse(parts).ok()?;
         let endian = header.endian().ok()?;
         let sections = header.sections(endian, parts).ok()?;
@@ -107,13 +109,13 @@ pub(super) fn is_cpp(parts: &ElfFile) -> bool {
             entry.is_undefined(endian) && entry.name(endian, symbols.strings()).is_ok_and(of_cpp)
         }))
     };
-    asks().unwrap_or(false)
+    uses_cpp().unwrap_or(false)
 }
 
-/// Whether a file claims to be a plugin. For listings: a superficial check.
+/// Whether a file appears to be a plugin. A superficial check, for listings.
 pub(super) fn is_plugin(parts: &ElfFile, name: &str, mark: &[u8]) -> bool {
-    let claims = |symbol: Symbol| symbol.head.is_some_and(|head| head.starts_with(mark));
-    check(parts).is_ok() && symbol(parts, name).is_some_and(claims)
+    let has_mark = |symbol: Symbol| symbol.head.is_some_and(|head| head.starts_with(mark));
+    check(parts).is_ok() && symbol(parts, name).is_some_and(has_mark)
 }
 
 fn truncated(length: u64) -> String {

@@ -1,4 +1,4 @@
-//! The interface of what inspects plugin files outside of this process.
+//! The interface of an inspector of plugin files outside of this process.
 
 use std::fmt;
 use std::path::Path;
@@ -9,7 +9,8 @@ use jde_app::Inspection;
 
 use super::LoadError;
 
-/// Inspects plugin files elsewhere: a damaged library may end the process that maps it. Usable from any thread.
+/// Inspects plugin files in another process: a damaged library may end the process that maps it. Usable from
+/// any thread.
 pub trait Inspect: fmt::Debug + Send + Sync {
     /// Returns the description of the plugin in `copy`; `path` is the file that the user knows.
     ///
@@ -17,12 +18,13 @@ pub trait Inspect: fmt::Debug + Send + Sync {
     /// Why it cannot be loaded, for example [`LoadError::InspectionFailed`].
     fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError>;
 
-    /// Returns the problems that a type of the plugin in the file `path` finds in what its modulations name.
+    /// Returns the problems that a type of the plugin in the file `path` finds in the resources that its
+    /// modulations name.
     ///
     /// # Errors
-    /// Why there is no answer, or no valid one, in words.
-    fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String>;
+    /// Why there is no reply, or no valid one.
+    fn inspect(&self, path: &Path, inspection: &Inspection<'_>) -> Result<Vec<Problem>, String>;
 
-    /// Frees what the inspector holds; the next request obtains it again.
+    /// Frees the resources of the inspector; the next request obtains them again.
     fn stop(&self);
 }

@@ -28,10 +28,11 @@ pub struct InProcessInstance {
     this: NonNull<c_void>,
 }
 
-// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
+// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self`
+// prevents concurrent calls.
 unsafe impl Send for InProcessInstance {}
 
-/// The question to a father.
+/// An arbitration query to a father.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ArbitrationQuery {
     /// Numbered as in the ABI.
@@ -57,12 +58,12 @@ pub struct CandidateChild {
     pub urgency: f64,
 }
 
-/// The answer of a father: a role or none, and the reason.
+/// The reply of a father: a role or none, and the reason.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The role of the chosen child; `None` for nobody.
+    /// The role of the chosen child; `None` for no child.
     pub child: Option<u32>,
-    /// The reason in words.
+    /// The reason.
     pub reason: String,
 }
 
@@ -78,11 +79,11 @@ pub struct SavedMemory {
 /// A type's functions for saving and restoring memory, if it has them.
 ///
 /// # Errors
-/// What is wrong with them.
+/// Why they cannot be used.
 pub fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
     // SAFETY: the table was checked when its plugin was loaded.
     let state = unsafe { state::of(table) };
-    state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
+    state.map_err(|wrong| format!("its ability `{}` cannot be used: {wrong}", raw::ABILITY_STATE))
 }
 
 /// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
@@ -95,9 +96,9 @@ pub struct PluginContext<'c> {
 impl<'c> PluginContext<'c> {
     /// # Safety
     /// The functions of the table given to [`InProcessInstance::create`] expect a `T` behind their context.
-    pub unsafe fn new<T>(what: &'c mut T) -> Self {
+    pub unsafe fn new<T>(target: &'c mut T) -> Self {
         Self {
-            context: std::ptr::from_mut(what).cast(),
+            context: std::ptr::from_mut(target).cast(),
             call: PhantomData,
         }
     }
@@ -112,11 +113,11 @@ impl InProcessInstance {
     pub unsafe fn create(
         table: SchemaFunctions,
         host: &'static Host,
-        given: PluginContext<'_>,
+        context: PluginContext<'_>,
     ) -> Option<Self> {
         let create = table.create.expect("read::plugin refuses schemas without create");
-        // SAFETY: the caller vouches for the table; the context lives for the call and belongs to that host.
-        let this = unsafe { create(table.own, host, given.context) };
+        // SAFETY: the caller guarantees the table; the context lives for the call and belongs to that host.
+        let this = unsafe { create(table.own, host, context.context) };
         Some(Self {
             table,
             panel: panel_of(&table),
@@ -127,16 +128,16 @@ impl InProcessInstance {
     }
 
     /// Wakes the instance up; it returns a status of the ABI, as the calls below do.
-    pub fn awake(&mut self, given: PluginContext<'_>) -> i32 {
+    pub fn awake(&mut self, context: PluginContext<'_>) -> i32 {
         match self.table.awake {
             // SAFETY: `this` came from this table's create; the context lives for the call.
-            Some(awake) => unsafe { awake(self.this.as_ptr(), given.context) },
+            Some(awake) => unsafe { awake(self.this.as_ptr(), context.context) },
             None => raw::OK,
         }
     }
 
     /// Also returns whether the precondition is true, and the urgency.
-    pub fn check(&mut self, given: PluginContext<'_>) -> (i32, bool, f64) {
+    pub fn check(&mut self, context: PluginContext<'_>) -> (i32, bool, f64) {
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
             ready: 1,
@@ -144,36 +145,36 @@ impl InProcessInstance {
         };
         let status = match self.table.check {
             // SAFETY: as in `awake`; `out` lives for the call.
-            Some(check) => unsafe { check(self.this.as_ptr(), given.context, &raw mut out) },
+            Some(check) => unsafe { check(self.this.as_ptr(), context.context, &raw mut out) },
             None => raw::OK,
         };
         (status, out.ready != 0, out.urgency)
     }
 
     /// Runs one iteration.
-    pub fn iterate(&mut self, given: PluginContext<'_>) -> i32 {
+    pub fn iterate(&mut self, context: PluginContext<'_>) -> i32 {
         let iterate = self
             .table
             .iterate
             .expect("read::plugin refuses schemas without iterate");
         // SAFETY: as in `awake`.
-        unsafe { iterate(self.this.as_ptr(), given.context) }
+        unsafe { iterate(self.this.as_ptr(), context.context) }
     }
 
-    /// Asks a father which child acts; returns the verdict with the status.
-    pub fn arbitrate(&mut self, given: PluginContext<'_>, question: &ArbitrationQuery) -> (i32, Verdict) {
+    /// Calls a father's arbitration; returns the verdict with the status.
+    pub fn arbitrate(&mut self, context: PluginContext<'_>, query: &ArbitrationQuery) -> (i32, Verdict) {
         let Some(arbitrate) = self.table.arbitrate else {
             return (raw::FAILED, Verdict::default());
         };
-        let candidates: Vec<raw::Candidate> = question.candidates.iter().map(CandidateChild::raw).collect();
-        let group = CString::new(question.group.as_str()).unwrap_or_default();
+        let candidates: Vec<raw::Candidate> = query.candidates.iter().map(CandidateChild::raw).collect();
+        let group = CString::new(query.group.as_str()).unwrap_or_default();
         let level = raw::Level {
             size: size_of::<raw::Level>() as u32,
-            case: question.case,
+            case: query.case,
             group: group.as_ptr(),
             candidates: candidates.as_ptr(),
             candidate_count: candidates.len() as u32,
-            winner: question.winner.map_or(-1, |role| role as i32),
+            winner: query.winner.map_or(-1, |role| role as i32),
         };
         let mut verdict = raw::Verdict {
             size: size_of::<raw::Verdict>() as u32,
@@ -184,7 +185,7 @@ impl InProcessInstance {
         let status = unsafe {
             arbitrate(
                 self.this.as_ptr(),
-                given.context,
+                context.context,
                 &raw const level,
                 &raw mut verdict,
             )
@@ -197,59 +198,59 @@ impl InProcessInstance {
     }
 
     /// Puts the instance to sleep.
-    pub fn sleep(&mut self, given: PluginContext<'_>) {
+    pub fn sleep(&mut self, context: PluginContext<'_>) {
         if let Some(sleep) = self.table.sleep {
             // SAFETY: as in `awake`.
-            unsafe { sleep(self.this.as_ptr(), given.context) };
+            unsafe { sleep(self.this.as_ptr(), context.context) };
         }
     }
 
     /// Also returns the drawing.
-    pub fn draw(&mut self, given: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
+    pub fn draw(&mut self, context: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
         let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
             return (raw::FAILED, Err(String::from("it has no panel")));
         };
         let (status, list) = jde_panel::lend_pen(time, |pen| {
             // SAFETY: as in `awake`; the pen lives for the call.
-            unsafe { draw(self.this.as_ptr(), given.context, pen) }
+            unsafe { draw(self.this.as_ptr(), context.context, pen) }
         });
-        (status, list.map_err(|broken| broken.to_string()))
+        (status, list.map_err(|error| error.to_string()))
     }
 
     /// Delivers a gesture of `by` on the panel.
-    pub fn touch(&mut self, given: PluginContext<'_>, by: &str, gesture: &Gesture) -> i32 {
+    pub fn touch(&mut self, context: PluginContext<'_>, by: &str, gesture: &Gesture) -> i32 {
         let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
             return raw::OK;
         };
         jde_panel::lend_gesture(by, gesture, |gesture| {
             // SAFETY: as in `awake`; the gesture lives for the call.
-            unsafe { touch(self.this.as_ptr(), given.context, gesture) }
+            unsafe { touch(self.this.as_ptr(), context.context, gesture) }
         })
     }
 
     /// Also returns the saved bytes.
-    pub fn save(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
+    pub fn save(&mut self, context: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
         let Some(save) = self.state.and_then(|state| state.save) else {
-            return (raw::FAILED, Err(String::from("it hands nothing on")));
+            return (raw::FAILED, Err(String::from("it saves no memory")));
         };
-        let (status, kept) = state::lend(|saver| {
+        let (status, saved) = state::lend(|saver| {
             // SAFETY: as in `awake`; the saver lives for the call.
-            unsafe { save(self.this.as_ptr(), given.context, saver) }
+            unsafe { save(self.this.as_ptr(), context.context, saver) }
         });
-        (status, kept.map_err(|too_many| too_many.to_string()))
+        (status, saved.map_err(|too_many| too_many.to_string()))
     }
 
     /// Restores what another build saved.
-    pub fn restore(&mut self, given: PluginContext<'_>, remembered: &SavedMemory) -> i32 {
+    pub fn restore(&mut self, context: PluginContext<'_>, saved: &SavedMemory) -> i32 {
         let Some(restore) = self.state.and_then(|state| state.restore) else {
             return raw::FAILED;
         };
-        let SavedMemory { version, bytes } = remembered;
+        let SavedMemory { version, bytes } = saved;
         // SAFETY: as in `awake`; the bytes live for the call.
         unsafe {
             restore(
                 self.this.as_ptr(),
-                given.context,
+                context.context,
                 *version,
                 bytes.as_ptr().cast(),
                 bytes.len() as u64,
@@ -259,8 +260,8 @@ impl InProcessInstance {
 }
 
 impl InProcessInstance {
-    /// Inspects what its modulations name. Also returns the problems found.
-    pub fn inspect(&mut self, given: PluginContext<'_>) -> (i32, Result<Vec<Problem>, String>) {
+    /// Inspects the resources that its modulations name. Also returns the problems found.
+    pub fn inspect(&mut self, context: PluginContext<'_>) -> (i32, Result<Vec<Problem>, String>) {
         // SAFETY: the table was checked.
         let inspect = unsafe { inspect::of(&self.table) }.unwrap_or_default();
         let Some(inspect) = inspect.and_then(|inspect| inspect.inspect) else {
@@ -268,7 +269,7 @@ impl InProcessInstance {
         };
         inspect::lend(|problems| {
             // SAFETY: as in `awake`; the list lives for the call.
-            unsafe { inspect(self.this.as_ptr(), given.context, problems) }
+            unsafe { inspect(self.this.as_ptr(), context.context, problems) }
         })
     }
 }
@@ -277,7 +278,7 @@ impl Drop for InProcessInstance {
     fn drop(&mut self) {
         let this = std::mem::replace(&mut self.this, NonNull::dangling());
         if let Some(destroy) = self.table.destroy {
-            // SAFETY: `this` came from this table's create and is given back once, since it is dropped once.
+            // SAFETY: `this` came from this table's create and is returned once, since it is dropped once.
             unsafe { destroy(this.as_ptr()) };
         }
     }
@@ -317,7 +318,7 @@ pub unsafe fn text_of(text: *const c_char, length: u64) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: the caller vouches for the length.
+    // SAFETY: the caller guarantees the length.
     let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
     String::from_utf8_lossy(bytes).into_owned()
 }

@@ -1,4 +1,4 @@
-//! Loads a library from a private copy, checks its tables, and keeps it mapped for good.
+//! Loads a library from a private copy, checks its tables, and keeps it mapped permanently.
 //!
 //! The copy makes it safe to rebuild a plugin while an application runs: a write to a mapped file can crash
 //! every process that executes it.
@@ -55,19 +55,19 @@ pub enum LoadError {
     #[error("cannot read it: {0}")]
     Io(#[from] std::io::Error),
     /// It could not be copied.
-    #[error("cannot copy it to {}: {error}; make room there, or set TMPDIR to another folder", folder.display())]
+    #[error("cannot copy it to {}: {error}; free space there, or set TMPDIR to another folder", folder.display())]
     Copy {
         /// The destination folder.
         folder: PathBuf,
         /// The reason.
         error: std::io::Error,
     },
-    /// The file is no usable plugin library; the reason in words.
+    /// The file is not a usable plugin library, for this reason.
     #[error("{0}")]
     Invalid(String),
     /// The file is a valid library that does not claim to be a plugin.
     #[error(
-        "it is a shared library, but exports no symbol `{}`, so it is no jde plugin",
+        "it is a shared library, but exports no symbol `{}`, so it is not a jde plugin",
         raw::ENTRY_SYMBOL
     )]
     NotAPlugin,
@@ -85,12 +85,12 @@ pub enum LoadError {
     )]
     InspectionFailed(String),
     /// No process could be started to inspect it.
-    #[error("no process can be started to look at it: {0}")]
+    #[error("no process can be started to inspect it: {0}")]
     InspectorUnavailable(#[source] std::io::Error),
 }
 
 impl LoadedPlugin {
-    /// Reads a plugin that is linked into this program, with the same checks as for one from a file.
+    /// Reads a plugin that is linked into this program, with the same checks as a plugin from a file.
     ///
     /// # Errors
     /// [`LoadError::InvalidTables`].
@@ -117,13 +117,13 @@ impl LoadedPlugin {
         })
     }
 
-    /// Loads `file` without copying it; errors name it by `path`, the file that the user knows. No process may
-    /// write to it: it is the private copy of another process.
+    /// Loads `file` without copying it; errors name it by `path`, the file that the user knows. No process
+    /// may write to it: it is the private copy of another process.
     ///
     /// # Errors
     /// As [`Self::open`].
     pub fn open_copy(file: &Path, path: &Path) -> Result<Self, LoadError> {
-        let held = table_symbol_size(file)?;
+        let symbol_size = table_symbol_size(file)?;
         // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|error| LoadError::System(loader_message(&error, file, path)))?;
@@ -135,23 +135,23 @@ impl LoadedPlugin {
             .cast_const();
         // Never unmapped: even a refused library may have left threads, thread-locals or hooks behind.
         std::mem::forget(library);
-        if held < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
+        if symbol_size < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
         }
         // SAFETY: the symbol has at least the bytes of the head; no byte after it is read before the version.
-        let ours = unsafe {
+        let is_own_version = unsafe {
             (&raw const (*table).magic).read() == raw::MAGIC
                 && (&raw const (*table).abi_major).read() == raw::ABI_MAJOR
         };
         let mut needed = raw::Plugin::LEAST;
-        if ours && held >= needed as u64 {
+        if is_own_version && symbol_size >= needed as u64 {
             // SAFETY: the symbol has the bytes that every table of this version has.
             let stated = unsafe { (&raw const (*table).size).read() } as usize;
             needed = stated.clamp(needed, size_of::<raw::Plugin>());
         }
-        if ours && held < needed as u64 {
+        if is_own_version && symbol_size < needed as u64 {
             return Err(LoadError::Invalid(format!(
-                "its symbol `{}` has {held} bytes, and a plugin's has {needed}: declare it as the structure of jde.h",
+                "its symbol `{}` has {symbol_size} bytes, and a plugin's has {needed}: declare it as the structure of jde.h",
                 raw::ENTRY_SYMBOL,
             )));
         }
@@ -169,7 +169,7 @@ impl LoadedPlugin {
     /// # Safety
     /// As [`read::plugin`].
     unsafe fn read(own: *const raw::Plugin, path: Option<PathBuf>) -> Result<Self, LoadError> {
-        // SAFETY: the caller's.
+        // SAFETY: by the caller's contract.
         let description = unsafe { read::plugin(own) }?;
         // SAFETY: as above, and `read::plugin` has validated these tables.
         let schemas = unsafe {
@@ -219,7 +219,7 @@ impl LoadedPlugin {
         self.table == other.table
     }
 
-    /// Returns the functions of a type, by its place in the description.
+    /// Returns the functions of a type, by its index in the description.
     #[must_use]
     pub fn schema(&self, index: usize) -> SchemaFunctions {
         self.schemas[index]
@@ -248,13 +248,15 @@ fn invalid_table(unreadable: table::Unreadable) -> LoadError {
 }
 
 /// Returns the size in bytes of a plugin's table symbol. Fails unless the file is a library for this machine
-/// that claims to be a plugin of this version. No code of the file has run then.
+/// that claims to be a plugin of this version. No code of the file runs.
 pub(super) fn table_symbol_size(file: &Path) -> Result<u64, LoadError> {
     let parts = elf::ElfFile::new(File::open(file)?);
     elf::check(&parts).map_err(LoadError::Invalid)?;
     let symbol = elf::symbol(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NotAPlugin)?;
     let head = symbol.head.unwrap_or_default();
-    let number = |at: usize| u32::from_ne_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
+    let number = |offset: usize| {
+        u32::from_ne_bytes([head[offset], head[offset + 1], head[offset + 2], head[offset + 3]])
+    };
     if !head.starts_with(&raw::MAGIC.to_ne_bytes()) {
         return Err(read::Refusal::NotAPlugin.into());
     }
@@ -276,7 +278,7 @@ fn loader_message(error: &libloading::Error, copy: &Path, path: &Path) -> String
     match copy.parent() {
         Some(folder) if text.contains("failed to map segment") => {
             format!(
-                "{text} (its copy is in {}; if no program may run there, set TMPDIR to a folder where one may)",
+                "{text} (its copy is in {}; if programs may not run there, set TMPDIR to a folder where they may)",
                 folder.display()
             )
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Where the child finds a plugin.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum PluginLocation {
-    /// In the file that is mapped here: the same bytes, whatever was built since.
+    /// In the file that this process has mapped: the same bytes, whatever was built since.
     File(#[serde(with = "as_bytes")] PathBuf),
     /// Linked into the program.
     LinkedIn(String),

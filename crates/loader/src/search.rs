@@ -30,7 +30,7 @@ impl SearchPath {
 
     /// Returns the usual folders in order: beside the application (its folder, and `plugins` in it),
     /// `JDE_PLUGIN_PATH`, beside the executable (where a build of the workspace puts them), and the installed
-    /// places (`lib/jde` next to the executable's folder, then `~/.local/lib/jde`).
+    /// folders (`lib/jde` next to the executable's folder, then `~/.local/lib/jde`).
     #[must_use]
     pub fn usual(application: Option<&Path>) -> Self {
         let mut path = Self::default();
@@ -63,11 +63,11 @@ impl SearchPath {
         path
     }
 
-    /// Appends a folder; a folder that is already listed keeps its place.
-    pub fn push(&mut self, folder: impl Into<PathBuf>, because: &'static str) {
+    /// Appends a folder; a folder that is already listed keeps its position.
+    pub fn push(&mut self, folder: impl Into<PathBuf>, reason: &'static str) {
         let folder = folder.into();
         if !self.folders.iter().any(|(known, _)| *known == folder) {
-            self.folders.push((folder, because));
+            self.folders.push((folder, reason));
         }
     }
 
@@ -75,19 +75,19 @@ impl SearchPath {
     pub fn folders(&self) -> impl Iterator<Item = (&Path, &'static str)> {
         self.folders
             .iter()
-            .map(|(folder, because)| (folder.as_path(), *because))
+            .map(|(folder, reason)| (folder.as_path(), *reason))
     }
 
     /// Returns the file of a plugin by the plugin's name, if a folder contains it.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<PluginFile> {
         let file = file_name(name);
-        self.folders.iter().find_map(|(folder, because)| {
+        self.folders.iter().find_map(|(folder, reason)| {
             let path = folder.join(&file);
             path.exists().then(|| PluginFile {
                 name: name.to_owned(),
                 path,
-                reason: because,
+                reason,
             })
         })
     }
@@ -97,7 +97,7 @@ impl SearchPath {
     #[must_use]
     pub fn list(&self) -> Vec<PluginFile> {
         let mut found = BTreeMap::new();
-        for (folder, because) in &self.folders {
+        for (folder, reason) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else {
                 continue;
             };
@@ -106,14 +106,7 @@ impl SearchPath {
                 if found.contains_key(&name) || !is_plugin_file(&path) {
                     continue;
                 }
-                found.insert(
-                    name.clone(),
-                    PluginFile {
-                        name,
-                        path,
-                        reason: because,
-                    },
-                );
+                found.insert(name.clone(), PluginFile { name, path, reason });
             }
         }
         found.into_values().collect()

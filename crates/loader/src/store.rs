@@ -16,7 +16,7 @@ use super::inspector::Inspect;
 use super::load::table_symbol_size;
 use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
 
-/// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
+/// Most builds that one process loads in place of others. Each stays in memory, and its private copy on
 /// disk. A plugin has 0.5 to 5 MB, so this is enough for a day of editing, and less than a robot's computer
 /// can spare.
 pub const MAX_BUILDS: usize = 256;
@@ -57,7 +57,7 @@ pub enum PluginError {
     /// No folder contains its file.
     #[error("there is no plugin `{name}` in{}", folders.iter().map(|folder| format!("\n    {folder}")).collect::<String>())]
     Missing {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The folders searched.
         folders: Vec<String>,
@@ -82,7 +82,7 @@ pub enum PluginError {
     },
     /// Too many builds have been loaded since the process started.
     #[error(
-        "this process has loaded {MAX_BUILDS} builds in place of others, {} MB in all, and none of them can leave its memory: start the application anew",
+        "this process has loaded {MAX_BUILDS} builds in place of others, {} MB in all, and none of them can be unloaded: restart the application",
         bytes.div_ceil(1 << 20)
     )]
     TooMany {
@@ -141,7 +141,8 @@ impl Plugins {
     }
 
     /// Returns the description of the plugin of that name, searched for as in [`Self::load`]. With an
-    /// inspecting process ([`Self::with_inspector`]) this process maps nothing; otherwise the plugin is loaded.
+    /// inspecting process ([`Self::with_inspector`]) this process maps nothing; otherwise the plugin is
+    /// loaded.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -187,7 +188,7 @@ impl Plugins {
                 name: name.to_owned(),
                 folders: path
                     .folders()
-                    .map(|(folder, because)| format!("{} ({because})", folder.display()))
+                    .map(|(folder, reason)| format!("{} ({reason})", folder.display()))
                     .collect(),
             })
     }
@@ -243,9 +244,9 @@ impl Plugins {
         self.stop_inspector();
         let copy = inspected.map_err(unusable(file))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        let ExtraBuilds { builds, bytes: all } = count_replacements(&loaded);
+        let ExtraBuilds { builds, bytes } = count_replacements(&loaded);
         if builds >= MAX_BUILDS {
-            return Err(PluginError::TooMany { bytes: all });
+            return Err(PluginError::TooMany { bytes });
         }
         let plugin = LoadedPlugin::from_copy(&key, copy).map_err(unusable(file))?;
         loaded.entry(key).or_default().push(plugin.clone());
@@ -297,8 +298,8 @@ impl Plugins {
         for folder in extra {
             path.push(folder, "named in the application");
         }
-        for (folder, because) in self.path.folders() {
-            path.push(folder, because);
+        for (folder, reason) in self.path.folders() {
+            path.push(folder, reason);
         }
         path
     }
@@ -311,12 +312,12 @@ impl Catalogue for Plugins {
             .map_err(|error| error.to_string())
     }
 
-    /// Runs in the inspecting process ([`Plugins::with_inspector`]). Without one, and for linked-in plugins, no
-    /// problem is found.
+    /// Runs in the inspecting process ([`Plugins::with_inspector`]). Without one, and for linked-in plugins,
+    /// no problem is found.
     fn inspect(
         &self,
         plugin: &Arc<describe::Plugin>,
-        asked: &Inspection<'_>,
+        inspection: &Inspection<'_>,
     ) -> Result<Vec<Problem>, String> {
         let Some(inspector) = &self.inspector else {
             return Ok(Vec::new());
@@ -325,10 +326,10 @@ impl Catalogue for Plugins {
         let found = described
             .values()
             .find(|found| Arc::ptr_eq(&found.description, plugin));
-        let looked_at = found.and_then(|found| found.path.clone());
+        let described_path = found.and_then(|found| found.path.clone());
         drop(described);
-        match looked_at.or_else(|| self.file_of(plugin)) {
-            Some(path) => inspector.inspect(&path, asked),
+        match described_path.or_else(|| self.file_of(plugin)) {
+            Some(path) => inspector.inspect(&path, inspection),
             None => Ok(Vec::new()),
         }
     }
@@ -362,24 +363,24 @@ impl From<LoadedPlugin> for DescribedPlugin {
 }
 
 /// Checks that a plugin has the name of its file.
-fn check_name(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
-    if about.name.replace('-', "_") == name.replace('-', "_") {
+fn check_name(name: &str, description: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
+    if description.name.replace('-', "_") == name.replace('-', "_") {
         return Ok(());
     }
     Err(PluginError::NameMismatch {
         path: file.to_owned(),
-        found: about.name.clone(),
+        found: description.name.clone(),
         name: name.to_owned(),
     })
 }
 
-/// Counts all builds except the first one of each file.
 /// Returns the description of the plugin in `copy`, whose tables this process has found in the file.
 fn describe_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
     table_symbol_size(copy)?;
     inspector.describe(copy, path)
 }
 
+/// Counts all builds except the first one of each file.
 fn count_replacements(loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>) -> ExtraBuilds {
     let replacements = loaded.values().flat_map(|builds| builds.iter().skip(1));
     replacements.fold(ExtraBuilds::default(), |sum, build| ExtraBuilds {

@@ -1,4 +1,4 @@
-//! A line to a robot, over TCP or a pseudo-terminal, with at most one client. It interprets no bytes and
+//! An endpoint of a robot, over TCP or a pseudo-terminal, with at most one client. It interprets no bytes and
 //! never blocks.
 
 use core::fmt;
@@ -19,7 +19,7 @@ use crate::terminal_watch::TerminalWatch;
 /// data.
 const MAX_UNSENT: usize = 64 << 10;
 
-/// The place where a client reaches a robot.
+/// The address at which a client connects to a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EndpointAddress {
     /// A TCP address.
@@ -28,7 +28,7 @@ pub enum EndpointAddress {
     Terminal(PathBuf),
 }
 
-/// A line, and its client.
+/// An endpoint, and its client.
 pub(crate) struct Endpoint {
     transport: Transport,
     client: Option<Client>,
@@ -74,7 +74,7 @@ impl Endpoint {
     pub(crate) fn terminal() -> io::Result<Self> {
         let pty = Pty::open()?;
         rustix::io::ioctl_fionbio(pty.master(), true)?;
-        let held = OpenOptions::new()
+        let guard = OpenOptions::new()
             .read(true)
             .write(true)
             .custom_flags(OFlags::NOCTTY.bits().cast_signed())
@@ -83,7 +83,7 @@ impl Endpoint {
             transport: Transport::Terminal {
                 watch: TerminalWatch::of(pty.path()),
                 pty,
-                _guard: held,
+                _guard: guard,
                 closed: false,
                 next_bytes: Vec::new(),
             },
@@ -100,21 +100,24 @@ impl Endpoint {
 
     /// Returns what to poll: new clients, bytes to read, and room for unsent bytes.
     pub(crate) fn poll_fds(&self) -> impl Iterator<Item = (BorrowedFd<'_>, PollFlags)> {
-        let unsent = self.client.as_ref().is_some_and(|peer| !peer.unsent.is_empty());
-        let both = PollFlags::IN
+        let unsent = self
+            .client
+            .as_ref()
+            .is_some_and(|client| !client.unsent.is_empty());
+        let interest = PollFlags::IN
             | if unsent {
                 PollFlags::OUT
             } else {
                 PollFlags::empty()
             };
-        let stream = self.client.as_ref().and_then(|peer| peer.stream.as_ref());
-        let (door, speaks) = match &self.transport {
+        let stream = self.client.as_ref().and_then(|client| client.stream.as_ref());
+        let (arrivals, stream) = match &self.transport {
             Transport::Tcp(listener) => (Some(listener.as_fd()), stream.map(AsFd::as_fd)),
-            Transport::Terminal { pty, watch: door, .. } => (door.poll_fd(), Some(pty.master().as_fd())),
+            Transport::Terminal { pty, watch, .. } => (watch.poll_fd(), Some(pty.master().as_fd())),
         };
-        let door = door.map(|door| (door, PollFlags::IN));
-        let speaks = speaks.map(|line| (line, both));
-        [door, speaks].into_iter().flatten()
+        let arrivals = arrivals.map(|fd| (fd, PollFlags::IN));
+        let stream = stream.map(|fd| (fd, interest));
+        [arrivals, stream].into_iter().flatten()
     }
 
     /// Accepts a waiting client. A terminal has none: its client appears with its first bytes.
@@ -131,11 +134,11 @@ impl Endpoint {
         })
     }
 
-    /// Makes a caller the client, in place of any other.
-    pub(crate) fn admit(&mut self, caller: PendingClient) {
+    /// Makes a pending client the client, in place of any other.
+    pub(crate) fn admit(&mut self, pending: PendingClient) {
         self.client = Some(Client {
-            stream: Some(caller.stream),
-            name: caller.name,
+            stream: Some(pending.stream),
+            name: pending.name,
             unsent: Vec::new(),
         });
     }
@@ -157,46 +160,49 @@ impl Endpoint {
         }
     }
 
-    /// Reads bytes, as many as fit; returns 0 if there are none. An error is the end of the client, in words.
-    /// On a terminal it may return bytes of a client that is not admitted yet.
-    pub(crate) fn read(&mut self, room: &mut [u8]) -> Result<usize, String> {
-        let peer = self.client.as_ref();
-        let read = match (&mut self.transport, peer.and_then(|peer| peer.stream.as_ref())) {
-            (_, Some(mut stream)) => stream.read(room),
+    /// Reads bytes, as many as fit; returns 0 if there are none. An error is the reason why the client's
+    /// connection ended. On a terminal it may return bytes of a client that is not admitted yet.
+    pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Result<usize, String> {
+        let client = self.client.as_ref();
+        let read = match (
+            &mut self.transport,
+            client.and_then(|client| client.stream.as_ref()),
+        ) {
+            (_, Some(mut stream)) => stream.read(buffer),
             (Transport::Tcp(_), None) => return Ok(0),
             (
                 Transport::Terminal {
                     pty,
-                    watch: door,
+                    watch,
                     closed,
-                    next_bytes: late,
+                    next_bytes,
                     ..
                 },
                 None,
             ) => {
-                let count = if late.is_empty() {
-                    pty.master().read(room)
+                let count = if next_bytes.is_empty() {
+                    pty.master().read(buffer)
                 } else {
-                    let count = late.len().min(room.len());
-                    room[..count].copy_from_slice(&late[..count]);
-                    late.drain(..count);
+                    let count = next_bytes.len().min(buffer.len());
+                    buffer[..count].copy_from_slice(&next_bytes[..count]);
+                    next_bytes.drain(..count);
                     Ok(count)
                 };
-                // After the read: a client opens the terminal before it writes.
-                let left = door.update();
-                *closed = peer.is_some() && (*closed || left);
-                match (&count, peer) {
+                // Update after the read: a client opens the terminal before it writes.
+                let was_closed = watch.update();
+                *closed = client.is_some() && (*closed || was_closed);
+                match (&count, client) {
                     // The client's last bytes.
-                    (Ok(_), Some(_)) if *closed && door.is_unused() => {}
+                    (Ok(_), Some(_)) if *closed && watch.is_unused() => {}
                     (Ok(count), Some(_)) if *closed => {
-                        late.extend(&room[..*count]);
+                        next_bytes.extend(&buffer[..*count]);
                         return Err(self.hang_up("it closed the line"));
                     }
                     (Err(error), Some(_)) if *closed && is_would_block(error) => {
                         return Err(self.hang_up("it closed the line"));
                     }
                     // A client that was not admitted has left; its bytes are dropped.
-                    (Ok(_), None) if door.is_unused() => return Ok(0),
+                    (Ok(_), None) if watch.is_unused() => return Ok(0),
                     _ => {}
                 }
                 count
@@ -210,44 +216,45 @@ impl Endpoint {
         }
     }
 
-    /// Sends bytes after those that wait. An error is the end of the client, in words. A client that can no
-    /// longer receive may have sent bytes before: [`read`](Self::read) returns those first, and then its end.
+    /// Sends bytes after those that wait. An error is the reason why the client's connection ended. A client
+    /// that can no longer receive may have sent bytes before: [`read`](Self::read) returns those first, and
+    /// then its end.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let Some(peer) = &mut self.client else {
+        let Some(client) = &mut self.client else {
             return Ok(());
         };
-        peer.unsent.extend(bytes);
-        while !peer.unsent.is_empty() {
-            let wrote = match (&peer.stream, &self.transport) {
-                (Some(stream), _) => (&*stream).write(&peer.unsent),
-                (None, Transport::Terminal { pty, .. }) => pty.master().write(&peer.unsent),
-                (None, Transport::Tcp(_)) => unreachable!("who came by TCP has a stream"),
+        client.unsent.extend(bytes);
+        while !client.unsent.is_empty() {
+            let written = match (&client.stream, &self.transport) {
+                (Some(stream), _) => (&*stream).write(&client.unsent),
+                (None, Transport::Terminal { pty, .. }) => pty.master().write(&client.unsent),
+                (None, Transport::Tcp(_)) => unreachable!("a TCP client has a stream"),
             };
-            match wrote {
-                Ok(count) => drop(peer.unsent.drain(..count)),
+            match written {
+                Ok(count) => drop(client.unsent.drain(..count)),
                 Err(error) if is_would_block(&error) => break,
-                Err(_) => peer.unsent.clear(),
+                Err(_) => client.unsent.clear(),
             }
         }
-        if peer.unsent.len() > MAX_UNSENT {
-            return Err(self.hang_up("it does not read what it is sent"));
+        if client.unsent.len() > MAX_UNSENT {
+            return Err(self.hang_up("it does not read the packets"));
         }
         Ok(())
     }
 
     /// Returns the name of the client.
     pub(crate) fn client_name(&self) -> Option<&str> {
-        self.client.as_ref().map(|peer| peer.name.as_str())
+        self.client.as_ref().map(|client| client.name.as_str())
     }
 
-    /// Returns whether this is a terminal, whose client may leave unnoticed: another program may also have it
-    /// open.
+    /// Returns whether this is a terminal, whose client may disconnect unnoticed: another program may also
+    /// have it open.
     pub(crate) fn is_terminal(&self) -> bool {
         matches!(self.transport, Transport::Terminal { .. })
     }
 
-    /// Ends the client, and returns `why`.
-    pub(crate) fn hang_up(&mut self, why: &str) -> String {
+    /// Disconnects the client, and returns `reason`.
+    pub(crate) fn hang_up(&mut self, reason: &str) -> String {
         self.client = None;
         if let Transport::Terminal { pty, closed, .. } = &mut self.transport {
             *closed = false;
@@ -255,7 +262,7 @@ impl Endpoint {
             // that is not a terminal.
             let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::OFlush);
         }
-        why.to_owned()
+        reason.to_owned()
     }
 }
 
@@ -278,8 +285,8 @@ mod tests {
 
     /// Returns a terminal with an admitted client, and the client's end of it.
     fn admitted() -> (Endpoint, File) {
-        let mut line = Endpoint::terminal().expect("a terminal");
-        let Ok(EndpointAddress::Terminal(path)) = line.address() else {
+        let mut endpoint = Endpoint::terminal().expect("a terminal");
+        let Ok(EndpointAddress::Terminal(path)) = endpoint.address() else {
             panic!("a terminal is at a path");
         };
         let mut client = OpenOptions::new()
@@ -289,52 +296,53 @@ mod tests {
             .open(path)
             .expect("a terminal");
         client.write_all(b"hello").expect("there is room");
-        assert_eq!(heard(&mut line), Ok(b"hello".to_vec()));
-        line.admit_sender();
-        (line, client)
+        assert_eq!(receive(&mut endpoint), Ok(b"hello".to_vec()));
+        endpoint.admit_sender();
+        (endpoint, client)
     }
 
-    fn heard(line: &mut Endpoint) -> Result<Vec<u8>, String> {
-        let mut room = [0; 64];
-        let count = line.read(&mut room)?;
-        Ok(room[..count].to_vec())
+    fn receive(endpoint: &mut Endpoint) -> Result<Vec<u8>, String> {
+        let mut buffer = [0; 64];
+        let count = endpoint.read(&mut buffer)?;
+        Ok(buffer[..count].to_vec())
     }
 
     #[test]
-    fn last_words_on_a_terminal_are_heard_before_it_is_closed() {
-        let (mut line, mut client) = admitted();
+    fn the_last_bytes_on_a_terminal_are_read_before_its_end() {
+        let (mut endpoint, mut client) = admitted();
         client.write_all(b"bye").expect("there is room");
         drop(client);
-        assert_eq!(heard(&mut line), Ok(b"bye".to_vec()));
-        assert_eq!(heard(&mut line), Err("it closed the line".to_owned()));
-        assert!(line.client_name().is_none());
-        assert_eq!(heard(&mut line), Ok(Vec::new()));
+        assert_eq!(receive(&mut endpoint), Ok(b"bye".to_vec()));
+        assert_eq!(receive(&mut endpoint), Err("it closed the line".to_owned()));
+        assert!(endpoint.client_name().is_none());
+        assert_eq!(receive(&mut endpoint), Ok(Vec::new()));
     }
 
     #[test]
-    fn last_words_on_a_connection_are_heard_though_it_cannot_be_answered() {
-        let mut line = Endpoint::tcp(([127, 0, 0, 1], 0).into()).expect("a port");
-        let Ok(EndpointAddress::Tcp(address)) = line.address() else {
+    fn the_last_bytes_of_a_connection_are_read_even_if_writing_to_it_fails() {
+        let mut endpoint = Endpoint::tcp(([127, 0, 0, 1], 0).into()).expect("a port");
+        let Ok(EndpointAddress::Tcp(address)) = endpoint.address() else {
             panic!("a port has an address");
         };
-        let mut client = TcpStream::connect(address).expect("somebody listens");
-        let caller = loop {
+        let mut client = TcpStream::connect(address).expect("the endpoint listens");
+        let pending = loop {
             // The system may still be completing the connection.
-            if let Some(caller) = line.accept() {
-                break caller;
+            if let Some(pending) = endpoint.accept() {
+                break pending;
             }
         };
-        line.admit(caller);
-        line.write(b"unread").expect("it is there");
-        let mut room = [0; 1];
-        assert_eq!(client.peek(&mut room).expect("it was sent"), 1);
+        endpoint.admit(pending);
+        endpoint.write(b"unread").expect("the client is connected");
+        let mut buffer = [0; 1];
+        assert_eq!(client.peek(&mut buffer).expect("a byte"), 1);
         client.write_all(b"bye").expect("there is room");
         // The client has not read everything, so that the system refuses further bytes to it.
         drop(client);
-        line.write(b"more")
-            .expect("its end is told behind its last words");
-        assert_eq!(heard(&mut line), Ok(b"bye".to_vec()));
-        while heard(&mut line).is_ok() {}
-        assert!(line.client_name().is_none());
+        endpoint
+            .write(b"more")
+            .expect("the end is reported after the last bytes");
+        assert_eq!(receive(&mut endpoint), Ok(b"bye".to_vec()));
+        while receive(&mut endpoint).is_ok() {}
+        assert!(endpoint.client_name().is_none());
     }
 }

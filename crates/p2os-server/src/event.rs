@@ -25,7 +25,7 @@ pub enum EventKind {
     Connected,
     /// A client has closed the session, and stays on the line.
     Closed,
-    /// The client has left, and why.
+    /// The client has left, with the reason.
     ClientLeft(String),
     /// No packet arrived for this time, and the robot was stopped.
     Silent(Duration),
@@ -37,7 +37,7 @@ pub enum EventKind {
     Message(String),
     /// The body has touched something.
     Collided,
-    /// The number of further events within a second, which were left out.
+    /// The number of further events within a second, which were not reported.
     EventsDropped(u64),
 }
 
@@ -56,21 +56,17 @@ impl fmt::Display for Event {
 impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::ClientArrived(peer) => write!(f, "{peer} came"),
-            Self::ClientRefused(peer) => write!(f, "{peer} was turned away, it has a client"),
+            Self::ClientArrived(peer) => write!(f, "{peer} connected"),
+            Self::ClientRefused(peer) => write!(f, "{peer} was refused: the robot has a client"),
             Self::Connected => write!(f, "a client is connected"),
             Self::Closed => write!(f, "the client ended its session"),
-            Self::ClientLeft(why) => write!(f, "the client is gone: {why}"),
-            Self::Silent(time) => write!(
-                f,
-                "nothing heard for {:.1} s, its motors stop",
-                time.as_secs_f64()
-            ),
-            Self::Placed => write!(f, "a client put it elsewhere"),
-            Self::Refused(why) => write!(f, "refused: {why}"),
-            Self::Message(words) => write!(f, "the client says: {words}"),
-            Self::Collided => write!(f, "it touches something"),
-            Self::EventsDropped(count) => write!(f, "{count} more events within a second are not told"),
+            Self::ClientLeft(reason) => write!(f, "the client disconnected: {reason}"),
+            Self::Silent(time) => write!(f, "no packet for {:.1} s, the motors stop", time.as_secs_f64()),
+            Self::Placed => write!(f, "a client moved the robot to another pose"),
+            Self::Refused(reason) => write!(f, "refused: {reason}"),
+            Self::Message(text) => write!(f, "message from the client: {text}"),
+            Self::Collided => write!(f, "the robot collides"),
+            Self::EventsDropped(count) => write!(f, "{count} more events within a second are not shown"),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Limits the reported events of a robot. A client can cause thousands of events in a second, too many for a
-//! display or a disk. It does not look at the events.
+//! display or a disk. All kinds of events count alike.
 
 use core::time::Duration;
 
@@ -17,7 +17,7 @@ pub(crate) struct Quota {
 
 impl Quota {
     /// Starts a new quota when a second of the machine's time is over. Returns the number of events that were
-    /// left out since the last report, if any.
+    /// dropped since the last report, if any.
     pub(crate) fn renew(&mut self, now: Duration) -> Option<u64> {
         if now.saturating_sub(self.started) < SECOND {
             return None;
@@ -26,20 +26,20 @@ impl Quota {
         self.take_dropped()
     }
 
-    /// Returns the number of events that were left out since the last report, if any.
+    /// Returns the number of events that were dropped since the last report, if any.
     pub(crate) fn take_dropped(&mut self) -> Option<u64> {
-        Some(std::mem::take(&mut self.dropped)).filter(|untold| *untold > 0)
+        Some(std::mem::take(&mut self.dropped)).filter(|count| *count > 0)
     }
 
     /// Returns whether one more event is reported.
     pub(crate) fn allow(&mut self) -> bool {
-        let told = self.reported < MAX_EVENTS;
-        if told {
+        let is_allowed = self.reported < MAX_EVENTS;
+        if is_allowed {
             self.reported += 1;
         } else {
             self.dropped += 1;
         }
-        told
+        is_allowed
     }
 }
 
@@ -48,10 +48,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_out_is_counted_and_told_once() {
+    fn dropped_events_are_counted_and_reported_once() {
         let mut quota = Quota::default();
-        let told = (0..1000).filter(|_| quota.allow()).count();
-        assert_eq!(told, MAX_EVENTS as usize);
+        let is_allowed = (0..1000).filter(|_| quota.allow()).count();
+        assert_eq!(is_allowed, MAX_EVENTS as usize);
         assert_eq!(quota.renew(SECOND / 2), None, "the second is not over");
         assert_eq!(quota.renew(SECOND), Some(1000 - u64::from(MAX_EVENTS)));
         assert!(quota.allow());

@@ -57,12 +57,10 @@ impl Default for Options {
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
     /// The world has no robot to serve.
-    #[error(
-        "the world `{0}` has no robot: give it a start, such as [robots.pioneer] start = {{ x = 1, y = 1 }}"
-    )]
+    #[error("the world `{0}` has no robot: add a start, such as [robots.pioneer] start = {{ x = 1, y = 1 }}")]
     NoRobots(String),
     /// Neither TCP nor terminals were requested.
-    #[error("no client could reach it: serve it at a TCP address, at terminals, or both")]
+    #[error("no client could connect: serve the robots at a TCP address, at terminals, or both")]
     NoEndpoints,
     /// A model for a robot that the world does not have.
     #[error("the world has no robot `{robot}`; it has {}", known.join(", "))]
@@ -74,7 +72,7 @@ pub enum ServerError {
     },
     /// A robot's name, or those of its model, are too long for a packet.
     #[error(
-        "robot `{robot}` cannot introduce itself to clients: {error}; give it or its model a shorter name"
+        "the names of robot `{robot}` do not fit into a packet: {error}; give it or its model a shorter name"
     )]
     Names {
         /// The robot.
@@ -83,7 +81,7 @@ pub enum ServerError {
         error: jde_p2os::Error,
     },
     /// There are more robots than ports.
-    #[error("there is no port after 65535 for robot `{0}`: begin at a smaller one")]
+    #[error("there is no port after 65535 for robot `{0}`: start at a lower one")]
     NoPort(String),
     /// A line could not be opened.
     #[error("robot `{robot}` cannot be served at {place}: {error}")]
@@ -157,17 +155,17 @@ impl Server {
             });
         }
         let p3dx = Model::named(P3DX)?;
-        let mut posts = Vec::new();
+        let mut robots = Vec::new();
         for (number, name) in names.into_iter().enumerate() {
             let model = options.models.iter().find(|(robot, _)| *robot == name);
             let model = model.map_or(&p3dx, |(_, model)| model).clone();
-            let robot = world.add_robot(&name, crate::robot_session::robot_config(&model))?;
-            let station = RobotSession::new(&world, robot, model);
-            if let Err(error) = station.check_names(&world) {
+            let id = world.add_robot(&name, crate::robot_session::robot_config(&model))?;
+            let session = RobotSession::new(&world, id, model);
+            if let Err(error) = session.check_names(&world) {
                 return Err(ServerError::Names { robot: name, error });
             }
-            posts.push(ServedRobot {
-                session: station,
+            robots.push(ServedRobot {
+                session,
                 endpoints: open_endpoints(&name, number, options)?,
                 sessions: 0,
                 quota: Quota::default(),
@@ -176,17 +174,20 @@ impl Server {
         }
         Ok(Self {
             world,
-            robots: posts,
+            robots,
             speed: options.speed,
         })
     }
 
-    /// Returns the places of each robot, in the order of the world's file. A robot with two lines occurs
+    /// Returns the addresses of each robot, in the order of the world's file. A robot with two lines occurs
     /// twice.
     pub fn addresses(&self) -> impl Iterator<Item = (&str, EndpointAddress)> {
-        self.robots.iter().flat_map(|post| {
-            let places = post.endpoints.iter().filter_map(|line| line.address().ok());
-            places.map(|place| (post.name.as_str(), place))
+        self.robots.iter().flat_map(|robot| {
+            let addresses = robot
+                .endpoints
+                .iter()
+                .filter_map(|endpoint| endpoint.address().ok());
+            addresses.map(|address| (robot.name.as_str(), address))
         })
     }
 
@@ -197,22 +198,22 @@ impl Server {
 
     /// Returns the totals of each robot so far.
     pub fn stats(&self) -> Vec<RobotStats> {
-        let tally = |post: &ServedRobot| {
-            let truth = self.world.truth(post.session.robot());
+        let stats = |robot: &ServedRobot| {
+            let truth = self.world.truth(robot.session.robot());
             RobotStats {
-                robot: post.name.clone(),
+                robot: robot.name.clone(),
                 travelled: truth.travelled,
                 collisions: truth.collisions,
                 min_clearance: truth.min_clearance,
-                sessions: post.sessions,
+                sessions: robot.sessions,
             }
         };
-        self.robots.iter().map(tally).collect()
+        self.robots.iter().map(stats).collect()
     }
 
-    /// Serves until `stop` is set or `limit` of the machine's time is over, and calls `hear` with the events,
-    /// at most twenty a second for each robot. It reads `stop` once a round, at least every five steps of the
-    /// world.
+    /// Serves until `stop` is set or `limit` of the machine's time is over, and calls `on_event` with each
+    /// event, at most twenty a second for each robot. It reads `stop` once a round, at least every five steps
+    /// of the world.
     ///
     /// # Errors
     /// If the system cannot wait for several lines at once.
@@ -220,23 +221,23 @@ impl Server {
         &mut self,
         stop: &AtomicBool,
         limit: Option<Duration>,
-        mut hear: impl FnMut(&Event),
+        mut on_event: impl FnMut(&Event),
     ) -> Result<(), ServerError> {
-        let begun = Instant::now();
-        let mut pace = WorldClock::new(Duration::from_nanos(self.world.now()), self.speed);
-        while !stop.load(Ordering::Relaxed) && limit.is_none_or(|limit| begun.elapsed() < limit) {
-            let now = self.step(pace.now());
-            pace.limit_backlog(now);
+        let start = Instant::now();
+        let mut clock = WorldClock::new(Duration::from_nanos(self.world.now()), self.speed);
+        while !stop.load(Ordering::Relaxed) && limit.is_none_or(|limit| start.elapsed() < limit) {
+            let now = self.step(clock.now());
+            clock.limit_backlog(now);
             self.receive_all(now);
             self.send_all();
-            self.report(now, begun.elapsed(), &mut hear);
+            self.report(now, start.elapsed(), &mut on_event);
             let next = Duration::from_nanos(self.world.now()) + STEP;
-            self.wait(pace.until(next))?;
+            self.wait(clock.until(next))?;
         }
-        let time = pace.now();
-        for post in &mut self.robots {
-            if let Some(count) = post.quota.take_dropped() {
-                hear(&post.event(time, EventKind::EventsDropped(count)));
+        let time = clock.now();
+        for robot in &mut self.robots {
+            if let Some(count) = robot.quota.take_dropped() {
+                on_event(&robot.event(time, EventKind::EventsDropped(count)));
             }
         }
         Ok(())
@@ -250,47 +251,47 @@ impl Server {
             if time + STEP > now {
                 break;
             }
-            for post in &mut self.robots {
-                post.session.step(&mut self.world, time);
+            for robot in &mut self.robots {
+                robot.session.step(&mut self.world, time);
             }
             self.world.advance_to(self.world.now() + STEP_NS);
-            for post in &mut self.robots {
-                post.session.send_due(&self.world, time + STEP);
+            for robot in &mut self.robots {
+                robot.session.send_due(&self.world, time + STEP);
             }
         }
         Duration::from_nanos(self.world.now())
     }
 
     fn receive_all(&mut self, now: Duration) {
-        for post in &mut self.robots {
+        for robot in &mut self.robots {
             // A client that leaves now makes room for one that arrives now.
-            for number in 0..post.endpoints.len() {
-                post.receive(number, &mut self.world, now);
+            for number in 0..robot.endpoints.len() {
+                robot.receive(number, &mut self.world, now);
             }
-            post.accept_clients(now);
+            robot.accept_clients(now);
         }
     }
 
     fn send_all(&mut self) {
-        for post in &mut self.robots {
-            let bytes = post.session.take_bytes();
-            for line in &mut post.endpoints {
-                if let Err(why) = line.write(&bytes) {
-                    post.session.end_session(EventKind::ClientLeft(why));
+        for robot in &mut self.robots {
+            let bytes = robot.session.take_bytes();
+            for endpoint in &mut robot.endpoints {
+                if let Err(reason) = endpoint.write(&bytes) {
+                    robot.session.end_session(EventKind::ClientLeft(reason));
                 }
             }
         }
     }
 
-    fn report(&mut self, now: Duration, clock: Duration, hear: &mut impl FnMut(&Event)) {
-        for post in &mut self.robots {
-            if let Some(count) = post.quota.renew(clock) {
-                hear(&post.event(now, EventKind::EventsDropped(count)));
+    fn report(&mut self, now: Duration, elapsed: Duration, on_event: &mut impl FnMut(&Event)) {
+        for robot in &mut self.robots {
+            if let Some(count) = robot.quota.renew(elapsed) {
+                on_event(&robot.event(now, EventKind::EventsDropped(count)));
             }
-            for what in post.session.take_events() {
-                post.sessions += u64::from(what == EventKind::Connected);
-                if post.quota.allow() {
-                    hear(&post.event(now, what));
+            for kind in robot.session.take_events() {
+                robot.sessions += u64::from(kind == EventKind::Connected);
+                if robot.quota.allow() {
+                    on_event(&robot.event(now, kind));
                 }
             }
         }
@@ -298,18 +299,18 @@ impl Server {
 
     /// Waits until a client arrives or sends bytes, or the time is over.
     fn wait(&self, time: Duration) -> Result<(), ServerError> {
-        let waits = self
+        let poll_fds = self
             .robots
             .iter()
-            .flat_map(|post| post.endpoints.iter().flat_map(Endpoint::poll_fds));
-        let mut waits: Vec<PollFd<'_>> = waits
-            .map(|(line, flags)| PollFd::from_borrowed_fd(line, flags))
+            .flat_map(|robot| robot.endpoints.iter().flat_map(Endpoint::poll_fds));
+        let mut poll_fds: Vec<PollFd<'_>> = poll_fds
+            .map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags))
             .collect();
         let time = Timespec::try_from(time).unwrap_or(Timespec {
             tv_sec: 0,
             tv_nsec: STEP_NS as i64,
         });
-        match poll(&mut waits, Some(&time)) {
+        match poll(&mut poll_fds, Some(&time)) {
             Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
             Err(error) => Err(ServerError::Wait(error.into())),
         }
@@ -317,47 +318,43 @@ impl Server {
 }
 
 impl ServedRobot {
-    fn event(&self, time: Duration, what: EventKind) -> Event {
+    fn event(&self, time: Duration, kind: EventKind) -> Event {
         let robot = self.name.clone();
-        Event {
-            time,
-            robot,
-            kind: what,
-        }
+        Event { time, robot, kind }
     }
 
     /// Admits the waiting clients, or refuses them.
     fn accept_clients(&mut self, now: Duration) {
         for number in 0..self.endpoints.len() {
-            let Some(caller) = self.endpoints[number].accept() else {
+            let Some(client) = self.endpoints[number].accept() else {
                 continue;
             };
             if self.has_room(now) {
                 self.session
-                    .begin_session(EventKind::ClientArrived(caller.name.clone()), now);
-                self.endpoints[number].admit(caller);
+                    .begin_session(EventKind::ClientArrived(client.name.clone()), now);
+                self.endpoints[number].admit(client);
             } else {
-                self.session.push_event(EventKind::ClientRefused(caller.name));
+                self.session.push_event(EventKind::ClientRefused(client.name));
             }
         }
     }
 
     fn receive(&mut self, number: usize, world: &mut World, now: Duration) {
-        let line = &mut self.endpoints[number];
-        let known = line.client_name().is_some();
-        let mut room = [0; MAX_READ];
-        let count = match line.read(&mut room) {
+        let endpoint = &mut self.endpoints[number];
+        let has_client = endpoint.client_name().is_some();
+        let mut buffer = [0; MAX_READ];
+        let count = match endpoint.read(&mut buffer) {
             Ok(count) => count,
-            Err(why) => return self.session.end_session(EventKind::ClientLeft(why)),
+            Err(reason) => return self.session.end_session(EventKind::ClientLeft(reason)),
         };
         if count > 0 {
             // On a terminal a client appears with its first bytes. The bytes of a refused client are dropped.
-            if known || self.admit_terminal(number, now) {
-                self.session.receive(world, &room[..count], now);
+            if has_client || self.admit_terminal(number, now) {
+                self.session.receive(world, &buffer[..count], now);
             }
-        } else if known && line.is_terminal() && self.session.silence(now) > SILENCE_LIMIT {
-            let why = line.hang_up("it has said nothing for long");
-            self.session.end_session(EventKind::ClientLeft(why));
+        } else if has_client && endpoint.is_terminal() && self.session.silence(now) > SILENCE_LIMIT {
+            let reason = endpoint.hang_up("no packet arrived for too long");
+            self.session.end_session(EventKind::ClientLeft(reason));
         }
     }
 
@@ -374,27 +371,27 @@ impl ServedRobot {
         has_room
     }
 
-    /// Returns whether another client may come. A client whose silence has stopped the motors makes room.
+    /// Returns whether another client may connect. A client whose silence has stopped the motors makes room.
     fn has_room(&mut self, now: Duration) -> bool {
-        let Some(taken) = self
+        let Some(occupied) = self
             .endpoints
             .iter_mut()
-            .find(|line| line.client_name().is_some())
+            .find(|endpoint| endpoint.client_name().is_some())
         else {
             return true;
         };
         if self.session.silence(now) <= WATCHDOG {
             return false;
         }
-        let why = taken.hang_up("it was silent, and another came");
-        self.session.end_session(EventKind::ClientLeft(why));
+        let reason = occupied.hang_up("it was silent, and another client connected");
+        self.session.end_session(EventKind::ClientLeft(reason));
         true
     }
 }
 
 /// Opens the lines of robot number `number`, counted from 0.
 fn open_endpoints(robot: &str, number: usize, options: &Options) -> Result<Vec<Endpoint>, ServerError> {
-    let mut lines = Vec::new();
+    let mut endpoints = Vec::new();
     let failed = |place: String| {
         let robot = robot.to_owned();
         |error| ServerError::Endpoint { robot, place, error }
@@ -406,10 +403,10 @@ fn open_endpoints(robot: &str, number: usize, options: &Options) -> Result<Vec<E
                 .and_then(|number| address.port().checked_add(number));
             address.set_port(port.ok_or_else(|| ServerError::NoPort(robot.to_owned()))?);
         }
-        lines.push(Endpoint::tcp(address).map_err(failed(address.to_string()))?);
+        endpoints.push(Endpoint::tcp(address).map_err(failed(address.to_string()))?);
     }
     if options.terminal {
-        lines.push(Endpoint::terminal().map_err(failed("a pseudo-terminal".to_owned()))?);
+        endpoints.push(Endpoint::terminal().map_err(failed("a pseudo-terminal".to_owned()))?);
     }
-    Ok(lines)
+    Ok(endpoints)
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use rustix::fs::inotify::{self, CreateFlags, ReadFlags, WatchFlags};
 
-/// Bytes of events that one read takes; the next look reads the rest.
+/// Bytes of events that one read takes; the next update reads the rest.
 const EVENT_BYTES: usize = 1024;
 
 /// The watch on a terminal.
@@ -22,12 +22,12 @@ pub(crate) struct TerminalWatch {
 impl TerminalWatch {
     /// Starts to watch a path.
     pub(crate) fn of(path: &Path) -> Self {
-        let told = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).and_then(|told| {
-            let wanted = WatchFlags::OPEN | WatchFlags::CLOSE_WRITE | WatchFlags::CLOSE_NOWRITE;
-            inotify::add_watch(&told, path, wanted).map(|_| told)
+        let inotify = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).and_then(|inotify| {
+            let events = WatchFlags::OPEN | WatchFlags::CLOSE_WRITE | WatchFlags::CLOSE_NOWRITE;
+            inotify::add_watch(&inotify, path, events).map(|_| inotify)
         });
         Self {
-            inotify: told.ok(),
+            inotify: inotify.ok(),
             open_count: 0,
         }
     }
@@ -37,25 +37,25 @@ impl TerminalWatch {
         self.inotify.as_ref().map(AsFd::as_fd)
     }
 
-    /// Reads the events. Returns whether the last program closed the terminal since the last look.
+    /// Reads the events. Returns whether the last program closed the terminal since the last update.
     pub(crate) fn update(&mut self) -> bool {
-        let Some(told) = &self.inotify else {
+        let Some(inotify) = &self.inotify else {
             return false;
         };
-        let mut room = [MaybeUninit::uninit(); EVENT_BYTES];
-        let mut events = inotify::Reader::new(told, &mut room);
-        let mut left = false;
+        let mut buffer = [MaybeUninit::uninit(); EVENT_BYTES];
+        let mut events = inotify::Reader::new(inotify, &mut buffer);
+        let mut was_closed = false;
         // `next` fails when there are no more events.
         while let Ok(event) = events.next() {
-            let happened = event.events();
-            if happened.contains(ReadFlags::OPEN) {
+            let flags = event.events();
+            if flags.contains(ReadFlags::OPEN) {
                 self.open_count += 1;
-            } else if happened.intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
+            } else if flags.intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
                 self.open_count = self.open_count.saturating_sub(1);
-                left |= self.open_count == 0;
+                was_closed |= self.open_count == 0;
             }
         }
-        left
+        was_closed
     }
 
     /// Returns whether no program has it open; false if that is unknown.

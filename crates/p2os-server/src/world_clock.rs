@@ -1,10 +1,10 @@
-//! Converts the machine's time to the world's. When the machine stalls, the world stalls too: no robot drives
-//! on without its client.
+//! Converts the machine's time to the world's. When the machine stalls, the world stalls too, so that no
+//! robot continues without its client.
 
 use core::time::Duration;
 use std::time::Instant;
 
-/// The longest part of the machine's time that is made up for at once. The rest is skipped.
+/// The longest delay of the machine that the world catches up with. The rest is skipped.
 const MAX_BACKLOG: Duration = Duration::from_millis(200);
 
 /// The clock of the world, as a function of the machine's.
@@ -40,8 +40,8 @@ impl WorldClock {
     }
 
     /// Returns the machine's time until a time of the world.
-    pub(crate) fn until(&self, then: Duration) -> Duration {
-        then.saturating_sub(self.world).div_f64(self.speed)
+    pub(crate) fn until(&self, time: Duration) -> Duration {
+        time.saturating_sub(self.world).div_f64(self.speed)
     }
 }
 
@@ -50,26 +50,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_was_held_up_goes_on_where_it_was() {
-        let mut pace = WorldClock::new(Duration::from_secs(5), 1.0);
-        pace.last = Instant::now()
+    fn a_stalled_clock_catches_up_by_a_bounded_time() {
+        let mut clock = WorldClock::new(Duration::from_secs(5), 1.0);
+        clock.last = Instant::now()
             .checked_sub(Duration::from_secs(60))
             .expect("the machine runs for a minute");
-        assert_eq!(pace.now(), Duration::from_secs(5) + MAX_BACKLOG);
+        assert_eq!(clock.now(), Duration::from_secs(5) + MAX_BACKLOG);
     }
 
     #[test]
-    fn a_world_that_cannot_keep_up_is_not_driven_ever_faster() {
-        let mut pace = WorldClock::new(Duration::from_secs(100), 2.0);
-        pace.limit_backlog(Duration::from_secs(40));
-        assert_eq!(pace.world, Duration::from_secs(40) + 2 * MAX_BACKLOG);
-        pace.limit_backlog(Duration::from_secs(40));
-        assert_eq!(pace.world, Duration::from_secs(40) + 2 * MAX_BACKLOG);
+    fn the_backlog_of_a_slow_world_is_bounded() {
+        let mut clock = WorldClock::new(Duration::from_secs(100), 2.0);
+        clock.limit_backlog(Duration::from_secs(40));
+        assert_eq!(clock.world, Duration::from_secs(40) + 2 * MAX_BACKLOG);
+        clock.limit_backlog(Duration::from_secs(40));
+        assert_eq!(clock.world, Duration::from_secs(40) + 2 * MAX_BACKLOG);
     }
 
     #[test]
-    fn a_fast_world_is_waited_for_shortly() {
-        let pace = WorldClock::new(Duration::ZERO, 4.0);
-        assert_eq!(pace.until(Duration::from_secs(1)), Duration::from_millis(250));
+    fn waiting_times_are_divided_by_the_speed() {
+        let clock = WorldClock::new(Duration::ZERO, 4.0);
+        assert_eq!(clock.until(Duration::from_secs(1)), Duration::from_millis(250));
     }
 }

@@ -1,4 +1,4 @@
-//! The configuration packet: a robot's limits and settings, its answer to CONFIG.
+//! The configuration packet: a robot's limits and settings, its reply to CONFIG.
 
 use crate::wire::{Field, Reader, packet, record};
 use crate::{Error, Packet};
@@ -7,7 +7,7 @@ use crate::{Error, Packet};
 pub(crate) const KIND: u8 = 0x20;
 
 record! {
-    /// The answer of a robot to CONFIG, in the robot's own units: mm, mm/s, degrees, degrees/s.
+    /// The reply of a robot to CONFIG, in the robot's own units: mm, mm/s, degrees, degrees/s.
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     Config {
         /// Class: `Pioneer`.
@@ -153,9 +153,9 @@ impl Config {
         }
         // Zeros decode as zeros and as empty strings, so that zeros can replace the fields that an old
         // firmware lacks.
-        let mut longest = packet.data().to_vec();
-        longest.resize(longest.len() + 200, 0);
-        Self::read(&mut Reader::new(RECORD_NAME, &longest))
+        let mut padded = packet.data().to_vec();
+        padded.resize(padded.len() + 200, 0);
+        Self::read(&mut Reader::new(RECORD_NAME, &padded))
     }
 
     /// Returns whether this is the configuration of a simulator.

@@ -1,4 +1,4 @@
-//! The counts of the wheels' encoders, a robot's answer to ENCODER.
+//! The counts of the wheels' encoders, a robot's reply to ENCODER.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};

@@ -10,7 +10,7 @@ pub enum Error {
         have: usize,
     },
     /// A packet of a kind other than expected.
-    #[error("a packet of kind {have:#04x} is no {what}")]
+    #[error("a packet of kind {have:#04x} is not a {what}")]
     Kind {
         /// The expected kind.
         what: &'static str,
@@ -18,13 +18,13 @@ pub enum Error {
         have: u8,
     },
     /// A packet that ends before its fields do.
-    #[error("the packet ends within its {what}: drop it, the next one comes")]
+    #[error("the packet ends within its {what}: drop it and wait for the next one")]
     Short {
         /// The part that is too short.
         what: &'static str,
     },
     /// A field that contradicts the others.
-    #[error("the packet's {what} contradicts the rest: drop it, the next one comes")]
+    #[error("the packet's {what} contradicts the rest: drop it and wait for the next one")]
     Contradiction {
         /// The field.
         what: &'static str,

@@ -51,13 +51,13 @@ pub enum HeadCommand {
         /// Units up.
         max: i16,
     },
-    /// Asks for pan and tilt.
+    /// Requests pan and tilt.
     GetPanTilt,
     /// Zooms to a value, 0 to [`MAX_ZOOM`].
     Zoom(u16),
-    /// Asks for the present zoom.
+    /// Requests the present zoom.
     GetZoom,
-    /// Asks for the greatest zoom.
+    /// Requests the greatest zoom.
     GetMaxZoom,
     /// Sets the focus.
     Focus(Focus),
@@ -83,7 +83,7 @@ pub enum Focus {
     Far,
 }
 
-/// An answer of the camera.
+/// A reply of the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeadReply {
     /// 0x30 done, 0x31 busy, 0x35 unknown command or parameter, 0x39 not possible in this mode.
@@ -130,12 +130,9 @@ impl HeadCommand {
                 0x62,
                 [digits(encode_units(*pan), 4), digits(encode_units(*tilt), 4)].concat(),
             ),
-            Self::TiltRange {
-                min: least,
-                max: most,
-            } => {
-                let places = [digits(encode_units(*least), 4), digits(encode_units(*most), 4)];
-                (0x64, [vec![0x31], places.concat()].concat())
+            Self::TiltRange { min, max } => {
+                let range = [digits(encode_units(*min), 4), digits(encode_units(*max), 4)];
+                (0x64, [vec![0x31], range.concat()].concat())
             }
             Self::GetPanTilt => (0x63, Vec::new()),
             Self::Zoom(zoom) => (0xB3, digits(*zoom, 4)),
@@ -147,31 +144,27 @@ impl HeadCommand {
     }
 
     fn from_parts(code: u8, data: &[u8]) -> Self {
-        let typed =
-            match (code, data) {
-                (0xA0, [on @ 0x30..=0x31]) => Some(Self::Power(*on == 0x31)),
-                (0x90, [0x30]) => Some(Self::Control),
-                (0x58, [0x30]) => Some(Self::Init),
-                (0x50, [_, _, _]) => number(data).map(Self::PanSpeed),
-                (0x51, [_, _, _]) => number(data).map(Self::TiltSpeed),
-                (0x53, [0x30]) => Some(Self::Stop),
-                (0x62, data) => decode_pan_tilt(data).map(|(pan, tilt)| Self::PanTilt { pan, tilt }),
-                (0x64, [0x31, range @ ..]) => decode_pan_tilt(range)
-                    .filter(|(least, most)| least <= most)
-                    .map(|(least, most)| Self::TiltRange {
-                        min: least,
-                        max: most,
-                    }),
-                (0x63, []) => Some(Self::GetPanTilt),
-                (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
-                (0xB4, [0x30]) => Some(Self::GetZoom),
-                (0xB4, [0x33]) => Some(Self::GetMaxZoom),
-                (0xA1, [0x30]) => Some(Self::Focus(Focus::Auto)),
-                (0xA1, [0x31]) => Some(Self::Focus(Focus::Manual)),
-                (0xA1, [0x32]) => Some(Self::Focus(Focus::Near)),
-                (0xA1, [0x33]) => Some(Self::Focus(Focus::Far)),
-                _ => None,
-            };
+        let typed = match (code, data) {
+            (0xA0, [on @ 0x30..=0x31]) => Some(Self::Power(*on == 0x31)),
+            (0x90, [0x30]) => Some(Self::Control),
+            (0x58, [0x30]) => Some(Self::Init),
+            (0x50, [_, _, _]) => number(data).map(Self::PanSpeed),
+            (0x51, [_, _, _]) => number(data).map(Self::TiltSpeed),
+            (0x53, [0x30]) => Some(Self::Stop),
+            (0x62, data) => decode_pan_tilt(data).map(|(pan, tilt)| Self::PanTilt { pan, tilt }),
+            (0x64, [0x31, range @ ..]) => decode_pan_tilt(range)
+                .filter(|(min, max)| min <= max)
+                .map(|(min, max)| Self::TiltRange { min, max }),
+            (0x63, []) => Some(Self::GetPanTilt),
+            (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
+            (0xB4, [0x30]) => Some(Self::GetZoom),
+            (0xB4, [0x33]) => Some(Self::GetMaxZoom),
+            (0xA1, [0x30]) => Some(Self::Focus(Focus::Auto)),
+            (0xA1, [0x31]) => Some(Self::Focus(Focus::Manual)),
+            (0xA1, [0x32]) => Some(Self::Focus(Focus::Near)),
+            (0xA1, [0x33]) => Some(Self::Focus(Focus::Far)),
+            _ => None,
+        };
         typed.unwrap_or_else(|| Self::Other {
             code,
             data: data.to_vec(),
@@ -183,14 +176,14 @@ impl HeadReply {
     /// Status: done.
     pub const OK: u8 = 0x30;
 
-    /// Creates the answer to a command that was executed and returns no data.
+    /// Creates the reply to a command that was executed and returns no data.
     #[must_use]
     pub fn success() -> Self {
         let (status, data) = (Self::OK, Vec::new());
         Self { status, data }
     }
 
-    /// Creates the answer to [`HeadCommand::GetPanTilt`]: units to the right and up.
+    /// Creates the reply to [`HeadCommand::GetPanTilt`]: units to the right and up.
     #[must_use]
     pub fn position(pan: i16, tilt: i16) -> Self {
         Self {
@@ -199,13 +192,13 @@ impl HeadReply {
         }
     }
 
-    /// Returns pan and tilt, in units to the right and up, if the answer contains them.
+    /// Returns pan and tilt, in units to the right and up, if the reply contains them.
     #[must_use]
     pub fn pan_tilt(&self) -> Option<(i16, i16)> {
         decode_pan_tilt(&self.data)
     }
 
-    /// Creates the answer to [`HeadCommand::GetZoom`] and [`HeadCommand::GetMaxZoom`].
+    /// Creates the reply to [`HeadCommand::GetZoom`] and [`HeadCommand::GetMaxZoom`].
     #[must_use]
     pub fn zoom(zoom: u16) -> Self {
         Self {
@@ -214,13 +207,13 @@ impl HeadReply {
         }
     }
 
-    /// Returns the zoom, if the answer contains one.
+    /// Returns the zoom, if the reply contains one.
     #[must_use]
     pub fn zoomed(&self) -> Option<u16> {
         (self.data.len() == 4).then(|| number(&self.data))?
     }
 
-    /// Encodes the answer as a frame.
+    /// Encodes the reply as a frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut frame = vec![REPLY, DEVICE[0], DEVICE[1], self.status, 0];
@@ -252,8 +245,8 @@ impl HeadFrame {
 }
 
 impl HeadParser {
-    /// Processes bytes and calls `each` with every frame that they complete.
-    pub fn receive(&mut self, bytes: &[u8], mut each: impl FnMut(HeadFrame)) {
+    /// Processes bytes and calls `on_frame` with every frame that they complete.
+    pub fn receive(&mut self, bytes: &[u8], mut on_frame: impl FnMut(HeadFrame)) {
         for byte in bytes {
             match byte {
                 // Neither byte occurs within a frame, whose data are digits.
@@ -266,7 +259,7 @@ impl HeadParser {
                 &END => {
                     self.buffer.push(END);
                     if let Ok(frame) = HeadFrame::from_bytes(&self.buffer) {
-                        each(frame);
+                        on_frame(frame);
                     }
                     self.buffer.clear();
                 }
@@ -282,12 +275,12 @@ fn encode_units(units: i16) -> u16 {
 
 fn decode_pan_tilt(data: &[u8]) -> Option<(i16, i16)> {
     let (pan, tilt) = data.split_at_checked(4)?;
-    let place = |digits: &[u8]| {
+    let decode_units = |digits: &[u8]| {
         let units = i32::from(number(digits)?) - MIDDLE;
         i16::try_from(units).ok()
     };
     (tilt.len() == 4).then_some(())?;
-    Some((place(pan)?, place(tilt)?))
+    Some((decode_units(pan)?, decode_units(tilt)?))
 }
 
 /// Returns hexadecimal digits in capital letters.
@@ -296,10 +289,10 @@ fn digits(value: u16, count: usize) -> Vec<u8> {
 }
 
 fn number(digits: &[u8]) -> Option<u16> {
-    // No sign, which the parser of numbers would accept.
-    let all = digits
+    // Refuse a sign, which `from_str_radix` would accept.
+    let is_hexadecimal = digits
         .iter()
         .all(|digit| matches!(digit, b'0'..=b'9' | b'A'..=b'F'));
-    let text = core::str::from_utf8(digits).ok().filter(|_| all)?;
+    let text = core::str::from_utf8(digits).ok().filter(|_| is_hexadecimal)?;
     u16::from_str_radix(text, 16).ok()
 }

@@ -22,13 +22,13 @@ pub struct Reading {
 /// The data of a packet besides its readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaserForm {
-    /// Kind 0x60: with the pose of the robot's odometry, mm, mm, degrees.
+    /// Kind 0x60: with the pose of the robot's odometry.
     Plain {
-        /// Ahead of the origin.
+        /// Ahead of the origin, mm.
         x: i16,
-        /// To the left of the origin.
+        /// To the left of the origin, mm.
         y: i16,
-        /// Heading, counter-clockwise.
+        /// Heading, degrees counter-clockwise.
         th: i16,
     },
     /// Kind 0x61: with reflectances.
@@ -68,43 +68,43 @@ impl LaserPacket {
     /// Splits a sweep into packets, from the first reading.
     pub fn sweep(form: LaserForm, readings: &[Reading]) -> impl Iterator<Item = Self> + '_ {
         let readings = &readings[..readings.len().min(u16::MAX.into())];
-        let parts = readings.chunks(READINGS).enumerate();
-        parts.map(move |(number, part)| Self {
+        let chunks = readings.chunks(READINGS).enumerate();
+        chunks.map(move |(number, chunk)| Self {
             form,
             total: readings.len() as u16,
             first: (number * READINGS) as u16,
-            readings: part.to_vec(),
+            readings: chunk.to_vec(),
         })
     }
 
-    /// Encodes it as a packet.
+    /// Encodes the part as a packet.
     ///
     /// # Errors
     /// If it has more readings than fit. [`READINGS`] fit.
     pub fn to_packet(&self) -> Result<Packet, Error> {
-        let mut to = Vec::new();
+        let mut payload = Vec::new();
         match self.form {
             LaserForm::Plain { x, y, th } => {
-                to.push(PLAIN);
-                x.write(&mut to);
-                y.write(&mut to);
-                th.write(&mut to);
+                payload.push(PLAIN);
+                x.write(&mut payload);
+                y.write(&mut payload);
+                th.write(&mut payload);
             }
-            LaserForm::Extended { .. } => to.push(EXTENDED),
+            LaserForm::Extended { .. } => payload.push(EXTENDED),
         }
-        self.total.write(&mut to);
-        self.first.write(&mut to);
-        to.push(u8::try_from(self.readings.len()).unwrap_or(u8::MAX));
+        self.total.write(&mut payload);
+        self.first.write(&mut payload);
+        payload.push(u8::try_from(self.readings.len()).unwrap_or(u8::MAX));
         for reading in &self.readings {
-            reading.range.write(&mut to);
+            reading.range.write(&mut payload);
             if let LaserForm::Extended { .. } = self.form {
-                to.extend([reading.reflectance, 0, 0]);
+                payload.extend([reading.reflectance, 0, 0]);
             }
         }
         if let LaserForm::Extended { device, flags } = self.form {
-            to.extend([device, flags]);
+            payload.extend([device, flags]);
         }
-        Packet::new(&to)
+        Packet::new(&payload)
     }
 
     /// Returns whether a packet is one of a laser.
@@ -118,7 +118,7 @@ impl LaserPacket {
     /// # Errors
     /// If it is of another kind, ends within its readings, or has readings beyond the end of the sweep.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
-        let mut from = Reader::new("packet of a laser", packet.data());
+        let mut reader = Reader::new("packet of a laser", packet.data());
         let extended = match packet.id() {
             PLAIN => false,
             EXTENDED => true,
@@ -129,28 +129,28 @@ impl LaserPacket {
         };
         let mut form = LaserForm::Extended { device: 0, flags: 0 };
         if !extended {
-            let (x, y, th) = (from.get()?, from.get()?, from.get()?);
+            let (x, y, th) = (reader.get()?, reader.get()?, reader.get()?);
             form = LaserForm::Plain { x, y, th };
         }
-        let (total, first) = (from.get()?, from.get()?);
-        let count: u8 = from.get()?;
+        let (total, first) = (reader.get()?, reader.get()?);
+        let count: u8 = reader.get()?;
         if u32::from(first) + u32::from(count) > u32::from(total) {
             let what = "number of readings";
             return Err(Error::Contradiction { what });
         }
         let mut readings = Vec::with_capacity(count.into());
         for _ in 0..count {
-            let range = from.get()?;
+            let range = reader.get()?;
             let mut reflectance = 0;
             if extended {
-                reflectance = from.get()?;
-                let _reserved: u16 = from.get()?;
+                reflectance = reader.get()?;
+                let _reserved: u16 = reader.get()?;
             }
             readings.push(Reading { range, reflectance });
         }
         if extended {
-            let device = from.optional().unwrap_or_default();
-            let flags = from.optional().unwrap_or_default();
+            let device = reader.optional().unwrap_or_default();
+            let flags = reader.optional().unwrap_or_default();
             form = LaserForm::Extended { device, flags };
         }
         Ok(Self {

@@ -2,9 +2,9 @@
 //! ends, without I/O.
 //!
 //! There are no sockets, serial lines, threads or clocks here: the caller supplies the bytes and the time. A
-//! robot or simulator finds [`Packet`]s with a [`Receiver`], decodes [`Command`]s and answers with [`Names`],
+//! robot or simulator finds [`Packet`]s with a [`Receiver`], decodes [`Command`]s and replies with [`Names`],
 //! [`Sip`], [`Config`], [`LaserPacket`], [`Encoders`], [`SerialAux`] and [`SimState`]. A client uses a
-//! [`Session`], which does all of that for it, and knows [`Model`]s.
+//! [`Session`], which does all of that and uses the robot's [`Model`].
 
 mod command;
 mod config;

@@ -1,5 +1,5 @@
 //! The data of a model of robot: units, body, limits, sonars. They come from TOML files; none is computed
-//! from the robot's answers.
+//! from the robot's replies.
 
 use core::f64::consts::TAU;
 
@@ -23,7 +23,7 @@ const KNOWN: [(&str, &str); 7] = [
 pub struct Model {
     /// Its name in this library.
     pub name: String,
-    /// The classes that such robots report.
+    /// The class that such robots report.
     pub class: String,
     /// The subclasses that such robots report.
     pub subclasses: Vec<String>,
@@ -114,7 +114,7 @@ pub struct Bumpers {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ticks {
-    /// Ticks while a wheel rolls one millimetre; 0 if unknown, then the robot's own report counts.
+    /// Ticks while a wheel rolls one millimetre; 0 if unknown; then the robot's own report is used.
     pub per_mm: f64,
 }
 
@@ -145,7 +145,7 @@ pub struct LaserMount {
 pub enum ModelError {
     /// No model has this name.
     #[error(
-        "there is no model `{name}`; expected one of {}, or the path of a file of the same form",
+        "there is no model `{name}`; expected one of {}, or the path of a model file",
         names()
     )]
     Unknown {
@@ -233,7 +233,7 @@ impl Model {
 
     /// Returns the first invalid number: section, key, what was expected.
     fn fault(&self) -> Option<(&'static str, &'static str, &'static str)> {
-        const MORE: &str = "a number greater than 0";
+        const POSITIVE: &str = "a number greater than 0";
         let positive = [
             ("units", "angle_per_turn", self.units.angle_per_turn),
             ("units", "distance_mm", self.units.distance_mm),
@@ -250,14 +250,14 @@ impl Model {
             ("battery", "nominal_v", self.battery.nominal_v),
             ("battery", "full_v", self.battery.full_v - self.battery.empty_v),
         ];
-        let bad = positive
+        let not_positive = positive
             .into_iter()
             .find(|(_, _, value)| !(value.is_finite() && *value > 0.0));
-        if let Some((section, key, _)) = bad {
+        if let Some((section, key, _)) = not_positive {
             let expected = if key == "full_v" {
                 "more than `empty_v`"
             } else {
-                MORE
+                POSITIVE
             };
             return Some((section, key, expected));
         }
@@ -295,7 +295,7 @@ impl Model {
         ];
         checks
             .into_iter()
-            .find_map(|(fault, fits)| (!fits).then_some(fault))
+            .find_map(|(fault, is_valid)| (!is_valid).then_some(fault))
     }
 }
 
@@ -312,6 +312,6 @@ fn line_of(text: &str, section: &str, key: &str) -> usize {
     let lines = text.lines().enumerate();
     let mut within = lines.skip_while(|(_, line)| line.trim() != header);
     within
-        .find(|(_, line)| line.split('=').next().is_some_and(|left| left.trim() == key))
+        .find(|(_, line)| line.split('=').next().is_some_and(|name| name.trim() == key))
         .map_or(1, |(number, _)| number + 1)
 }

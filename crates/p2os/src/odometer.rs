@@ -9,7 +9,7 @@ use crate::{Model, Sip};
 pub struct Pose {
     /// Ahead of the frame's origin, m.
     pub x: f64,
-    /// To the left of it, m.
+    /// To the left of the frame's origin, m.
     pub y: f64,
     /// Counter-clockwise, from −π to π rad.
     pub heading: f64,
@@ -17,8 +17,8 @@ pub struct Pose {
 
 /// Integrates the positions of SIPs.
 ///
-/// Positions may wrap in both directions. A step that the robot cannot have driven is no motion: the robot's
-/// origin was changed, and the pose stays as it is.
+/// Positions may wrap in both directions. A step that the robot cannot have driven is not a motion: the
+/// robot's origin was changed, and the pose stays the same.
 #[derive(Clone, Debug)]
 pub struct Odometer {
     pose: Pose,
@@ -38,7 +38,7 @@ struct Sample {
 /// rounds.
 const SLACK_M: f64 = 0.25;
 const SLACK_RAD: f64 = 0.5;
-/// A factor for the same reason: SIPs that waited together seem less far apart in time than they are.
+/// A factor for the same reason: SIPs that were delayed together seem closer in time than they are.
 const SLACK_FACTOR: f64 = 2.0;
 
 impl Odometer {
@@ -54,20 +54,20 @@ impl Odometer {
 
     /// Adds the position of a SIP that arrived by `now`. Returns the pose.
     pub fn update(&mut self, model: &Model, sip: &Sip, now: Duration) -> Pose {
-        let heard = Sample {
+        let sample = Sample {
             x: sip.x,
             y: sip.y,
             heading: model.angle(sip.th),
             time: now,
         };
-        if let Some(last) = self.last.replace(heard) {
-            self.step(model, &last, &heard);
+        if let Some(last) = self.last.replace(sample) {
+            self.step(model, &last, &sample);
         }
         self.pose
     }
 
-    /// Takes the next position as the present pose, because the robot's counts may restart, as after a new
-    /// connection.
+    /// Identifies the next position with the present pose, since the robot's counts may restart, as after a
+    /// new connection.
     pub fn rebase(&mut self) {
         self.last = None;
     }
@@ -84,19 +84,19 @@ impl Odometer {
         self.jumps
     }
 
-    fn step(&mut self, model: &Model, last: &Sample, heard: &Sample) {
+    fn step(&mut self, model: &Model, last: &Sample, sample: &Sample) {
         let bits = model.units.position_bits;
         let meters = |from, to| f64::from(difference(from, to, bits)) * model.units.distance_mm / 1000.0;
-        let (dx, dy) = (meters(last.x, heard.x), meters(last.y, heard.y));
-        let turn = wrap(heard.heading - last.heading);
-        let elapsed = heard.time.saturating_sub(last.time).as_secs_f64() * SLACK_FACTOR;
-        let farthest = SLACK_M + elapsed * model.limits.velocity_mm_s / 1000.0;
-        let most = SLACK_RAD + elapsed * model.limits.rotation_deg_s.to_radians();
-        if dx.hypot(dy) > farthest || turn.abs() > most {
+        let (dx, dy) = (meters(last.x, sample.x), meters(last.y, sample.y));
+        let turn = wrap(sample.heading - last.heading);
+        let elapsed = sample.time.saturating_sub(last.time).as_secs_f64() * SLACK_FACTOR;
+        let largest_distance = SLACK_M + elapsed * model.limits.velocity_mm_s / 1000.0;
+        let largest_turn = SLACK_RAD + elapsed * model.limits.rotation_deg_s.to_radians();
+        if dx.hypot(dy) > largest_distance || turn.abs() > largest_turn {
             self.jumps += 1;
             return;
         }
-        // From the robot's frame to ours, which are turned by the difference of their headings.
+        // Rotate from the robot's frame to the odometer's, by the difference of their headings.
         let (sin, cos) = (self.pose.heading - last.heading).sin_cos();
         self.pose.x += dx * cos - dy * sin;
         self.pose.y += dx * sin + dy * cos;

@@ -35,7 +35,7 @@ impl Packet {
         })
     }
 
-    /// Returns the first byte of the payload: the number of a command, or the kind of an answer.
+    /// Returns the first byte of the payload: the number of a command, or the kind of a reply.
     #[must_use]
     pub fn id(&self) -> u8 {
         self.bytes[0]

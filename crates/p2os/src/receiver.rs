@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use crate::packet::{HEADER, MAX_PAYLOAD, MAX_WIRE, Packet, checksum};
 
-/// The longest pause inside a packet, after which its rest no longer arrives: both ends send a packet in one
+/// The longest pause inside a packet, after which its rest is not expected: both ends send a packet in one
 /// piece.
 pub const MAX_GAP: Duration = Duration::from_millis(100);
 
@@ -39,9 +39,9 @@ impl Receiver {
         }
     }
 
-    /// Processes bytes that arrived by `now`, on a monotonic clock, and calls `each` with every packet that
-    /// they complete.
-    pub fn receive(&mut self, bytes: &[u8], now: Duration, mut each: impl FnMut(Packet)) {
+    /// Processes bytes that arrived by `now`, on a monotonic clock, and calls `on_packet` with every packet
+    /// that they complete.
+    pub fn receive(&mut self, bytes: &[u8], now: Duration, mut on_packet: impl FnMut(Packet)) {
         if bytes.is_empty() {
             return;
         }
@@ -53,7 +53,7 @@ impl Receiver {
         self.last_received = now;
         for byte in bytes {
             self.buffer.push(*byte);
-            self.parse_buffer(&mut each);
+            self.parse_buffer(&mut on_packet);
         }
     }
 
@@ -63,15 +63,15 @@ impl Receiver {
         self.dropped
     }
 
-    /// Decides what it can about the held bytes. Afterwards they are the start of an incomplete packet, or
-    /// empty.
-    fn parse_buffer(&mut self, each: &mut impl FnMut(Packet)) {
+    /// Removes complete packets and garbage from the buffer. Afterwards it is the start of an incomplete
+    /// packet, or empty.
+    fn parse_buffer(&mut self, on_packet: &mut impl FnMut(Packet)) {
         loop {
             match parse(&self.buffer) {
                 Parsed::Wait => return,
                 Parsed::Good(packet, length) => {
                     self.buffer.drain(..length);
-                    each(packet);
+                    on_packet(packet);
                 }
                 Parsed::BadChecksum => {
                     self.dropped.checksums += 1;
@@ -104,19 +104,19 @@ enum Parsed {
     Junk,
 }
 
-fn parse(held: &[u8]) -> Parsed {
-    let header = held.len().min(2);
-    if held[..header] != HEADER[..header] {
+fn parse(buffer: &[u8]) -> Parsed {
+    let header = buffer.len().min(2);
+    if buffer[..header] != HEADER[..header] {
         return Parsed::Junk;
     }
-    let Some(&count) = held.get(2) else {
+    let Some(&count) = buffer.get(2) else {
         return Parsed::Wait;
     };
     let count = usize::from(count);
     if !(3..=MAX_PAYLOAD + 2).contains(&count) {
         return Parsed::Junk;
     }
-    let Some(body) = held.get(3..3 + count) else {
+    let Some(body) = buffer.get(3..3 + count) else {
         return Parsed::Wait;
     };
     let (payload, sum) = body.split_at(count - 2);

@@ -1,5 +1,5 @@
-//! Bytes from a device at one of the robot's auxiliary serial ports. Their meaning is left to the device's
-//! own module.
+//! Bytes from a device at one of the robot's auxiliary serial ports. The device's own module
+//! interprets them.
 
 use crate::{Error, Packet};
 

@@ -1,4 +1,4 @@
-//! The server information packet: a robot's state, sent some ten times a second, in the robot's own units.
+//! The server information packet: a robot's state, sent about ten times a second, in the robot's own units.
 
 use crate::wire::{Field, Reader};
 use crate::{Error, Packet};
@@ -29,7 +29,7 @@ pub struct Sip {
     pub stall_bumpers: u16,
     /// Set point of the server's heading controller, degrees.
     pub control: i16,
-    /// Bit 0 motors on, bits 1 to 4 sonar arrays on, bit 5 as in [`Flags`]; the other bits are not used here.
+    /// Bit 0 motors on, bits 1 to 4 sonar arrays on, bit 5 as in [`Flags`]; the other bits are not used.
     pub flags: u16,
     /// Compass heading, in units of 2 degrees.
     pub compass: u8,
@@ -94,29 +94,29 @@ const SONAR_BYTES: usize = 3;
 const TAIL_BYTES: usize = 16;
 
 impl Sip {
-    /// Encodes it as a packet.
+    /// Encodes the SIP as a packet.
     ///
     /// # Errors
     /// If it has more sonars than fit, which is 54 with every field of the tail.
     pub fn to_packet(&self) -> Result<Packet, Error> {
-        let mut to = vec![if self.moving { MOVING } else { STOPPED }];
-        self.x.write(&mut to);
-        self.y.write(&mut to);
-        self.th.write(&mut to);
-        self.left_velocity.write(&mut to);
-        self.right_velocity.write(&mut to);
-        self.battery.write(&mut to);
-        self.stall_bumpers.write(&mut to);
-        self.control.write(&mut to);
-        self.flags.write(&mut to);
-        self.compass.write(&mut to);
-        to.push(u8::try_from(self.sonars.len()).unwrap_or(u8::MAX));
+        let mut payload = vec![if self.moving { MOVING } else { STOPPED }];
+        self.x.write(&mut payload);
+        self.y.write(&mut payload);
+        self.th.write(&mut payload);
+        self.left_velocity.write(&mut payload);
+        self.right_velocity.write(&mut payload);
+        self.battery.write(&mut payload);
+        self.stall_bumpers.write(&mut payload);
+        self.control.write(&mut payload);
+        self.flags.write(&mut payload);
+        self.compass.write(&mut payload);
+        payload.push(u8::try_from(self.sonars.len()).unwrap_or(u8::MAX));
         for sonar in &self.sonars {
-            sonar.index.write(&mut to);
-            sonar.range.write(&mut to);
+            sonar.index.write(&mut payload);
+            sonar.range.write(&mut payload);
         }
-        self.write_tail(&mut to);
-        Packet::new(&to)
+        self.write_tail(&mut payload);
+        Packet::new(&payload)
     }
 
     /// Decodes a packet of any firmware's length.
@@ -129,29 +129,29 @@ impl Sip {
             MOVING => true,
             have => return Err(Error::Kind { what: "SIP", have }),
         };
-        let mut from = Reader::new("SIP", packet.data());
+        let mut reader = Reader::new("SIP", packet.data());
         let mut sip = Self {
             moving,
-            x: from.get()?,
-            y: from.get()?,
-            th: from.get()?,
-            left_velocity: from.get()?,
-            right_velocity: from.get()?,
-            battery: from.get()?,
-            stall_bumpers: from.get()?,
-            control: from.get()?,
-            flags: from.get()?,
-            compass: from.get()?,
+            x: reader.get()?,
+            y: reader.get()?,
+            th: reader.get()?,
+            left_velocity: reader.get()?,
+            right_velocity: reader.get()?,
+            battery: reader.get()?,
+            stall_bumpers: reader.get()?,
+            control: reader.get()?,
+            flags: reader.get()?,
+            compass: reader.get()?,
             ..Self::default()
         };
-        let count = usize::from(from.get::<u8>()?);
+        let count = usize::from(reader.get::<u8>()?);
         // One simulator counts its sonars but omits their readings while they are off.
-        let left_out = from.remaining() < SONAR_BYTES * count && from.remaining() <= TAIL_BYTES;
-        for _ in 0..if left_out { 0 } else { count } {
-            let (index, range) = (from.get()?, from.get()?);
+        let omitted = reader.remaining() < SONAR_BYTES * count && reader.remaining() <= TAIL_BYTES;
+        for _ in 0..if omitted { 0 } else { count } {
+            let (index, range) = (reader.get()?, reader.get()?);
             sip.sonars.push(SonarReading { index, range });
         }
-        sip.read_tail(&mut from);
+        sip.read_tail(&mut reader);
         Ok(sip)
     }
 

@@ -1,5 +1,5 @@
-//! The state that a simulator knows of its robot and no robot knows: true pose and errors of the odometry. No
-//! control may depend on it.
+//! The state that only a simulator knows: the robot's true pose and the errors of its odometry. No control
+//! may depend on it.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
@@ -8,7 +8,7 @@ use crate::{Error, Packet};
 const KIND: u8 = 0x62;
 
 record! {
-    /// The answer of a simulator to SIM_STAT.
+    /// The reply of a simulator to SIM_STAT.
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     SimState {
         /// No longer used.

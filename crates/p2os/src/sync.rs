@@ -1,12 +1,12 @@
-//! The first three packets of a connection, and the robot's names in its answer to the third.
+//! The first three packets of a connection, and the robot's names in its reply to the third.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
 
 /// A step of synchronisation. The robot echoes each, and appends its names to the third.
 ///
-/// The bytes are those of PULSE, OPEN and CLOSE without argument: only the state of the connection tells them
-/// apart.
+/// The bytes are those of PULSE, OPEN and CLOSE without argument: only the state of the connection
+/// distinguishes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SyncStep {
     /// `00`.
@@ -18,7 +18,7 @@ pub enum SyncStep {
 }
 
 record! {
-    /// The names of a robot, in its answer to [`SyncStep::Two`].
+    /// The names of a robot, in its reply to [`SyncStep::Two`].
     #[derive(Clone, Debug, Default, PartialEq, Eq)]
     Names {
         /// Its own name, for example a number on its back.
@@ -55,7 +55,7 @@ impl SyncStep {
 }
 
 impl Names {
-    /// Encodes the answer to [`SyncStep::Two`].
+    /// Encodes the reply to [`SyncStep::Two`].
     ///
     /// # Errors
     /// If the names are too long for a packet.
@@ -63,11 +63,11 @@ impl Names {
         packet(2, self)
     }
 
-    /// Decodes the answer to [`SyncStep::Two`].
+    /// Decodes the reply to [`SyncStep::Two`].
     ///
     /// # Errors
-    /// If it is not such an answer, or a name is not terminated.
+    /// If it is not such a reply, or a name is not terminated.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
-        record_of("answer to the third synchronisation", 2, packet)
+        record_of("reply to the third synchronisation", 2, packet)
     }
 }

@@ -31,13 +31,13 @@ impl<'a> Reader<'a> {
 
     /// Returns the next value, if the payload contains all of it.
     pub(crate) fn optional<T: Field>(&mut self) -> Option<T> {
-        let mut ahead = self.clone();
-        let value = T::read(&mut ahead).ok()?;
-        *self = ahead;
+        let mut lookahead = self.clone();
+        let value = T::read(&mut lookahead).ok()?;
+        *self = lookahead;
         Some(value)
     }
 
-    /// Returns the number of bytes left.
+    /// Returns the number of bytes that were not read.
     pub(crate) fn remaining(&self) -> usize {
         self.rest.len()
     }
@@ -67,7 +67,7 @@ macro_rules! number {
 }
 number!(u8, i8, u16, i16, u32, i32);
 
-/// One byte a character (ISO 8859-1), so that every received name survives. A character outside becomes a
+/// One byte a character (ISO 8859-1), so that every received name is preserved. A character outside becomes a
 /// question mark when written.
 impl Field for String {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
@@ -116,8 +116,8 @@ pub(crate) fn packet(id: u8, fields: &impl Field) -> Result<crate::Packet, Error
     crate::Packet::new(&payload)
 }
 
-/// Decodes the record of a packet that must have the id. Bytes after it are left to later versions of the
-/// protocol.
+/// Decodes the record of a packet that must have the id. Bytes after it are reserved for later versions of
+/// the protocol and ignored.
 pub(crate) fn record_of<T: Field>(what: &'static str, id: u8, packet: &crate::Packet) -> Result<T, Error> {
     if packet.id() != id {
         return Err(Error::Kind {

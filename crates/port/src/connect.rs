@@ -35,14 +35,14 @@ pub(crate) enum Stream {
 impl Attempt {
     pub(crate) fn start(address: &Address) -> Result<Self, String> {
         let (sender, result) = mpsc::channel();
-        let to = address.clone();
+        let target = address.clone();
         let thread = thread::Builder::new()
             .name("connecting".to_owned())
             .spawn(move || {
                 // If the attempt is abandoned, the stream closes here.
-                let _ = sender.send(open(&to));
+                let _ = sender.send(open(&target));
             })
-            .map_err(|error| format!("{}: no thread to connect with: {error}", address.device()))?;
+            .map_err(|error| format!("{}: cannot create a thread to connect: {error}", address.device()))?;
         Ok(Self {
             result: Some(result),
             thread,
@@ -119,10 +119,10 @@ fn describe_error(error: &io::Error) -> String {
         }
         ErrorKind::TimedOut => "no answer in time: is it switched on, and is the address right?".to_owned(),
         ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable => {
-            format!("{error}: is the cable in, and is this machine on its network?")
+            format!("{error}: is the cable connected, and is this machine on its network?")
         }
         ErrorKind::ConnectionReset | ErrorKind::BrokenPipe | ErrorKind::ConnectionAborted => {
-            "the other side broke the connection off".to_owned()
+            "the other side reset the connection".to_owned()
         }
         _ => error.to_string(),
     }
@@ -153,10 +153,10 @@ impl Stream {
 }
 
 impl Read for Stream {
-    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
-            Self::Tcp(stream) => stream.read(room),
-            Self::Serial(line) => line.read(room),
+            Self::Tcp(stream) => stream.read(buffer),
+            Self::Serial(line) => line.read(buffer),
         }
     }
 }

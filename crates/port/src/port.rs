@@ -1,4 +1,4 @@
-//! The port itself: its states, its output and its input. All its transitions are here.
+//! The port itself: its states, its output and its input. All transitions are in this file.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -13,8 +13,8 @@ use crate::connect::{Attempt, Stream};
 
 /// How long an attempt may take: longer than one host's timeout, so that the attempt's own error comes first.
 const MAX_ATTEMPT_TIME: Duration = Duration::from_secs(5);
-/// Most bytes that wait to be sent: over a minute's worth at 9600 baud. With more, the device does not
-/// receive.
+/// Most bytes that wait to be sent: over a minute's worth at 9600 baud. With more, the device counts as one
+/// that does not receive.
 const MAX_QUEUED: usize = 64 << 10;
 /// Most bytes that one call reads, so that a device that floods the line does not block its owner.
 const MAX_READ: usize = 64 << 10;
@@ -36,7 +36,7 @@ pub enum PortState {
     },
     /// The connection broke, or an attempt failed.
     Lost {
-        /// Why, in words that name the device.
+        /// The reason, which names the device.
         reason: String,
         /// The time of the next attempt.
         retry_at: Duration,
@@ -45,8 +45,8 @@ pub enum PortState {
 
 /// A byte stream to a device, polled by its owner. No call but [`Self::flush`] ever blocks.
 ///
-/// Its owner calls [`Self::poll`] in every iteration, and reads and writes in between. [`Self::state`] shows a
-/// loss at once. Polling reconnects by itself, at longer and longer intervals while no byte arrives.
+/// Its owner calls [`Self::poll`] in every iteration, and reads and writes in between. [`Self::state`] shows
+/// a loss at once. Polling reconnects by itself, at longer and longer intervals while no byte arrives.
 #[derive(Debug)]
 pub struct Port {
     address: Address,
@@ -113,8 +113,8 @@ impl Port {
                 self.poll_attempt(late);
             }
             PortState::Connected { .. } => self.flush_queue(),
-            PortState::Lost { retry_at: again, .. } => {
-                if now >= *again {
+            PortState::Lost { retry_at, .. } => {
+                if now >= *retry_at {
                     self.start_attempt();
                 }
             }
@@ -124,30 +124,30 @@ impl Port {
 
     /// Appends the bytes that have arrived and returns their number, at most about 64 KiB. They may be split
     /// anywhere.
-    pub fn read(&mut self, into: &mut Vec<u8>) -> usize {
-        let before = into.len();
-        let mut room = [0; 4096];
+    pub fn read(&mut self, output: &mut Vec<u8>) -> usize {
+        let before = output.len();
+        let mut buffer = [0; 4096];
         while let Some(stream) = &mut self.stream
-            && into.len() - before < MAX_READ
+            && output.len() - before < MAX_READ
         {
-            match stream.read(&mut room) {
+            match stream.read(&mut buffer) {
                 Ok(0) => {
                     let end = stream.end_reason();
                     self.disconnect_with(end);
                 }
                 Ok(count) => {
                     self.attempts = 0;
-                    into.extend_from_slice(&room[..count]);
+                    output.extend_from_slice(&buffer[..count]);
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => {
-                    let words = stream.describe_error(&error);
-                    self.disconnect_with(&words);
+                    let message = stream.describe_error(&error);
+                    self.disconnect_with(&message);
                 }
             }
         }
-        into.len() - before
+        output.len() - before
     }
 
     /// Sends bytes, now or as soon as possible. Either all of them are sent, or the connection is lost.
@@ -160,11 +160,11 @@ impl Port {
         self.send_queue.extend(bytes);
         self.flush_queue();
         if self.send_queue.len() > MAX_QUEUED {
-            let words = format!(
-                "it does not listen: {} bytes wait to be sent",
+            let message = format!(
+                "it does not receive: {} bytes wait to be sent",
                 self.send_queue.len()
             );
-            self.disconnect_with(&words);
+            self.disconnect_with(&message);
         }
         self.stream.is_some()
     }
@@ -181,18 +181,18 @@ impl Port {
             if self.send_queue.is_empty() {
                 return true;
             }
-            let Some(left) = timeout
+            let Some(remaining) = timeout
                 .checked_sub(start.elapsed())
-                .filter(|left| !left.is_zero())
+                .filter(|remaining| !remaining.is_zero())
             else {
                 return false;
             };
-            let left = Timespec {
-                tv_sec: left.as_secs().try_into().unwrap_or(i64::MAX),
-                tv_nsec: left.subsec_nanos().into(),
+            let remaining = Timespec {
+                tv_sec: remaining.as_secs().try_into().unwrap_or(i64::MAX),
+                tv_nsec: remaining.subsec_nanos().into(),
             };
-            // A broken stream shows in the next attempt to send.
-            let _ = poll(&mut [PollFd::new(stream, PollFlags::OUT)], Some(&left));
+            // The next attempt to send detects a broken stream.
+            let _ = poll(&mut [PollFd::new(stream, PollFlags::OUT)], Some(&remaining));
         }
     }
 
@@ -204,7 +204,7 @@ impl Port {
         if let Some(stream) = &self.stream
             && let Err(error) = stream.set_baud(baud)
         {
-            self.disconnect_with(&format!("it cannot go at {baud} baud: {error}"));
+            self.disconnect_with(&format!("it does not support {baud} baud: {error}"));
         }
     }
 
@@ -226,9 +226,9 @@ impl Port {
         if let Some(old) = &self.attempt
             && !old.is_finished()
         {
-            // An unresolvable name can take minutes, with a thread for each attempt: wait for the thread that
-            // exists.
-            let reason = format!("{}: still no answer from the last attempt", self.address.device());
+            // An unresolvable name can take minutes, with a thread for each attempt: wait for the existing
+            // thread.
+            let reason = format!("{}: the last attempt has not ended yet", self.address.device());
             self.set_lost(reason);
             return;
         }
@@ -273,8 +273,8 @@ impl Port {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => {
-                    let words = stream.describe_error(&error);
-                    self.disconnect_with(&words);
+                    let message = stream.describe_error(&error);
+                    self.disconnect_with(&message);
                 }
             }
         }
@@ -282,11 +282,8 @@ impl Port {
 
     fn set_lost(&mut self, reason: String) {
         self.disconnect();
-        let again = self.now.saturating_add(self.backoff.delay_after(self.attempts));
-        self.state = PortState::Lost {
-            reason,
-            retry_at: again,
-        };
+        let retry_at = self.now.saturating_add(self.backoff.delay_after(self.attempts));
+        self.state = PortState::Lost { reason, retry_at };
     }
 
     fn disconnect(&mut self) {

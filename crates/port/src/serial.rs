@@ -12,12 +12,12 @@ use rustix::termios::{
 
 use crate::address::{Framing, Parity};
 
-/// Opens a line. The error is in words for the person who connected the device.
+/// Opens a line. The error is a message for the person who connected the device.
 pub(crate) fn open_port(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let line = File::from(open(path, flags, Mode::empty()).map_err(|error| describe_error(error, path))?);
     let mut settings = tcgetattr(&line).map_err(|error| describe_error(error, path))?;
-    // The lock excludes programs that ask for locks, and the ioctl excludes the others; neither is enough
+    // The lock excludes programs that request locks, and the ioctl excludes the others; neither is enough
     // alone.
     flock(&line, FlockOperation::NonBlockingLockExclusive).map_err(|error| describe_error(error, path))?;
     ioctl_tiocexcl(&line).map_err(|error| describe_error(error, path))?;
@@ -31,13 +31,13 @@ pub(crate) fn open_port(path: &str, baud: u32, framing: Framing) -> Result<File,
 /// Checks that a line exists and that this user may open it, without opening it: opening raises the modem
 /// signals, which restart some devices.
 pub(crate) fn check_device(path: &str) -> Result<(), String> {
-    let look = || {
+    let check = || {
         if FileType::from_raw_mode(stat(path)?.st_mode) != FileType::CharacterDevice {
             return Err(Errno::NOTTY);
         }
         access(path, Access::READ_OK | Access::WRITE_OK)
     };
-    look().map_err(|error| describe_error(error, path))
+    check().map_err(|error| describe_error(error, path))
 }
 
 /// Changes the speed of an open line.
@@ -50,10 +50,10 @@ pub(crate) fn set_baud(line: &File, baud: u32) -> io::Result<()> {
 fn apply(line: &File, mut settings: Termios, baud: u32) -> rustix::io::Result<()> {
     settings.set_speed(baud)?;
     tcsetattr(line, OptionalActions::Now, &settings)?;
-    let given = tcgetattr(line)?.output_speed();
+    let actual = tcgetattr(line)?.output_speed();
     // A receiver samples in the middle of a bit: over ten bits it tolerates about 5 %, half of it for either
     // end.
-    if given.abs_diff(baud) > baud / 40 {
+    if actual.abs_diff(baud) > baud / 40 {
         return Err(Errno::RANGE);
     }
     Ok(())
@@ -88,7 +88,7 @@ fn raw(settings: &mut Termios, framing: Framing) {
 }
 
 fn describe_error(error: Errno, path: &str) -> String {
-    let words = io::Error::from(error);
+    let message = io::Error::from(error);
     match error {
         Errno::NOENT | Errno::NXIO | Errno::NODEV => {
             format!("{path}: there is no such device: is it plugged in, and is that its name?")
@@ -98,9 +98,9 @@ fn describe_error(error: Errno, path: &str) -> String {
              and log in again"
         ),
         Errno::BUSY | Errno::WOULDBLOCK => format!("{path}: another program has it open: close that first"),
-        Errno::NOTTY | Errno::ISDIR | Errno::INVAL => format!("{path}: this is no serial line"),
-        Errno::RANGE => format!("{path}: the line cannot go at that speed: choose another"),
-        _ => format!("{path}: {words}"),
+        Errno::NOTTY | Errno::ISDIR | Errno::INVAL => format!("{path}: this is not a serial line"),
+        Errno::RANGE => format!("{path}: the line does not support that speed: choose another"),
+        _ => format!("{path}: {message}"),
     }
 }
 
@@ -116,13 +116,13 @@ mod tests {
         let mut bits = |framing: &str| {
             raw(&mut settings, framing.parse().expect("a framing"));
             let modes = settings.control_modes;
-            let has = |mode| modes.contains(mode);
-            assert!(has(ControlModes::CREAD | ControlModes::CLOCAL) && !has(ControlModes::CRTSCTS));
+            let contains = |mode| modes.contains(mode);
+            assert!(contains(ControlModes::CREAD | ControlModes::CLOCAL) && !contains(ControlModes::CRTSCTS));
             (
                 modes & ControlModes::CSIZE == ControlModes::CS8,
-                has(ControlModes::PARENB),
-                has(ControlModes::PARODD),
-                has(ControlModes::CSTOPB),
+                contains(ControlModes::PARENB),
+                contains(ControlModes::PARODD),
+                contains(ControlModes::CSTOPB),
             )
         };
         assert_eq!(bits("7E2"), (false, true, false, true));
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_looked_at_without_opening_it() {
+    fn a_line_is_checked_without_opening_it() {
         let pty = Pty::open().expect("a pseudo-terminal");
         assert_eq!(check_device(&pty.path().display().to_string()), Ok(()));
         let missing = check_device("/dev/no-such-line").expect_err("there is none");
@@ -140,14 +140,14 @@ mod tests {
         let path = file.path().display().to_string();
         assert_eq!(
             check_device(&path),
-            Err(format!("{path}: this is no serial line"))
+            Err(format!("{path}: this is not a serial line"))
         );
     }
 
     #[test]
-    fn what_a_person_can_mend_is_said() {
-        let words = describe_error(Errno::ACCESS, "/dev/ttyUSB0");
-        assert!(words.starts_with("/dev/ttyUSB0: Permission denied: add yourself to the group dialout"));
+    fn errors_contain_a_remedy() {
+        let message = describe_error(Errno::ACCESS, "/dev/ttyUSB0");
+        assert!(message.starts_with("/dev/ttyUSB0: Permission denied: add yourself to the group dialout"));
         assert!(describe_error(Errno::RANGE, "/dev/ttyUSB0").contains("choose another"));
         assert!(describe_error(Errno::IO, "/dev/ttyUSB0").contains("error"));
     }

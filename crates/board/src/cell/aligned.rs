@@ -1,7 +1,10 @@
 //! Zeroed memory on a cache line boundary: the process's own, or that of a file that other processes map too.
 //! It never grows.
 
-#![allow(unsafe_code, reason = "memory of a stated alignment can only be had raw")]
+#![allow(
+    unsafe_code,
+    reason = "memory of a given alignment is only available as raw memory"
+)]
 
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 #[cfg(not(loom))]
@@ -11,7 +14,7 @@ use std::ptr::NonNull;
 #[cfg(not(loom))]
 use crate::shared::{map, unmap};
 
-/// Bytes of a cache line, and the alignment of all memory here.
+/// Bytes of a cache line, and the alignment of all memory in this module.
 pub(super) const LINE: usize = 64;
 
 /// Owned bytes, zero at first, 64-byte aligned, a whole number of cache lines.
@@ -39,15 +42,15 @@ impl Aligned {
     /// # Panics
     /// If that exceeds the address space.
     pub fn new(bytes: usize) -> Self {
-        let whole = bytes.max(1).next_multiple_of(LINE);
-        let layout = Layout::from_size_align(whole, LINE).expect("a value fits the address space");
+        let rounded = bytes.max(1).next_multiple_of(LINE);
+        let layout = Layout::from_size_align(rounded, LINE).expect("a value fits the address space");
         // SAFETY: the layout is not empty.
         let Some(base) = NonNull::new(unsafe { alloc_zeroed(layout) }) else {
             handle_alloc_error(layout)
         };
         Self {
             base,
-            bytes: whole,
+            bytes: rounded,
             from: From::Heap(layout),
         }
     }

@@ -1,4 +1,4 @@
-//! The cells of the variables: where the bytes are, and how readers and writers stay apart.
+//! The cells of the variables: where the bytes are, and how readers and writers are kept from conflicting.
 //!
 //! There are two kinds. Both are one contiguous region of words and blocks that refer to each other by
 //! number, never by address:
@@ -6,13 +6,13 @@
 //! - [`Pinned`]: all other values. Readers pin the newest value and read it in place. Writers fill a slot
 //!   that is not in use.
 //!
-//! Cells contain bytes and stamps only. They refuse types, names, clocks and locks.
+//! Cells contain bytes and stamps only. They use no types, names, clocks or locks.
 
 #![cfg_attr(
     not(loom),
     allow(
         unreachable_pub,
-        reason = "the models of tests/loom.rs see this module, nobody else does"
+        reason = "the models of tests/loom.rs see this module, no other code does"
     )
 )]
 

@@ -3,7 +3,7 @@
 //! Words, by lines of eight:
 //! ```text
 //! line 0            head: epoch (20 bits) | low bits of the sequence (32) | slot (12)
-//! next lines        seats, one word for each writer: 1 while it holds a grant
+//! next lines        grants, one word for each writer: 1 while it holds the grant
 //! a line per slot   use: owned (bit 32) + number of pins (below) | sequence | time | writer | valid until
 //! ```
 //! A slot's bytes are the block of the same number.
@@ -27,10 +27,10 @@
 //! meanwhile.
 //!
 //! # The gate (R7)
-//! A writer reads the head, then its seat, then swaps the head if it is still the one that it read. A
-//! withdrawal clears the seat and then increments the epoch in the head. A swap after that must have read the
-//! incremented head, and hence the cleared seat. A swap that read the head before fails. Neither side waits:
-//! a writer that stops at any point delays no withdrawal.
+//! A writer reads the head, then its grant, then swaps the head if it is still the one that it read. A
+//! withdrawal clears the grant and then increments the epoch in the head. A swap after that must have read
+//! the incremented head, and hence the cleared grant. A swap that read the head before fails. Neither side
+//! waits: a writer that stops at any point delays no withdrawal.
 //!
 //! # Numbers that wrap
 //! The slot stores the whole sequence. The bits in the head only distinguish one head from another. A swap
@@ -92,13 +92,13 @@ impl Pinned {
     /// The maximum number of slots that the head can name.
     pub const MAX_SLOTS: usize = 1 << SLOT_BITS;
 
-    /// Returns a cell for values of `bytes` bytes, with `seats` grants, and room for `claims` and `pins` at
+    /// Returns a cell for values of `bytes` bytes, with `writers` grants, and room for `claims` and `pins` at
     /// once. Value number 0 is all zero.
     ///
     /// # Panics
     /// If it needs more than [`Self::MAX_SLOTS`] slots.
-    pub fn new(bytes: usize, seats: usize, claims: usize, pins: usize) -> Self {
-        let (first_slot, slots) = extent(seats, claims, pins);
+    pub fn new(bytes: usize, writers: usize, claims: usize, pins: usize) -> Self {
+        let (first_slot, slots) = extent(writers, claims, pins);
         let region = Region::new(first_slot + slots * LINE_WORDS, slots, bytes);
         Self::within(region, first_slot, slots)
     }
@@ -134,15 +134,15 @@ impl Pinned {
         }
     }
 
-    /// Makes a filled slot the newest value and returns its number. With a seat, only while that seat holds a
-    /// grant.
+    /// Makes a filled slot the newest value and returns its number. With a writer's index, only while that
+    /// writer holds a grant.
     ///
     /// # Errors
-    /// [`Withdrawn`]; the slot is given back.
+    /// [`Withdrawn`]; the slot is returned to the cell.
     pub fn publish(
         &self,
         claim: Claim,
-        seat: Option<usize>,
+        writer_index: Option<usize>,
         time: u64,
         writer: u32,
         valid_until: u64,
@@ -156,7 +156,7 @@ impl Pinned {
         let mut head = self.head().load(Ordering::Acquire);
         loop {
             // Must come after the read of the head: see "The gate".
-            if seat.is_some_and(|seat| !self.is_granted(seat)) {
+            if writer_index.is_some_and(|writer_index| !self.is_granted(writer_index)) {
                 self.abandon(claim);
                 return Err(Withdrawn);
             }
@@ -167,7 +167,7 @@ impl Pinned {
                 .load(Ordering::Relaxed)
                 .wrapping_add(1);
             line[SEQUENCE].store(sequence, Ordering::Release);
-            // Sequentially consistent, for `Notifier::ring`, which then checks for waiting threads.
+            // Sequentially consistent, for `Notifier::notify_all`, which then checks for waiting threads.
             match self.head().compare_exchange_weak(
                 head,
                 successor(head, slot),
@@ -183,7 +183,7 @@ impl Pinned {
         }
     }
 
-    /// Gives back a slot that will not be published.
+    /// Returns a slot that will not be published to the cell.
     pub fn abandon(&self, claim: Claim) {
         self.release(claim.0);
     }
@@ -204,13 +204,13 @@ impl Pinned {
         }
     }
 
-    /// Returns a glance that recognises a pinned value as the newest. While it is pinned no writer takes its
+    /// Returns a check that recognises a pinned value as the newest. While it is pinned no writer takes its
     /// slot, so a head that names the slot names this very value.
     pub fn version_check(&self, pin: &Pin) -> VersionCheck {
         VersionCheck::new(self.head(), SLOT_MASK, pin.0 as u64)
     }
 
-    /// Returns a glance that never recognises a value as the newest.
+    /// Returns a check that never recognises a value as the newest.
     pub fn never_matching(&self) -> VersionCheck {
         VersionCheck::never_matching(self.head())
     }
@@ -231,32 +231,36 @@ impl Pinned {
     pub fn newest(&self) -> SlotStamp {
         let mut head = self.head().load(Ordering::Acquire);
         loop {
-            let mark = self.stamp_of(slot_of(head));
+            let stamp = self.stamp_of(slot_of(head));
             // If a word of the stamp is already overwritten, a writer took the slot after the head had moved.
             // Reading that word makes the moved head visible to this second read.
-            let again = self.head().load(Ordering::Acquire);
-            if again == head {
-                return mark;
+            let current = self.head().load(Ordering::Acquire);
+            if current == head {
+                return stamp;
             }
-            head = again;
+            head = current;
         }
     }
 
-    /// Gives a seat the grant to publish. For one thread at a time with `withdraw`.
-    pub fn grant(&self, seat: usize) {
-        self.region.word(GRANTS + seat).store(1, Ordering::Release);
+    /// Grants a writer the right to publish. Only one thread at a time may call this or `withdraw`.
+    pub fn grant(&self, writer_index: usize) {
+        self.region
+            .word(GRANTS + writer_index)
+            .store(1, Ordering::Release);
     }
 
-    /// Withdraws the grant. When this has returned, no publication of that seat takes effect, even if it
+    /// Withdraws the grant. When this has returned, no publication of that writer takes effect, even if it
     /// began before.
-    pub fn withdraw(&self, seat: usize) {
-        self.region.word(GRANTS + seat).store(0, Ordering::Relaxed);
+    pub fn withdraw(&self, writer_index: usize) {
+        self.region
+            .word(GRANTS + writer_index)
+            .store(0, Ordering::Relaxed);
         self.head().fetch_add(NEXT_EPOCH, Ordering::AcqRel);
     }
 
-    /// Returns whether a seat holds a grant.
-    pub fn is_granted(&self, seat: usize) -> bool {
-        self.region.word(GRANTS + seat).load(Ordering::Acquire) == 1
+    /// Returns whether a writer holds a grant.
+    pub fn is_granted(&self, writer_index: usize) -> bool {
+        self.region.word(GRANTS + writer_index).load(Ordering::Acquire) == 1
     }
 
     #[inline]
@@ -268,7 +272,7 @@ impl Pinned {
     fn line(&self, slot: usize) -> &[AtomicU64; LINE_WORDS] {
         let first = self.first_slot + slot * LINE_WORDS;
         let line = self.region.words(first..first + LINE_WORDS).first_chunk();
-        line.expect("a line has so many words")
+        line.expect("a line has this many words")
     }
 
     fn release(&self, slot: usize) {
@@ -296,8 +300,8 @@ impl Pinned {
     ///
     /// # Panics
     /// As [`Self::new`].
-    pub fn in_file(bytes: usize, seats: usize, claims: usize, pins: usize) -> std::io::Result<Self> {
-        let (first_slot, slots) = extent(seats, claims, pins);
+    pub fn in_file(bytes: usize, writers: usize, claims: usize, pins: usize) -> std::io::Result<Self> {
+        let (first_slot, slots) = extent(writers, claims, pins);
         let region = Region::in_file(first_slot + slots * LINE_WORDS, slots, bytes)?;
         Ok(Self::within(region, first_slot, slots))
     }
@@ -355,10 +359,10 @@ impl Pinned {
 }
 
 /// Returns the word at which slots begin, and the number of slots.
-fn extent(seats: usize, claims: usize, pins: usize) -> (usize, usize) {
+fn extent(writers: usize, claims: usize, pins: usize) -> (usize, usize) {
     let slots = claims + pins + 1;
     assert!(slots <= Pinned::MAX_SLOTS, "{slots} slots");
-    (GRANTS + seats.next_multiple_of(LINE_WORDS), slots)
+    (GRANTS + writers.next_multiple_of(LINE_WORDS), slots)
 }
 
 #[inline]

@@ -6,8 +6,8 @@
 //! | word 0 | word 1 | … | block 0                            | block 1 | …
 //! ```
 //! In memory that other processes map, the blocks begin on a page of their own: those processes map the
-//! blocks alone. A region states where things are. It refuses to control access to a block: the cells do
-//! that.
+//! blocks alone. A region defines the layout only: the cells control
+//! access to the blocks.
 
 #![allow(unsafe_code, reason = "words and blocks are views of one piece of memory")]
 
@@ -42,7 +42,7 @@ mod machine {
         /// If it exceeds the address space.
         pub fn new(words: usize, blocks: usize, block_bytes: usize) -> Self {
             let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(LINE);
-            let bytes = first_block + room(blocks, block_bytes);
+            let bytes = first_block + blocks_size(blocks, block_bytes);
             Self {
                 memory: Aligned::new(bytes),
                 shared: None,
@@ -60,11 +60,11 @@ mod machine {
         /// Errors of the system, which may have no memory or no file descriptor left.
         pub fn in_file(words: usize, blocks: usize, block_bytes: usize) -> std::io::Result<Self> {
             let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(PAGE);
-            let room = room(blocks, block_bytes);
-            let file = memory_file(first_block + room)?;
+            let blocks_size = blocks_size(blocks, block_bytes);
+            let file = memory_file(first_block + blocks_size)?;
             Ok(Self {
-                memory: Aligned::of_file(&file, first_block + room)?,
-                shared: Some(Shared::new(file, first_block, room)),
+                memory: Aligned::of_file(&file, first_block + blocks_size)?,
+                shared: Some(Shared::new(file, first_block, blocks_size)),
                 words,
                 blocks,
                 block_bytes,
@@ -81,8 +81,8 @@ mod machine {
         /// Returns where the bytes begin among the blocks, if they are there.
         pub fn offset_of(&self, bytes: &[u8]) -> Option<usize> {
             let blocks = self.memory.base() as usize + self.first_block;
-            let place = (bytes.as_ptr() as usize).checked_sub(blocks)?;
-            (place + bytes.len() <= self.stride * self.blocks).then_some(place)
+            let offset = (bytes.as_ptr() as usize).checked_sub(blocks)?;
+            (offset + bytes.len() <= self.stride * self.blocks).then_some(offset)
         }
 
         /// Returns word number `index`.
@@ -119,12 +119,12 @@ mod machine {
     }
 
     /// Returns the size of all blocks in bytes.
-    fn room(blocks: usize, block_bytes: usize) -> usize {
+    fn blocks_size(blocks: usize, block_bytes: usize) -> usize {
         let stride = block_bytes.next_multiple_of(LINE);
-        let room = stride
+        let blocks_size = stride
             .checked_mul(blocks)
-            .filter(|room| *room < isize::MAX as usize / 2);
-        room.expect("the region fits the address space")
+            .filter(|blocks_size| *blocks_size < isize::MAX as usize / 2);
+        blocks_size.expect("the region fits the address space")
     }
 }
 

@@ -3,8 +3,8 @@
 //! Word 0 is the number of the newest value (0 at first). The value with number `s` is in slot `s % slots`. A
 //! slot is two words of stamp, then the value. The writer fills the slot after the newest one and then
 //! increments the number, so a writer that stops in the middle delays no reader. A reader copies the newest
-//! slot, and retries only if the writer may have reached this slot again meanwhile. It refuses to serve two
-//! writers at once.
+//! slot, and retries only if the writer may have reached this slot again meanwhile. It supports only one
+//! writer at a time.
 
 use crate::cell::{Region, SlotStamp, VersionCheck};
 use crate::sync::{AtomicU64, Ordering, fence, relax};
@@ -57,17 +57,17 @@ impl Ring {
         self.region.word(NEWEST).load(Ordering::Acquire)
     }
 
-    /// Returns a glance that recognises the value of that number as the newest.
+    /// Returns a check that recognises the value of that number as the newest.
     pub fn version_check(&self, sequence: u64) -> VersionCheck {
         VersionCheck::new(self.region.word(NEWEST), u64::MAX, sequence)
     }
 
-    /// Returns a glance that never recognises a value as the newest.
+    /// Returns a check that never recognises a value as the newest.
     pub fn never_matching(&self) -> VersionCheck {
         VersionCheck::never_matching(self.region.word(NEWEST))
     }
 
-    /// Writes the next value and returns its number. For one thread at a time; wait-free.
+    /// Writes the next value and returns its number. Only one thread at a time may call this; wait-free.
     pub fn publish(&self, value: &[u64], time: u64, writer: u32) -> u64 {
         let newest = self.region.word(NEWEST);
         let next = newest.load(Ordering::Relaxed) + 1;
@@ -80,8 +80,8 @@ impl Ring {
         for (word, value) in slot[STAMP..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
-        // A swap for its ordering only: sequentially consistent, for `Notifier::ring`, which then checks for
-        // waiting threads.
+        // A swap for its ordering only: sequentially consistent, for `Notifier::notify_all`, which then
+        // checks for waiting threads.
         newest.swap(next, Ordering::SeqCst);
         next
     }
@@ -89,14 +89,14 @@ impl Ring {
     /// Copies the newest value. It retries only if the writer has published `slots - 1` values during one
     /// copy.
     #[inline]
-    pub fn read(&self, into: &mut [u64]) -> SlotStamp {
-        debug_assert_eq!(into.len(), self.value_words);
+    pub fn read(&self, output: &mut [u64]) -> SlotStamp {
+        debug_assert_eq!(output.len(), self.value_words);
         loop {
             let sequence = self.newest();
             let slot = self.slot(sequence);
             let time = slot[0].load(Ordering::Relaxed);
             let writer = slot[1].load(Ordering::Relaxed) as u32;
-            for (value, word) in into.iter_mut().zip(&slot[STAMP..]) {
+            for (value, word) in output.iter_mut().zip(&slot[STAMP..]) {
                 *value = word.load(Ordering::Relaxed);
             }
             // The writer reaches this slot again with value `sequence + slots`, after it has published

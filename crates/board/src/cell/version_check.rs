@@ -3,7 +3,7 @@
 
 #![allow(
     unsafe_code,
-    reason = "the word's address is kept beside the value, so that a look follows no other pointer"
+    reason = "the word's address is kept beside the value, so that a check follows no other pointer"
 )]
 
 use std::ptr::NonNull;
@@ -18,13 +18,13 @@ pub struct VersionCheck {
     expected: u64,
 }
 
-// SAFETY: it is a shared reference to an atomic, whose lifetime the caller of `unchanged` guarantees.
+// SAFETY: it is a shared reference to an atomic, whose lifetime the caller of `is_unchanged` guarantees.
 unsafe impl Send for VersionCheck {}
 // SAFETY: as above.
 unsafe impl Sync for VersionCheck {}
 
 impl VersionCheck {
-    /// Returns a glance at a value that is the newest while the bits of `mask` are `expected`.
+    /// Returns a check of a value that is the newest while the bits of `mask` are `expected`.
     pub(super) fn new(word: &AtomicU64, mask: u64, expected: u64) -> Self {
         Self {
             word: NonNull::from(word),
@@ -33,7 +33,7 @@ impl VersionCheck {
         }
     }
 
-    /// Returns a glance that never recognises a value, so the value is fetched at each latch.
+    /// Returns a check that never recognises a value, so the value is fetched at each latch.
     pub(super) fn never_matching(word: &AtomicU64) -> Self {
         Self::new(word, 0, 1)
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use super::Value;
 
 impl Value {
-    /// Returns the value in words for messages, such as "the text `home`" or "-3".
+    /// Returns the value as text for messages, such as "the text `home`" or "-3".
     pub(super) fn named(&self) -> String {
         match self {
             Self::Bool(value) => value.to_string(),

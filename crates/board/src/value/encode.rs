@@ -6,43 +6,43 @@ use super::decode::length;
 use super::{Value, ValueError};
 use crate::nearest::nearest;
 
-/// Writes a value over the one in `into`.
+/// Writes a value over the one in `output`.
 ///
 /// Fields that a map does not name keep their values. New elements of sequences start at zero. A type with a
 /// single field also accepts the value of that field, and a structure of numbers also accepts a list in the
 /// order of its fields.
 ///
 /// # Errors
-/// What does not fit, with its path. `into` is unchanged then.
-pub fn encode(value_type: &Type, value: &Value, into: &mut [u8]) -> Result<(), ValueError> {
-    if into.len() != value_type.bytes {
+/// The part that does not fit, with its path. `output` is then unchanged.
+pub fn encode(value_type: &Type, value: &Value, output: &mut [u8]) -> Result<(), ValueError> {
+    if output.len() != value_type.bytes {
         return Err(ValueError::Size {
             value_type: value_type.name.clone(),
             expected: value_type.bytes,
-            got: into.len(),
+            got: output.len(),
         });
     }
-    let mut scratch = into.to_vec();
+    let mut scratch = output.to_vec();
     encode_struct(value_type, value, &mut scratch, "")?;
-    into.copy_from_slice(&scratch);
+    output.copy_from_slice(&scratch);
     Ok(())
 }
 
-fn encode_struct(value_type: &Type, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+fn encode_struct(value_type: &Type, value: &Value, output: &mut [u8], path: &str) -> Result<(), ValueError> {
     match value {
         Value::Map(entries) => {
             for (name, value) in entries {
                 let Some(field) = value_type.fields.iter().find(|field| field.name == *name) else {
                     return Err(unknown_field(value_type, path, name));
                 };
-                encode_field(field, value, into, &below(path, name))?;
+                encode_field(field, value, output, &join(path, name))?;
             }
             Ok(())
         }
         Value::List(values) if is_numbers(value_type) => {
             exactly(value_type.fields.len(), values.len(), path)?;
             for (field, value) in value_type.fields.iter().zip(values) {
-                encode_field(field, value, into, &below(path, &field.name))?;
+                encode_field(field, value, output, &join(path, &field.name))?;
             }
             Ok(())
         }
@@ -54,7 +54,7 @@ fn encode_struct(value_type: &Type, value: &Value, into: &mut [u8], path: &str) 
         | Value::List(_) => {
             match value_type.fields.as_slice() {
                 // The path does not grow: a caller that gives a bare value does not name the field.
-                [only] => encode_field(only, value, into, path),
+                [only] => encode_field(only, value, output, path),
                 _ => Err(ValueError::Kind {
                     path: path.to_owned(),
                     expected: expected_struct(value_type),
@@ -65,12 +65,12 @@ fn encode_struct(value_type: &Type, value: &Value, into: &mut [u8], path: &str) 
     }
 }
 
-fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+fn encode_field(field: &Field, value: &Value, output: &mut [u8], path: &str) -> Result<(), ValueError> {
     match (field.form, value) {
-        (Form::One, _) => encode_element(field, value, into, 0, path),
+        (Form::One, _) => encode_element(field, value, output, 0, path),
         (Form::Array(count), Value::List(values)) => {
             exactly(count, values.len(), path)?;
-            encode_elements(field, values, into, path)
+            encode_elements(field, values, output, path)
         }
         (
             Form::Sequence {
@@ -80,12 +80,12 @@ fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Re
             Value::List(values),
         ) => {
             at_most(capacity, values.len(), "elements", path)?;
-            let (old, new) = (length(field, into), values.len());
+            let (old, new) = (length(field, output), values.len());
             // Bytes past the old end or past the new end belong to no element.
             let bytes = field.kind.bytes();
-            into[field.offset..][old.min(new) * bytes..capacity * bytes].fill(0);
-            set_length(into, length_offset, new);
-            encode_elements(field, values, into, path)
+            output[field.offset..][old.min(new) * bytes..capacity * bytes].fill(0);
+            set_length(output, length_offset, new);
+            encode_elements(field, values, output, path)
         }
         (
             Form::Text {
@@ -95,10 +95,10 @@ fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Re
             Value::Text(text),
         ) => {
             at_most(capacity, text.len(), "bytes of text", path)?;
-            let room = &mut into[field.offset..][..capacity];
-            room[..text.len()].copy_from_slice(text.as_bytes());
-            room[text.len()..].fill(0);
-            set_length(into, length_offset, text.len());
+            let buffer = &mut output[field.offset..][..capacity];
+            buffer[..text.len()].copy_from_slice(text.as_bytes());
+            buffer[text.len()..].fill(0);
+            set_length(output, length_offset, text.len());
             Ok(())
         }
         (Form::Array(_) | Form::Sequence { .. }, _) => Err(kind(path, "a list", value)),
@@ -106,9 +106,9 @@ fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Re
     }
 }
 
-fn encode_elements(field: &Field, values: &[Value], into: &mut [u8], path: &str) -> Result<(), ValueError> {
+fn encode_elements(field: &Field, values: &[Value], output: &mut [u8], path: &str) -> Result<(), ValueError> {
     for (index, value) in values.iter().enumerate() {
-        encode_element(field, value, into, index, &format!("{path}[{index}]"))?;
+        encode_element(field, value, output, index, &format!("{path}[{index}]"))?;
     }
     Ok(())
 }
@@ -116,19 +116,19 @@ fn encode_elements(field: &Field, values: &[Value], into: &mut [u8], path: &str)
 fn encode_element(
     field: &Field,
     value: &Value,
-    into: &mut [u8],
+    output: &mut [u8],
     index: usize,
     path: &str,
 ) -> Result<(), ValueError> {
     let bytes = field.kind.bytes();
-    let into = &mut into[field.offset + index * bytes..][..bytes];
+    let output = &mut output[field.offset + index * bytes..][..bytes];
     match &field.kind {
-        FieldKind::Struct(inner) => encode_struct(inner, value, into, path),
-        FieldKind::Scalar(scalar) => encode_scalar(*scalar, value, into, path),
+        FieldKind::Struct(inner) => encode_struct(inner, value, output, path),
+        FieldKind::Scalar(scalar) => encode_scalar(*scalar, value, output, path),
     }
 }
 
-fn encode_scalar(scalar: Scalar, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+fn encode_scalar(scalar: Scalar, value: &Value, output: &mut [u8], path: &str) -> Result<(), ValueError> {
     macro_rules! whole {
         ($number:ty) => {{
             let number = match value {
@@ -140,7 +140,7 @@ fn encode_scalar(scalar: Scalar, value: &Value, into: &mut [u8], path: &str) -> 
             };
             let number = <$number>::try_from(number)
                 .map_err(|_| range(scalar, value, <$number>::MIN, <$number>::MAX, path))?;
-            into.copy_from_slice(&number.to_ne_bytes());
+            output.copy_from_slice(&number.to_ne_bytes());
         }};
     }
     let float = || match value {
@@ -153,7 +153,7 @@ fn encode_scalar(scalar: Scalar, value: &Value, into: &mut [u8], path: &str) -> 
     };
     match scalar {
         Scalar::Bool => match value {
-            Value::Bool(flag) => into[0] = u8::from(*flag),
+            Value::Bool(flag) => output[0] = u8::from(*flag),
             Value::Int(_)
             | Value::UInt(_)
             | Value::Float(_)
@@ -177,9 +177,9 @@ fn encode_scalar(scalar: Scalar, value: &Value, into: &mut [u8], path: &str) -> 
             if number.is_finite() && !narrow.is_finite() {
                 return Err(range(scalar, value, f32::MIN, f32::MAX, path));
             }
-            into.copy_from_slice(&narrow.to_ne_bytes());
+            output.copy_from_slice(&narrow.to_ne_bytes());
         }
-        Scalar::F64 => into.copy_from_slice(&float()?.to_ne_bytes()),
+        Scalar::F64 => output.copy_from_slice(&float()?.to_ne_bytes()),
     }
     Ok(())
 }
@@ -213,9 +213,9 @@ fn expected_struct(value_type: &Type) -> String {
     }
 }
 
-fn set_length(into: &mut [u8], offset: usize, length: usize) {
+fn set_length(output: &mut [u8], offset: usize, length: usize) {
     // A capacity is a `u32` in the descriptions.
-    into[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
+    output[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
 }
 
 fn exactly(expected: usize, got: usize, path: &str) -> Result<(), ValueError> {
@@ -259,7 +259,7 @@ fn range<T: ToString>(scalar: Scalar, value: &Value, least: T, greatest: T, path
     }
 }
 
-fn below(path: &str, name: &str) -> String {
+fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

@@ -1,5 +1,5 @@
 //! Values without their Rust types, for application files, tools and recordings. A description of the type
-//! gives the meaning of the bytes. It refuses to convert units and to know file formats.
+//! gives the meaning of the bytes. It converts no units and knows no file formats.
 
 mod decode;
 mod display;
@@ -34,7 +34,7 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ValueError {
     /// The field does not exist.
-    #[error("{} has no field `{field}`{}", whole(.path), hint(.nearest, .known))]
+    #[error("{} has no field `{field}`{}", subject(.path), suggestion(.nearest, .known))]
     UnknownField {
         /// The value without such a field.
         path: String,
@@ -46,7 +46,7 @@ pub enum ValueError {
         known: Vec<String>,
     },
     /// The value has the wrong kind.
-    #[error("{} must be {expected}, not {got}", whole(.path))]
+    #[error("{} must be {expected}, not {got}", subject(.path))]
     Kind {
         /// Where.
         path: String,
@@ -56,7 +56,7 @@ pub enum ValueError {
         got: String,
     },
     /// A number that the field's type cannot hold.
-    #[error("{} is a {scalar} and cannot hold {got}; give {least} to {greatest}", whole(.path))]
+    #[error("{} is a {scalar} and cannot hold {got}; give {least} to {greatest}", subject(.path))]
     Range {
         /// Where.
         path: String,
@@ -70,7 +70,7 @@ pub enum ValueError {
         greatest: String,
     },
     /// More elements, or bytes of text, than the capacity.
-    #[error("{} has room for {capacity} {what}, and {got} were given", whole(.path))]
+    #[error("{} has room for {capacity} {what}, and {got} were given", subject(.path))]
     TooLong {
         /// Where.
         path: String,
@@ -82,7 +82,7 @@ pub enum ValueError {
         got: usize,
     },
     /// The number of elements differs from a fixed one.
-    #[error("{} needs exactly {expected} values, and {got} were given", whole(.path))]
+    #[error("{} needs exactly {expected} values, and {got} were given", subject(.path))]
     Count {
         /// Where.
         path: String,
@@ -92,7 +92,7 @@ pub enum ValueError {
         got: usize,
     },
     /// The index of an element is past the end.
-    #[error("{} has {length} elements, counted from 0; there is no [{index}]", whole(.path))]
+    #[error("{} has {length} elements, counted from 0; there is no [{index}]", subject(.path))]
     NoElement {
         /// The list.
         path: String,
@@ -151,7 +151,7 @@ impl From<&str> for Value {
     }
 }
 
-fn whole(path: &str) -> String {
+fn subject(path: &str) -> String {
     if path.is_empty() {
         "the value".to_owned()
     } else {
@@ -159,7 +159,7 @@ fn whole(path: &str) -> String {
     }
 }
 
-fn hint(nearest: &Option<String>, known: &[String]) -> String {
+fn suggestion(nearest: &Option<String>, known: &[String]) -> String {
     match nearest {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!("; it has {}", known.join(", ")),

@@ -23,17 +23,17 @@ pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, Va
     if path.is_empty() {
         return Ok(decode(value_type, bytes));
     }
-    let (mut value_type, mut bytes, mut walked) = (value_type, bytes, 0);
+    let (mut value_type, mut bytes, mut parsed) = (value_type, bytes, 0);
     let steps: Vec<&str> = path.split('.').collect();
     for (number, step) in steps.iter().enumerate() {
         let last = number + 1 == steps.len();
-        let parent = &path[..walked];
-        let (name, index) = parse(step).map_err(|wrong| bad(path, wrong))?;
+        let parent = &path[..parsed];
+        let (name, index) = parse(step).map_err(|wrong| path_error(path, wrong))?;
         let Some(field) = value_type.fields.iter().find(|field| field.name == name) else {
             return Err(unknown_field(value_type, parent, name));
         };
-        walked += step.len() + usize::from(walked > 0);
-        let part = &path[..walked];
+        parsed += step.len() + usize::from(parsed > 0);
+        let part = &path[..parsed];
         let element = match index {
             Some(index) => Some(element(field, bytes, part, index)?),
             None if field.form == Form::One => Some(0),
@@ -46,11 +46,11 @@ pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, Va
             }
             (Some(index), _) if last => return Ok(decode_element(field, bytes, index)),
             (None, _) if last => return Ok(decode_field(field, bytes)),
-            (Some(_), _) => return Err(bad(path, format!("`{part}` has no fields"))),
+            (Some(_), _) => return Err(path_error(path, format!("`{part}` has no fields"))),
             (None, _) => {
-                return Err(bad(
+                return Err(path_error(
                     path,
-                    format!("`{part}` is a list; say which, as in `{part}[0]`"),
+                    format!("`{part}` is a list; add an index, as in `{part}[0]`"),
                 ));
             }
         }
@@ -64,14 +64,14 @@ fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
         return Ok((step, None));
     };
     let index = rest.strip_suffix(']').and_then(|index| index.parse().ok());
-    let index = index.ok_or_else(|| format!("`{step}` is not like `{name}[3]`"))?;
+    let index = index.ok_or_else(|| format!("`{step}` does not have the form `{name}[3]`"))?;
     Ok((name, Some(index)))
 }
 
 fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usize, ValueError> {
     let length = match field.form {
         Form::Array(_) | Form::Sequence { .. } => length(field, bytes),
-        Form::One | Form::Text { .. } => return Err(bad(part, "only lists are counted".to_owned())),
+        Form::One | Form::Text { .. } => return Err(path_error(part, "only lists have elements".to_owned())),
     };
     if index >= length {
         let path = part.split('[').next().unwrap_or(part).to_owned();
@@ -80,7 +80,7 @@ fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usiz
     Ok(index)
 }
 
-fn bad(path: &str, wrong: String) -> ValueError {
+fn path_error(path: &str, wrong: String) -> ValueError {
     ValueError::Path {
         path: path.to_owned(),
         wrong,

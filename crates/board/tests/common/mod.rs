@@ -1,5 +1,9 @@
-//! Types and variables that the tests share. It refuses to check anything.
-#![allow(dead_code, unreachable_pub, reason = "each test file uses its own share")]
+//! Types and variables that the tests share.
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each test file uses only some of the helpers"
+)]
 
 use std::sync::Arc;
 
@@ -15,7 +19,7 @@ pub fn structure(name: &str, fields: Vec<Field>) -> Arc<Type> {
         .map(|mut field| {
             if let Form::Sequence { length_offset, .. } | Form::Text { length_offset, .. } = &mut field.form {
                 *length_offset = bytes;
-                // The length, and its spare half before elements of eight bytes.
+                // The length, with padding before elements of eight bytes.
                 bytes += field.kind.align().max(4);
                 align = align.max(4);
             }
@@ -52,7 +56,7 @@ pub fn field(name: &str, kind: FieldKind, form: Form) -> Field {
     }
 }
 
-pub fn one(name: &str, scalar: Scalar) -> Field {
+pub fn scalar_field(name: &str, scalar: Scalar) -> Field {
     field(name, FieldKind::Scalar(scalar), Form::One)
 }
 
@@ -85,10 +89,10 @@ pub fn text(name: &str, capacity: usize) -> Field {
 }
 
 pub fn float64() -> Arc<Type> {
-    structure("std_msgs/msg/Float64", vec![one("data", Scalar::F64)])
+    structure("std_msgs/msg/Float64", vec![scalar_field("data", Scalar::F64)])
 }
 
-pub fn words(count: usize) -> Arc<Type> {
+pub fn word_array(count: usize) -> Arc<Type> {
     structure(
         "test/Words",
         vec![field("words", FieldKind::Scalar(Scalar::U64), Form::Array(count))],
@@ -98,7 +102,7 @@ pub fn words(count: usize) -> Arc<Type> {
 pub fn vector() -> Arc<Type> {
     structure(
         "geometry_msgs/msg/Vector3",
-        ["x", "y", "z"].map(|name| one(name, Scalar::F64)).into(),
+        ["x", "y", "z"].map(|name| scalar_field(name, Scalar::F64)).into(),
     )
 }
 

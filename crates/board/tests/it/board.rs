@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use jde_board::{Access, Board, Error, Reader, Refused, Stamp, Variable, Writer};
 
-use crate::common::{COMMAND, declaration, float64, twist, variable, words};
+use crate::common::{COMMAND, declaration, float64, twist, variable, word_array};
 
 fn write(writer: &mut Writer, value: f64, time: u64) -> Result<u64, Refused> {
     writer.loan().copy_from_slice(&value.to_ne_bytes());
@@ -21,7 +21,7 @@ fn latch(reader: &mut Reader) -> Option<(f64, Stamp)> {
     ))
 }
 
-/// Returns one variable of a number for each kind of cell and access. Writer 7 has the grant of the command.
+/// Returns a numeric variable for each kind of cell and access. Writer 7 has the grant of the command.
 fn numbers() -> [Arc<Variable>; 3] {
     let [export, modulation, command] =
         [Access::Export, Access::Modulation, COMMAND].map(|access| variable(&float64(), access));
@@ -49,7 +49,7 @@ fn a_variable_is_found_by_owner_and_name() {
 }
 
 #[test]
-fn an_unknown_name_comes_back_with_the_nearest() {
+fn an_unknown_name_is_refused_with_the_nearest() {
     let board = Board::new();
     board
         .declare(declaration("laser", &float64(), Access::Export))
@@ -69,8 +69,11 @@ fn each_schema_is_a_name_space_without_duplicates() {
     board
         .declare(declaration("laser", &float64(), Access::Export))
         .unwrap();
-    let again = board.declare(declaration("laser", &twist(), Access::Export));
-    assert_eq!(again.err(), Some(Error::Duplicate("pioneer.laser".to_owned())));
+    let duplicate = board.declare(declaration("laser", &twist(), Access::Export));
+    assert_eq!(
+        duplicate.err(),
+        Some(Error::Duplicate("pioneer.laser".to_owned()))
+    );
     let mut other = declaration("laser", &twist(), Access::Export);
     other.owner = "robot2".to_owned();
     board.declare(other).unwrap();
@@ -78,32 +81,32 @@ fn each_schema_is_a_name_space_without_duplicates() {
 }
 
 #[test]
-fn what_cannot_be_declared_is_refused_with_words() {
+fn an_invalid_declaration_is_refused_with_a_reason() {
     let refused = |change: fn(&mut jde_board::Declaration)| {
-        let mut wrong = declaration("speed", &float64(), COMMAND);
-        change(&mut wrong);
-        Board::new().declare(wrong).err().unwrap().to_string()
+        let mut invalid = declaration("speed", &float64(), COMMAND);
+        change(&mut invalid);
+        Board::new().declare(invalid).err().unwrap().to_string()
     };
     assert_eq!(
-        refused(|wrong| wrong.initial = Some(vec![0; 4])),
+        refused(|invalid| invalid.initial = Some(vec![0; 4])),
         "the initial value of `pioneer.speed` has 4 bytes; its type `std_msgs/msg/Float64` has 8"
     );
     assert_eq!(
-        refused(|wrong| wrong.initial = Some(f64::NAN.to_ne_bytes().into())),
+        refused(|invalid| invalid.initial = Some(f64::NAN.to_ne_bytes().into())),
         "the initial value of `pioneer.speed` is not finite in `data`; give a finite number"
     );
     assert_eq!(
-        refused(|wrong| wrong.name.clear()),
+        refused(|invalid| invalid.name.clear()),
         "variable `pioneer.` needs both an owner and a name"
     );
     assert_eq!(
-        refused(|wrong| wrong.readers = 5000),
+        refused(|invalid| invalid.readers = 5000),
         "`pioneer.speed` is declared for 2 writers and 5000 readers; together at most 4093"
     );
 }
 
 #[test]
-fn a_value_comes_with_its_stamp() {
+fn a_value_has_a_stamp() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "driver").unwrap();
         let mut reader = variable.reader("view");
@@ -113,12 +116,12 @@ fn a_value_comes_with_its_stamp() {
         let (value, stamp) = latch(&mut reader).unwrap();
         assert_eq!(value, 1.5);
         assert_eq!((stamp.time, stamp.sequence, stamp.writer), (100, 1, 7));
-        let stays = if variable.describe().access == COMMAND {
+        let expected_validity = if variable.describe().access == COMMAND {
             600
         } else {
             u64::MAX
         };
-        assert_eq!(stamp.valid_until, stays);
+        assert_eq!(stamp.valid_until, expected_validity);
     }
 }
 
@@ -132,9 +135,9 @@ fn r8_a_latched_value_stays_until_it_is_released() {
         let (address, value) = (first.bytes.as_ptr(), first.bytes.to_vec());
         // Enough to reuse all slots of either cell.
         (2..40).for_each(|n| assert_eq!(write(&mut writer, f64::from(n), 2), Ok(n as u64)));
-        let again = reader.latch().unwrap();
-        assert_eq!((again.bytes.as_ptr(), again.bytes), (address, &value[..]));
-        assert_eq!(again.stamp.sequence, 1);
+        let latched = reader.latch().unwrap();
+        assert_eq!((latched.bytes.as_ptr(), latched.bytes), (address, &value[..]));
+        assert_eq!(latched.stamp.sequence, 1);
         assert_eq!(reader.newest(), 39);
         reader.release();
         assert!(reader.latched().is_none());
@@ -143,13 +146,17 @@ fn r8_a_latched_value_stays_until_it_is_released() {
 }
 
 #[test]
-fn r8_that_there_is_no_value_stays_so_until_the_release() {
+fn r8_the_absence_of_a_value_lasts_until_the_release() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "driver").unwrap();
         let mut reader = variable.reader("goon");
         assert_eq!(latch(&mut reader), None);
         write(&mut writer, 1.0, 1).unwrap();
-        assert_eq!(latch(&mut reader), None, "a check and its iteration see the same");
+        assert_eq!(
+            latch(&mut reader),
+            None,
+            "a check and its iteration read the same"
+        );
         assert!(reader.latched().is_none());
         reader.release();
         assert_eq!(latch(&mut reader).unwrap().0, 1.0);
@@ -157,11 +164,11 @@ fn r8_that_there_is_no_value_stays_so_until_the_release() {
 }
 
 #[test]
-fn an_initial_value_is_number_0_and_nobodys() {
+fn an_initial_value_has_number_0_and_no_writer() {
     for access in [Access::Export, Access::Modulation, COMMAND] {
-        let mut with = declaration("gain", &float64(), access);
-        with.initial = Some(0.25f64.to_ne_bytes().into());
-        let gain = Board::new().declare(with).unwrap();
+        let mut declared = declaration("gain", &float64(), access);
+        declared.initial = Some(0.25f64.to_ne_bytes().into());
+        let gain = Board::new().declare(declared).unwrap();
         let (value, stamp) = latch(&mut gain.reader("view")).unwrap();
         assert_eq!(value, 0.25);
         let expected = Stamp {
@@ -177,7 +184,7 @@ fn an_initial_value_is_number_0_and_nobodys() {
 }
 
 #[test]
-fn what_is_loaned_is_seen_by_nobody_before_it_is_published() {
+fn a_loaned_value_is_invisible_until_it_is_published() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "driver").unwrap();
         let mut reader = variable.reader("view");
@@ -199,7 +206,7 @@ fn what_is_loaned_is_seen_by_nobody_before_it_is_published() {
 
 #[test]
 fn values_are_aligned_for_any_type() {
-    for value_type in [float64(), twist(), words(1000)] {
+    for value_type in [float64(), twist(), word_array(1000)] {
         for access in [Access::Export, Access::Modulation] {
             let variable = variable(&value_type, access);
             let mut writer = variable.writer(1, "w").unwrap();
@@ -223,14 +230,14 @@ fn an_export_has_one_writer_at_a_time() {
     let refused = laser.writer(2, "player").err().unwrap();
     assert_eq!(
         refused.to_string(),
-        "`pioneer.laser` takes 1 writer(s), and pioneer writes it; `player` cannot"
+        "`pioneer.laser` allows 1 writer(s), and pioneer already writes it; `player` cannot"
     );
     drop(first);
     assert_eq!(laser.writer(2, "player").unwrap().id(), 2);
 }
 
 #[test]
-fn r8_several_write_a_modulation_and_the_last_one_counts() {
+fn r8_a_modulation_with_several_writers_has_the_value_of_the_last() {
     let target = variable(&float64(), Access::Modulation);
     let mut father = target.writer(1, "example").unwrap();
     let mut operator = target.writer(2, "operator").unwrap();
@@ -274,12 +281,12 @@ fn commands_and_modulations_that_are_not_finite_are_refused_and_counted() {
     assert_eq!(
         write(&mut writer, f64::INFINITY, 0),
         Ok(1),
-        "a sensor may say that it sees nothing"
+        "infinity is a valid value of a sensor"
     );
 }
 
 #[test]
-fn the_host_puts_values_into_commands_and_modulations_only() {
+fn the_host_can_put_values_only_into_commands_and_modulations() {
     let [export, modulation, command] = numbers();
     let value = 1.0f64.to_ne_bytes();
     assert_eq!(export.put(0, &value, 5, 50), Err(Refused::NoAuthority));
@@ -292,7 +299,7 @@ fn the_host_puts_values_into_commands_and_modulations_only() {
 }
 
 #[test]
-fn status_says_who_and_how_often() {
+fn the_status_contains_the_users_and_the_rate() {
     let laser = variable(&float64(), Access::Export);
     let mut writer = laser.writer(4, "pioneer").unwrap();
     let reader = laser.reader("stop");
@@ -316,27 +323,27 @@ fn status_says_who_and_how_often() {
 }
 
 #[test]
-fn readers_beyond_the_declared_number_read_as_well() {
-    let image = variable(&words(1000), Access::Export);
+fn readers_beyond_the_declared_number_read_copies() {
+    let image = variable(&word_array(1000), Access::Export);
     let mut writer = image.writer(1, "camera").unwrap();
     let mut readers: Vec<_> = (0..10).map(|n| image.reader(&format!("r{n}"))).collect();
     for round in 1..=20u8 {
         writer.loan().fill(round);
         writer.publish(0, 0).unwrap();
-        // One reader at a time latches a new value. All others keep theirs.
+        // One reader at a time latches a new value. All others keep their values.
         let reader = &mut readers[usize::from(round) % 10];
         reader.release();
         assert_eq!(reader.latch().unwrap().bytes[999], round);
     }
-    let kept: Vec<u8> = readers
+    let held: Vec<u8> = readers
         .iter()
         .map(|reader| reader.latched().unwrap().bytes[0])
         .collect();
-    assert_eq!(kept, [20, 11, 12, 13, 14, 15, 16, 17, 18, 19]);
+    assert_eq!(held, [20, 11, 12, 13, 14, 15, 16, 17, 18, 19]);
 }
 
 #[test]
-fn a_wait_ends_at_once_when_there_is_something_newer() {
+fn a_wait_ends_at_once_if_there_is_a_newer_value() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "w").unwrap();
         write(&mut writer, 0.0, 0).unwrap();
@@ -344,21 +351,21 @@ fn a_wait_ends_at_once_when_there_is_something_newer() {
         assert_eq!(
             variable.wait_newer(1, Duration::ZERO),
             1,
-            "and without waiting when told so"
+            "a timeout of zero does not wait"
         );
     }
 }
 
 #[test]
-fn a_wait_ends_when_its_time_is_over() {
+fn a_wait_ends_after_its_timeout() {
     let laser = variable(&float64(), Access::Export);
-    let begun = std::time::Instant::now();
+    let start = std::time::Instant::now();
     assert_eq!(laser.wait_newer(0, Duration::from_millis(3)), 0);
-    assert!(begun.elapsed() >= Duration::from_millis(3));
+    assert!(start.elapsed() >= Duration::from_millis(3));
 }
 
 #[test]
-fn r12_watchers_are_called_after_each_publish_and_see_its_value() {
+fn r12_watchers_are_called_after_each_publication_and_read_its_value() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "w").unwrap();
         write(&mut writer, 0.0, 0).unwrap();
@@ -378,16 +385,16 @@ fn r12_watchers_are_called_after_each_publish_and_see_its_value() {
         assert_eq!(
             seen.map(|seen| seen.load(Ordering::Relaxed)),
             [last, last],
-            "they ended"
+            "dropped watches are not called"
         );
     }
 }
 
 #[test]
-fn a_value_that_was_taken_back_is_shown_to_nobody_until_the_next() {
+fn readers_get_no_value_between_a_retraction_and_the_next_value() {
     for export in [
         variable(&float64(), Access::Export),
-        variable(&words(40), Access::Export),
+        variable(&word_array(40), Access::Export),
     ] {
         let mut writer = export.writer(1, "eye").unwrap();
         let mut reader = export.reader("low");
@@ -397,7 +404,7 @@ fn a_value_that_was_taken_back_is_shown_to_nobody_until_the_next() {
             counted.fetch_add(1, Ordering::SeqCst);
         });
         writer.retract();
-        assert_eq!(calls.load(Ordering::SeqCst), 0, "there was nothing to take back");
+        assert_eq!(calls.load(Ordering::SeqCst), 0, "there is no value to retract");
         writer.loan();
         writer.publish(10, 10).unwrap();
         assert_eq!(reader.latch().unwrap().stamp.sequence, 1);
@@ -405,13 +412,13 @@ fn a_value_that_was_taken_back_is_shown_to_nobody_until_the_next() {
         assert_eq!(
             reader.latch().unwrap().stamp.sequence,
             1,
-            "who holds it keeps it (R8)"
+            "a reader keeps the value that it holds (R8)"
         );
         reader.release();
         assert!(reader.latch().is_none());
         assert!(export.status(20).retracted);
         writer.retract();
-        assert_eq!(calls.load(Ordering::SeqCst), 2, "it is told once");
+        assert_eq!(calls.load(Ordering::SeqCst), 2, "a retraction is reported once");
         reader.release();
         writer.loan();
         writer.publish(30, 30).unwrap();
@@ -431,60 +438,68 @@ fn modulations_and_commands_always_have_a_value() {
 }
 
 #[test]
-fn a_loan_that_was_parted_with_is_written_by_nobody_else_until_it_is_given_back() {
+fn a_detached_loan_is_not_reused_until_it_is_returned() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "writer").unwrap();
-        let left = writer.loan();
-        left.copy_from_slice(&1.0_f64.to_ne_bytes());
-        let left = left.as_mut_ptr();
-        let parted = writer.detach_loan().unwrap().expect("something was loaned");
-        assert_eq!(parted.bytes(), 8);
+        let detached_bytes = writer.loan();
+        detached_bytes.copy_from_slice(&1.0_f64.to_ne_bytes());
+        let detached_address = detached_bytes.as_mut_ptr();
+        let detached = writer.detach_loan().unwrap().expect("a loan");
+        assert_eq!(detached.bytes(), 8);
         assert_eq!(writer.publish(1, 1), Err(Refused::NothingLoaned));
         let mut reader = variable.reader("reader");
         for sequence in 1..20 {
-            assert_ne!(writer.loan().as_mut_ptr(), left, "the room is still somebody's");
+            assert_ne!(
+                writer.loan().as_mut_ptr(),
+                detached_address,
+                "the detached buffer is not loaned again"
+            );
             write(&mut writer, sequence as f64, sequence).unwrap();
             reader.release();
             assert_eq!(latch(&mut reader).unwrap().0, sequence as f64);
         }
-        assert!(writer.detach_loan().unwrap().is_none(), "nothing is loaned now");
-        drop(parted);
-        let room: Vec<_> = (0..20)
+        assert!(writer.detach_loan().unwrap().is_none(), "nothing is loaned");
+        drop(detached);
+        let addresses: Vec<_> = (0..20)
             .map(|time| {
-                let room = writer.loan().as_mut_ptr();
+                let address = writer.loan().as_mut_ptr();
                 write(&mut writer, 0.0, time).unwrap();
-                room
+                address
             })
             .collect();
-        let slots = variable.describe().access != Access::Export;
-        assert_eq!(room.contains(&left), slots, "a slot comes back to its cell");
+        let in_slot = variable.describe().access != Access::Export;
+        assert_eq!(
+            addresses.contains(&detached_address),
+            in_slot,
+            "a slot returns to its cell"
+        );
     }
 }
 
 #[test]
-fn no_more_loans_are_parted_with_than_readers_may_hold_slots() {
+fn at_most_as_many_loans_are_detached_as_readers_may_hold_slots() {
     let modulation = variable(&float64(), Access::Modulation);
     let mut writer = modulation.writer(7, "writer").unwrap();
-    let mut parted = Vec::new();
+    let mut detached = Vec::new();
     for _ in 0..modulation.describe().readers {
         writer.loan();
-        parted.extend(writer.detach_loan().unwrap());
+        detached.extend(writer.detach_loan().unwrap());
     }
     writer.loan();
-    let crowded = writer
+    let error = writer
         .detach_loan()
         .err()
-        .expect("every slot is taken")
+        .expect("every slot is in use")
         .to_string();
-    assert!(crowded.starts_with("all "), "{crowded}");
-    write(&mut writer, 1.0, 1).expect("nothing has changed");
-    parted.pop();
+    assert!(error.starts_with("all "), "{error}");
+    write(&mut writer, 1.0, 1).expect("the loan is unchanged");
+    detached.pop();
     writer.loan();
-    assert!(writer.detach_loan().is_ok_and(|parted| parted.is_some()));
+    assert!(writer.detach_loan().is_ok_and(|detached| detached.is_some()));
 }
 
 #[test]
-fn a_value_from_the_future_is_as_old_as_its_publication() {
+fn a_time_in_the_future_is_replaced_by_the_time_of_publication() {
     for access in [Access::Export, Access::Modulation] {
         let scan = variable(&float64(), access);
         let mut writer = scan.writer(4, "pioneer").unwrap();

@@ -1,5 +1,5 @@
-//! R7: a command takes effect only while its writer holds a grant. `loom.rs` tries the interleavings,
-//! `torture.rs` runs on the real machine.
+//! R7: a command takes effect only while its writer holds a grant. `loom.rs` checks the interleavings,
+//! `torture.rs` runs on real threads.
 
 use jde_board::{Access, Refused, Writer};
 
@@ -11,7 +11,7 @@ fn command(writer: &mut Writer, value: f64) -> Result<u64, Refused> {
 }
 
 #[test]
-fn r7_without_a_grant_no_command_takes_effect_and_all_are_counted() {
+fn r7_commands_without_a_grant_are_refused_and_counted() {
     let velocity = variable(&float64(), COMMAND);
     let mut goon = velocity.writer(1, "goon").unwrap();
     assert!(!velocity.has_grant(1));
@@ -41,7 +41,7 @@ fn r7_a_loan_from_before_the_withdrawal_is_refused_after_it() {
 }
 
 #[test]
-fn r7_withdrawing_one_leaves_the_other_its_grant() {
+fn r7_a_withdrawal_does_not_affect_the_grants_of_others() {
     let velocity = variable(&float64(), COMMAND);
     let mut goon = velocity.writer(1, "goon").unwrap();
     let mut stop = velocity.writer(2, "stop").unwrap();
@@ -56,28 +56,32 @@ fn r7_withdrawing_one_leaves_the_other_its_grant() {
 }
 
 #[test]
-fn r7_a_grant_goes_with_the_id_and_not_with_the_open_writer() {
+fn r7_a_grant_belongs_to_the_id_and_not_to_the_open_writer() {
     let velocity = variable(&float64(), COMMAND);
     velocity.grant(1);
     let mut goon = velocity.writer(1, "goon").unwrap();
-    assert_eq!(command(&mut goon, 1.0), Ok(1), "granted before it was opened");
-    drop(goon);
-    let mut stranger = velocity.writer(3, "stranger").unwrap();
     assert_eq!(
-        command(&mut stranger, 1.0),
-        Err(Refused::NoAuthority),
-        "a seat is not inherited"
+        command(&mut goon, 1.0),
+        Ok(1),
+        "granted before the writer was opened"
     );
-    let mut again = velocity.writer(1, "goon").unwrap();
-    assert_eq!(command(&mut again, 1.0), Ok(2));
+    drop(goon);
+    let mut other = velocity.writer(3, "other").unwrap();
+    assert_eq!(
+        command(&mut other, 1.0),
+        Err(Refused::NoAuthority),
+        "a grant does not pass to another writer"
+    );
+    let mut reopened = velocity.writer(1, "goon").unwrap();
+    assert_eq!(command(&mut reopened, 1.0), Ok(2));
     velocity.withdraw(1);
-    drop(again);
-    let mut again = velocity.writer(1, "goon").unwrap();
-    assert_eq!(command(&mut again, 1.0), Err(Refused::NoAuthority));
+    drop(reopened);
+    let mut reopened = velocity.writer(1, "goon").unwrap();
+    assert_eq!(command(&mut reopened, 1.0), Err(Refused::NoAuthority));
 }
 
 #[test]
-fn r7_the_host_brakes_whoever_is_granted() {
+fn r7_the_host_can_brake_regardless_of_grants() {
     let velocity = variable(&float64(), COMMAND);
     let mut goon = velocity.writer(1, "goon").unwrap();
     velocity.grant(1);

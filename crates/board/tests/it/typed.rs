@@ -3,7 +3,7 @@
 use jde_board::typed::{Plain, TypedReader, TypedWriter};
 use jde_board::{Access, Refused};
 
-use crate::common::{COMMAND, float64, twist, variable, words};
+use crate::common::{COMMAND, float64, twist, variable, word_array};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
@@ -22,7 +22,7 @@ const TURN: Twist = Twist {
 };
 
 #[test]
-fn a_structure_goes_in_and_comes_out() {
+fn a_structure_is_written_and_read() {
     for access in [Access::Export, Access::Modulation] {
         let velocity = variable(&twist(), access);
         let mut writer = TypedWriter::<Twist>::open(&velocity, 3, "vff").unwrap();
@@ -37,7 +37,7 @@ fn a_structure_goes_in_and_comes_out() {
 }
 
 #[test]
-fn get_always_takes_the_newest() {
+fn get_always_returns_the_newest() {
     let number = variable(&float64(), Access::Modulation);
     let mut writer = TypedWriter::<f64>::open(&number, 1, "w").unwrap();
     let mut reader = TypedReader::<f64>::open(&number, "r").unwrap();
@@ -49,7 +49,7 @@ fn get_always_takes_the_newest() {
 
 #[test]
 fn a_borrowed_value_stays_while_others_are_published() {
-    let image = variable(&words(1000), Access::Export);
+    let image = variable(&word_array(1000), Access::Export);
     let mut writer = TypedWriter::<[u64; 1000]>::open(&image, 1, "camera").unwrap();
     let mut reader = TypedReader::<[u64; 1000]>::open(&image, "view").unwrap();
     writer.write([1; 1000], 0, 0).unwrap();
@@ -60,8 +60,8 @@ fn a_borrowed_value_stays_while_others_are_published() {
 }
 
 #[test]
-fn a_loan_is_written_in_place_and_dropped_without_a_trace() {
-    let image = variable(&words(1000), Access::Export);
+fn a_loan_is_written_in_place_and_has_no_effect_if_dropped() {
+    let image = variable(&word_array(1000), Access::Export);
     let mut writer = TypedWriter::<[u64; 1000]>::open(&image, 1, "camera").unwrap();
     let mut reader = TypedReader::<[u64; 1000]>::open(&image, "view").unwrap();
     let mut loan = writer.loan();
@@ -76,7 +76,7 @@ fn a_loan_is_written_in_place_and_dropped_without_a_trace() {
 }
 
 #[test]
-fn r7_a_typed_command_passes_the_same_gate() {
+fn r7_a_typed_command_needs_a_grant() {
     let velocity = variable(&twist(), COMMAND);
     let mut writer = TypedWriter::<Twist>::open(&velocity, 3, "vff").unwrap();
     assert_eq!(writer.write(TURN, 0, 0), Err(Refused::NoAuthority));
@@ -85,7 +85,7 @@ fn r7_a_typed_command_passes_the_same_gate() {
 }
 
 #[test]
-fn a_type_that_does_not_fit_is_refused_with_words() {
+fn a_type_that_does_not_fit_is_refused_with_a_reason() {
     #[derive(Clone, Copy)]
     #[repr(C, align(32))]
     struct Wide([u64; 4]);
@@ -103,8 +103,8 @@ fn a_type_that_does_not_fit_is_refused_with_words() {
         TypedReader::<u64>::open(&number, "r").is_ok(),
         "only size and alignment are checked"
     );
-    let four = variable(&words(4), Access::Export);
+    let four = variable(&word_array(4), Access::Export);
     let wide = TypedReader::<Wide>::open(&four, "r").err().unwrap().to_string();
     assert!(wide.contains("needs alignment 32"), "{wide}");
-    assert_eq!(four.status(0).readers.len(), 0, "who is refused is not counted");
+    assert_eq!(four.status(0).readers.len(), 0, "a refused reader is not listed");
 }

@@ -1,4 +1,5 @@
-//! Values without their Rust types: decoding inverts encoding, and errors name the path of what does not fit.
+//! Values without their Rust types: decoding inverts encoding, and errors name the path of the part that does
+//! not fit.
 
 use std::sync::Arc;
 
@@ -6,26 +7,28 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::value::{Value, decode, encode, get_path};
 use proptest::prelude::*;
 
-use crate::common::{field, float64, nested, one, sequence, structure, text, twist, vector};
+use crate::common::{field, float64, nested, scalar_field, sequence, structure, text, twist, vector};
 
 /// A type with every kind and form of field.
 fn robot() -> Arc<Type> {
     let pose = structure(
         "test/Pose2D",
-        ["x", "y", "theta"].map(|name| one(name, Scalar::F64)).into(),
+        ["x", "y", "theta"]
+            .map(|name| scalar_field(name, Scalar::F64))
+            .into(),
     );
     structure(
         "test/Robot",
         vec![
             nested("pose", &pose),
             sequence("path", FieldKind::Struct(pose), 4),
-            one("id", Scalar::U32),
-            one("small", Scalar::I16),
-            one("level", Scalar::U8),
-            one("on", Scalar::Bool),
+            scalar_field("id", Scalar::U32),
+            scalar_field("small", Scalar::I16),
+            scalar_field("level", Scalar::U8),
+            scalar_field("on", Scalar::Bool),
             field("matrix", FieldKind::Scalar(Scalar::F32), Form::Array(3)),
             text("name", 16),
-            one("far", Scalar::I64),
+            scalar_field("far", Scalar::I64),
         ],
     )
 }
@@ -50,31 +53,34 @@ fn encoded(value_type: &Type, value: &Value) -> Vec<u8> {
 }
 
 /// Returns the message for a value that does not fit. The bytes must be unchanged.
-fn refused(value_type: &Type, value: &Value) -> String {
+fn error_of(value_type: &Type, value: &Value) -> String {
     let mut bytes = vec![0x5a; value_type.bytes];
     let error = encode(value_type, value, &mut bytes).unwrap_err();
     assert!(
         bytes.iter().all(|byte| *byte == 0x5a),
-        "a value is written whole or not at all"
+        "a refused value changes nothing"
     );
     error.to_string()
 }
 
-fn shown(value_type: &Type, value: &Value) -> String {
+fn round_trip_text(value_type: &Type, value: &Value) -> String {
     decode(value_type, &encoded(value_type, value)).to_string()
 }
 
 #[test]
-fn a_bare_number_stands_for_a_type_of_one_field() {
+fn a_plain_number_is_accepted_for_a_type_of_one_field() {
     assert_eq!(encoded(&float64(), &Value::Float(1.5)), 1.5f64.to_ne_bytes());
     assert_eq!(encoded(&float64(), &Value::Int(-2)), (-2f64).to_ne_bytes());
-    assert_eq!(shown(&float64(), &map([("data", 0.25.into())])), "{data: 0.25}");
+    assert_eq!(
+        round_trip_text(&float64(), &map([("data", 0.25.into())])),
+        "{data: 0.25}"
+    );
     let path = structure("std_msgs/msg/String", vec![text("data", 8)]);
-    assert_eq!(shown(&path, &"a.toml".into()), r#"{data: "a.toml"}"#);
+    assert_eq!(round_trip_text(&path, &"a.toml".into()), r#"{data: "a.toml"}"#);
 }
 
 #[test]
-fn missing_fields_keep_what_is_there() {
+fn missing_fields_keep_their_values() {
     let mut bytes = encoded(
         &twist(),
         &map([
@@ -121,7 +127,7 @@ fn a_list_of_lists_fills_a_sequence_of_structures_of_numbers() {
 }
 
 #[test]
-fn a_shorter_text_leaves_nothing_of_the_longer_one() {
+fn a_shorter_text_clears_the_longer_one() {
     let robot = robot();
     let mut bytes = encoded(&robot, &map([("name", "long name".into())]));
     encode(&robot, &map([("name", "ñ".into())]), &mut bytes).unwrap();
@@ -129,9 +135,9 @@ fn a_shorter_text_leaves_nothing_of_the_longer_one() {
 }
 
 #[test]
-fn what_does_not_fit_is_named_by_its_path() {
+fn an_error_names_the_path_of_the_part_that_does_not_fit() {
     let robot = robot();
-    let check = |value: Value, expected: &str| assert_eq!(refused(&robot, &value), expected);
+    let check = |value: Value, expected: &str| assert_eq!(error_of(&robot, &value), expected);
     check(
         map([("nam", "x".into())]),
         "the value has no field `nam`; did you mean `name`?",
@@ -207,7 +213,7 @@ fn what_does_not_fit_is_named_by_its_path() {
 }
 
 #[test]
-fn not_finite_numbers_are_written_as_they_are() {
+fn numbers_that_are_not_finite_are_written_unchanged() {
     let robot = robot();
     let bytes = encoded(&robot, &map([("matrix", list([f64::NAN, f64::INFINITY, 0.5]))]));
     assert_eq!(
@@ -217,7 +223,7 @@ fn not_finite_numbers_are_written_as_they_are() {
 }
 
 #[test]
-fn a_part_is_found_by_its_path() {
+fn a_part_is_selected_by_its_path() {
     let robot = robot();
     let bytes = encoded(
         &robot,
@@ -253,17 +259,20 @@ fn a_part_is_found_by_its_path() {
     );
     missing(
         "path.x",
-        "path `path.x`: `path` is a list; say which, as in `path[0]`",
+        "path `path.x`: `path` is a list; add an index, as in `path[0]`",
     );
     missing("id.x", "path `id.x`: `id` has no fields");
-    missing("id[0]", "path `id[0]`: only lists are counted");
-    missing("name[0]", "path `name[0]`: only lists are counted");
-    missing("path[x]", "path `path[x]`: `path[x]` is not like `path[3]`");
+    missing("id[0]", "path `id[0]`: only lists have elements");
+    missing("name[0]", "path `name[0]`: only lists have elements");
+    missing(
+        "path[x]",
+        "path `path[x]`: `path[x]` does not have the form `path[3]`",
+    );
     missing("pose.", "`pose` has no field ``; it has x, y, theta");
 }
 
 #[test]
-fn a_lying_length_is_cut_at_the_capacity() {
+fn a_false_length_is_limited_to_the_capacity() {
     let name = structure("std_msgs/msg/String", vec![text("data", 4)]);
     let mut bytes = encoded(&name, &"abcd".into());
     bytes[..4].copy_from_slice(&u32::MAX.to_ne_bytes());
@@ -271,14 +280,14 @@ fn a_lying_length_is_cut_at_the_capacity() {
     bytes[4..].copy_from_slice(&[0xff; 4]);
     assert!(
         decode(&name, &bytes).to_string().contains('\u{fffd}'),
-        "letters that are none are replaced"
+        "invalid characters are replaced"
     );
 }
 
 #[test]
-fn a_vector_takes_its_numbers_in_order() {
+fn a_vector_accepts_a_list_of_its_numbers_in_order() {
     assert_eq!(
-        shown(&vector(), &list([1.0, -2.5, 1e-3])),
+        round_trip_text(&vector(), &list([1.0, -2.5, 1e-3])),
         "{x: 1, y: -2.5, z: 0.001}"
     );
 }
@@ -286,7 +295,7 @@ fn a_vector_takes_its_numbers_in_order() {
 /// Generates a scalar field's type and a value of it.
 fn scalar() -> impl Strategy<Value = (Scalar, Value)> {
     let float = prop_oneof![
-        any::<f64>().prop_filter("a NaN is not itself", |x| !x.is_nan()),
+        any::<f64>().prop_filter("a NaN does not equal itself", |x| !x.is_nan()),
         Just(f64::INFINITY)
     ];
     prop_oneof![
@@ -306,18 +315,18 @@ fn scalar() -> impl Strategy<Value = (Scalar, Value)> {
     ]
 }
 
-/// Generates a field without its place, and a value of it. Structures nest `depth` deep.
+/// Generates a field without its offset, and a value of it. Structures nest `depth` deep.
 fn any_field(depth: u32) -> BoxedStrategy<(Field, Value)> {
-    let single = scalar().prop_map(|(scalar, value)| (one("", scalar), value));
-    let written =
-        ("[a-zñ€]{0,6}", 18usize..24).prop_map(|(said, capacity)| (text("", capacity), Value::Text(said)));
-    let single = prop_oneof![3 => single, 1 => written].boxed();
+    let single = scalar().prop_map(|(scalar, value)| (scalar_field("", scalar), value));
+    let text_field = ("[a-zñ€]{0,6}", 18usize..24)
+        .prop_map(|(content, capacity)| (text("", capacity), Value::Text(content)));
+    let single = prop_oneof![3 => single, 1 => text_field].boxed();
     if depth == 0 {
         return single;
     }
-    let whole = any_type(depth - 1).prop_map(|(inner, value)| (nested("", &inner), value));
+    let structure_field = any_type(depth - 1).prop_map(|(inner, value)| (nested("", &inner), value));
     // Several elements of a type are copies of one value. Other tests vary the contents.
-    let many = (any_type(depth - 1), 1usize..4, 0usize..4, any::<bool>()).prop_map(
+    let list_field = (any_type(depth - 1), 1usize..4, 0usize..4, any::<bool>()).prop_map(
         |((inner, value), capacity, length, fixed)| {
             let kind = FieldKind::Struct(inner);
             if fixed {
@@ -333,7 +342,7 @@ fn any_field(depth: u32) -> BoxedStrategy<(Field, Value)> {
             }
         },
     );
-    prop_oneof![2 => single, 1 => whole, 1 => many].boxed()
+    prop_oneof![2 => single, 1 => structure_field, 1 => list_field].boxed()
 }
 
 /// Generates a type and a value of it.
@@ -375,7 +384,7 @@ fn packed(name: &str, mut fields: Vec<Field>) -> Arc<Type> {
 
 proptest! {
     #[test]
-    fn what_is_encoded_comes_back((value_type, value) in any_type(2), old in any::<u8>()) {
+    fn an_encoded_value_is_decoded_unchanged((value_type, value) in any_type(2), old in any::<u8>()) {
         let mut bytes = vec![old; value_type.bytes];
         encode(&value_type, &value, &mut bytes).unwrap();
         prop_assert_eq!(decode(&value_type, &bytes), value.clone());
@@ -387,13 +396,13 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_decode_and_encode_again((value_type, _) in any_type(2), seed in any::<[u8; 32]>()) {
+    fn any_bytes_can_be_decoded_and_encoded_again((value_type, _) in any_type(2), seed in any::<[u8; 32]>()) {
         let bytes: Vec<u8> = seed.into_iter().cycle().take(value_type.bytes).collect();
         let value = decode(&value_type, &bytes);
-        let mut again = bytes.clone();
-        match encode(&value_type, &value, &mut again) {
+        let mut reencoded = bytes.clone();
+        match encode(&value_type, &value, &mut reencoded) {
             // Compared as texts, because a NaN does not equal itself.
-            Ok(()) => prop_assert_eq!(decode(&value_type, &again).to_string(), value.to_string()),
+            Ok(()) => prop_assert_eq!(decode(&value_type, &reencoded).to_string(), value.to_string()),
             // Replacement characters may need more bytes than the invalid ones.
             Err(error) => prop_assert!(error.to_string().contains("bytes of text"), "{error}"),
         }

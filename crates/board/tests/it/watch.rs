@@ -17,7 +17,7 @@ fn put(variable: &Variable) {
 }
 
 #[test]
-fn r12_what_was_dropped_is_never_called_again() {
+fn r12_a_dropped_watch_is_never_called_again() {
     let variable = modulation();
     let done = AtomicBool::new(false);
     thread::scope(|threads| {
@@ -29,17 +29,17 @@ fn r12_what_was_dropped_is_never_called_again() {
             })
         });
         for _ in 0..2_000 {
-            let (over, calls) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
-            let (ended, counted) = (Arc::clone(&over), Arc::clone(&calls));
+            let (dropped, calls) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+            let (is_dropped, counted) = (Arc::clone(&dropped), Arc::clone(&calls));
             let watch = variable.watch(move || {
-                assert!(!ended.load(Ordering::SeqCst), "called after its end");
+                assert!(!is_dropped.load(Ordering::SeqCst), "called after its end");
                 counted.fetch_add(1, Ordering::SeqCst);
             });
             while calls.load(Ordering::SeqCst) == 0 {
                 thread::yield_now();
             }
             drop(watch);
-            over.store(true, Ordering::SeqCst);
+            dropped.store(true, Ordering::SeqCst);
         }
         done.store(true, Ordering::Relaxed);
         for writer in writers {
@@ -49,31 +49,31 @@ fn r12_what_was_dropped_is_never_called_again() {
 }
 
 #[test]
-fn r12_dropping_waits_for_a_call_that_another_thread_is_inside_of() {
+fn r12_dropping_a_watch_waits_for_its_call_on_another_thread() {
     let _watchdog = Watchdog::for_test();
     let variable = modulation();
-    let (inside, left) = (Arc::new(Barrier::new(2)), Arc::new(AtomicBool::new(false)));
-    let (go, wait) = mpsc::channel::<()>();
-    let (entered, leaves, wait) = (Arc::clone(&inside), Arc::clone(&left), Mutex::new(wait));
+    let (inside, returned) = (Arc::new(Barrier::new(2)), Arc::new(AtomicBool::new(false)));
+    let (proceed, wait) = mpsc::channel::<()>();
+    let (entered, return_flag, wait) = (Arc::clone(&inside), Arc::clone(&returned), Mutex::new(wait));
     let watch = variable.watch(move || {
         entered.wait();
-        wait.lock().unwrap().recv().expect("it is told to go on");
-        leaves.store(true, Ordering::SeqCst);
+        wait.lock().unwrap().recv().expect("the signal to continue");
+        return_flag.store(true, Ordering::SeqCst);
     });
     thread::scope(|threads| {
         threads.spawn(|| put(&variable));
         inside.wait();
         let dropper = threads.spawn(|| {
             drop(watch);
-            assert!(left.load(Ordering::SeqCst), "the call was still running");
+            assert!(returned.load(Ordering::SeqCst), "the call was still running");
         });
-        go.send(()).expect("the call waits");
+        proceed.send(()).expect("the call waits");
         dropper.join().expect("the drop waited");
     });
 }
 
 #[test]
-fn r12_a_watch_may_end_itself_from_inside_of_its_call() {
+fn r12_a_watch_may_end_itself_inside_its_call() {
     let variable = modulation();
     let (slot, calls): (Arc<Mutex<Option<Watch>>>, Arc<AtomicUsize>) = Default::default();
     let (own, counted) = (Arc::clone(&slot), Arc::clone(&calls));
@@ -89,7 +89,7 @@ fn r12_a_watch_may_end_itself_from_inside_of_its_call() {
 }
 
 #[test]
-fn r12_ending_one_watch_leaves_the_others() {
+fn r12_ending_one_watch_does_not_affect_the_others() {
     let variable = modulation();
     let calls: [Arc<AtomicUsize>; 3] = Default::default();
     let [first, second, third] = calls.each_ref().map(|calls| {

@@ -11,16 +11,15 @@ pub enum ConnectionState<'a> {
     Idle,
     /// An attempt is in progress.
     Connecting,
-    /// The line is open, and the device has not answered yet; the kind of device, such as "scanner".
+    /// The line is open, and the device has not replied yet; the kind of device, such as "scanner".
     Probing(&'a str),
-    /// The device answers; the name that it reports.
+    /// The device replies; the name that it reports.
     Connected(&'a str),
-    /// The connection broke, or an attempt failed; the reason, in words that name the device.
+    /// The connection broke, or an attempt failed; the reason, which names the device.
     Lost(&'a str),
 }
 
-/// What was exported of a connection. It exports changes only, and logs a repeated failure once, however
-/// often the attempt is repeated.
+/// What was exported of a connection. It exports changes only, and logs a repeated failure once.
 #[derive(Debug, Default)]
 pub struct ConnectionReport {
     exported: Option<Connection>,
@@ -50,24 +49,24 @@ impl ConnectionReport {
         &mut self,
         cx: &Context<'_>,
         export: &mut Export<Connection>,
-        standing: ConnectionState<'_>,
+        state: ConnectionState<'_>,
         attempts: u32,
     ) {
-        let connection = connection(cx, standing, attempts);
-        let said = |told: Connection| (told.state, told.attempts, told.note);
-        if self.exported.map(said) == Some(said(connection)) {
+        let connection = connection(cx, state, attempts);
+        let key = |connection: Connection| (connection.state, connection.attempts, connection.note);
+        if self.exported.map(key) == Some(key(connection)) {
             return;
         }
         let note = connection.note;
-        match standing {
+        match state {
             ConnectionState::Lost(_) if note != self.last_failure => {
                 self.last_failure = note;
                 warn!(cx, "{note}");
             }
             ConnectionState::Connected(_) => {
                 self.last_failure = Text::EMPTY;
-                let told = |told: Connection| told.is_up() && told.note == note;
-                if !self.exported.is_some_and(told) {
+                let is_logged = |exported: Connection| exported.is_up() && exported.note == note;
+                if !self.exported.is_some_and(is_logged) {
                     info!(cx, "{note}");
                 }
             }
@@ -87,21 +86,21 @@ impl ConnectionReport {
     }
 }
 
-fn connection(cx: &Context<'_>, standing: ConnectionState<'_>, attempts: u32) -> Connection {
-    let looking;
-    let (state, note) = match standing {
+fn connection(cx: &Context<'_>, state: ConnectionState<'_>, attempts: u32) -> Connection {
+    let probing;
+    let (code, note) = match state {
         ConnectionState::Idle => (Connection::IDLE, ""),
         ConnectionState::Connecting => (Connection::CONNECTING, ""),
         ConnectionState::Probing(device) => {
-            looking = format!("the line is open; looking for the {device}");
-            (Connection::CONNECTING, &*looking)
+            probing = format!("the line is open; looking for the {device}");
+            (Connection::CONNECTING, &*probing)
         }
         ConnectionState::Connected(name) => (Connection::CONNECTED, name),
         ConnectionState::Lost(reason) => (Connection::LOST, reason),
     };
     Connection {
         header: Header::new(cx.now(), ""),
-        state,
+        state: code,
         attempts,
         note: Text::truncated(note),
         ..Connection::default()

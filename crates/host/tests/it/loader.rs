@@ -155,7 +155,7 @@ fn what_is_no_library_is_refused() {
         &["it was built for another processor"],
     );
     // Position-independent executables are shared objects by their header; they export no plugin.
-    refused(&executable, &["no jde plugin"]);
+    refused(&executable, &["not a jde plugin"]);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
     );
     refused(
         &cc(folder.path(), "plain", &source),
-        &["exports no symbol `jde_plugin`", "no jde plugin"],
+        &["exports no symbol `jde_plugin`", "not a jde plugin"],
     );
     // The symbol alone is not enough, and ABI 99 is not supported.
     let claims = [

@@ -1,4 +1,4 @@
-//! The description of a plugin on its way from the inspecting process: the structures of [`describe`], field
+//! The description of a plugin as the inspecting process sends it: the structures of [`describe`], field
 //! by field. Both ends are the same build; the format is never stored.
 
 use std::sync::Arc;
@@ -185,15 +185,15 @@ macro_rules! lists {
 
             pub(super) fn serialize<S: Serializer>(list: &[describe::$form], to: S) -> Result<S::Ok, S::Error> {
                 #[derive(Serialize)]
-                struct One<'a>(#[serde(with = $with)] &'a describe::$form);
-                to.collect_seq(list.iter().map(One))
+                struct Item<'a>(#[serde(with = $with)] &'a describe::$form);
+                to.collect_seq(list.iter().map(Item))
             }
 
             pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<describe::$form>, D::Error> {
                 #[derive(Deserialize)]
-                struct One(#[serde(with = $with)] describe::$form);
-                let list = Vec::<One>::deserialize(from)?;
-                Ok(list.into_iter().map(|One(it)| it).collect())
+                struct Item(#[serde(with = $with)] describe::$form);
+                let list = Vec::<Item>::deserialize(from)?;
+                Ok(list.into_iter().map(|Item(item)| item).collect())
             }
         }
     )*};

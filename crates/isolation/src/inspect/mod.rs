@@ -10,8 +10,8 @@
 //!             ◄─ read ───────────
 //!             ◄── problems ──────
 //! ```
-//! Of a file that is only described, no function but `ability` is called; a valid description does not make
-//! the plugin safe to run. A schema's functions are called only when an application that names it is checked,
+//! Describing a file calls no function but `ability`; a valid description does not make the plugin safe to
+//! run. A schema's functions are called only when an application that names it is checked,
 //! and only for types with the ability `jde.inspect`. From then on the process can write no files and reach
 //! no network.
 
@@ -47,14 +47,14 @@ const DESCRIBE_TIMEOUT: Duration = Duration::from_secs(20);
 /// The time limit for one inspection, including the values that it reads. Files are read in milliseconds, a
 /// recording of gigabytes without an index in seconds.
 const INSPECT_TIMEOUT: Duration = Duration::from_secs(5);
-/// The most bytes of a dying process's last message that are repeated.
+/// Longest part of a dying process's last message that is shown, in characters.
 const MAX_STDERR_CHARS: usize = 300;
 
 /// A request to the child.
 #[derive(Serialize, Deserialize)]
 enum InspectorRequest {
     /// Describe a plugin.
-    Look {
+    Describe {
         /// The file to map.
         #[serde(with = "as_bytes")]
         copy: PathBuf,
@@ -62,32 +62,32 @@ enum InspectorRequest {
         #[serde(with = "as_bytes")]
         path: PathBuf,
     },
-    /// Inspect what the modulations of a schema name.
+    /// Inspect the resources that the modulations of a schema name.
     Inspect {
         /// The file that the user knows.
         #[serde(with = "as_bytes")]
         path: PathBuf,
-        /// The place of the type in its plugin.
+        /// The index of the type in its plugin.
         number: usize,
         /// The name of the instance.
         name: String,
     },
 }
 
-/// The child's answer.
+/// The child's reply.
 #[derive(Serialize, Deserialize)]
 enum InspectorResponse {
     Plugin(#[serde(with = "description::Plugin")] describe::Plugin),
     Inspected {
         /// A status code of the ABI.
         status: i32,
-        /// For each problem: whether something is unavailable, the port, and the description in words.
+        /// For each problem: whether something is unavailable, the port, and the description.
         found: Result<Vec<(bool, u32, String)>, String>,
     },
     Refused(String),
 }
 
-/// Why there is no answer.
+/// Why there is no reply.
 enum RequestError {
     /// No process could be started.
     NotStarted(io::Error),
@@ -127,28 +127,28 @@ impl Inspector {
     /// the request.
     fn request<R>(
         &self,
-        patience: Duration,
-        mut ask: impl FnMut(&mut InspectorProcess) -> io::Result<R>,
+        timeout: Duration,
+        mut send: impl FnMut(&mut InspectorProcess) -> io::Result<R>,
     ) -> Result<R, RequestError> {
-        let mut present = self.process.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut current = self.process.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            let mut child = match present.take() {
+            let mut child = match current.take() {
                 Some(child) => child,
                 None => InspectorProcess::start(&self.program).map_err(RequestError::NotStarted)?,
             };
-            let asked = child
+            let result = child
                 .wire
-                .set_timeout(Some(patience))
-                .and_then(|()| ask(&mut child));
-            match asked {
-                Ok(answer) => {
+                .set_timeout(Some(timeout))
+                .and_then(|()| send(&mut child));
+            match result {
+                Ok(response) => {
                     child.has_inspected = true;
-                    *present = Some(child);
-                    return Ok(answer);
+                    *current = Some(child);
+                    return Ok(response);
                 }
                 // An earlier inspection may have caused this, but hardly a time-out.
                 Err(error) if child.has_inspected && !is_timeout(&error) => {}
-                Err(error) => return Err(RequestError::Died(child.describe_failure(&error, patience))),
+                Err(error) => return Err(RequestError::Died(child.describe_failure(&error, timeout))),
             }
         }
     }
@@ -156,28 +156,30 @@ impl Inspector {
 
 impl Inspect for Inspector {
     fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
-        let question = InspectorRequest::Look {
+        let request = InspectorRequest::Describe {
             copy: copy.to_owned(),
             path: path.to_owned(),
         };
-        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&question)) {
+        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&request)) {
             Ok(InspectorResponse::Plugin(plugin)) => Ok(plugin),
             Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
             Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
-                "its process answers nonsense",
+                "its process sent an invalid reply",
             ))),
             Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
-            Err(RequestError::Died(words)) => Err(LoadError::InspectionFailed(words)),
+            Err(RequestError::Died(text)) => Err(LoadError::InspectionFailed(text)),
         }
     }
 
-    fn inspect(&self, path: &Path, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
-        let question = InspectorRequest::Inspect {
+    fn inspect(&self, path: &Path, inspection: &Inspection<'_>) -> Result<Vec<Problem>, String> {
+        let request = InspectorRequest::Inspect {
             path: path.to_owned(),
-            number: asked.number,
-            name: asked.name.to_owned(),
+            number: inspection.number,
+            name: inspection.name.to_owned(),
         };
-        match self.request(INSPECT_TIMEOUT, |child| child.run_inspection(&question, asked)) {
+        match self.request(INSPECT_TIMEOUT, |child| {
+            child.run_inspection(&request, inspection)
+        }) {
             Ok((
                 InspectorResponse::Inspected {
                     status: raw::OK,
@@ -196,9 +198,9 @@ impl Inspect for Inspector {
                 Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
             }
             Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
-            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process answers nonsense")),
+            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process sent an invalid reply")),
             Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
-            Err(RequestError::Died(words)) => Err(words),
+            Err(RequestError::Died(text)) => Err(text),
         }
     }
 
@@ -209,32 +211,32 @@ impl Inspect for Inspector {
 
 impl InspectorProcess {
     fn start(program: &Program) -> io::Result<Self> {
-        let (ours, theirs) = UnixStream::pair()?;
-        let said = tempfile::tempfile()?;
+        let (host_end, child_end) = UnixStream::pair()?;
+        let stderr = tempfile::tempfile()?;
         let process = Command::new(&program.path)
             .args(&program.arguments)
             // A group of its own, so that signals from the terminal reach only the host.
             .process_group(0)
-            .stdin(Stdio::from(OwnedFd::from(theirs)))
+            .stdin(Stdio::from(OwnedFd::from(child_end)))
             .stdout(Stdio::null())
-            .stderr(said.try_clone()?)
+            .stderr(stderr.try_clone()?)
             .spawn()?;
         Ok(Self {
             process,
-            wire: Wire::new(ours),
-            stderr: said,
+            wire: Wire::new(host_end),
+            stderr,
             has_inspected: false,
         })
     }
 
-    fn request(&mut self, question: &InspectorRequest) -> io::Result<InspectorResponse> {
-        self.send(question)?;
+    fn request(&mut self, request: &InspectorRequest) -> io::Result<InspectorResponse> {
+        self.send(request)?;
         Ok(serde_json::from_slice(&self.wire.receive()?.bytes)?)
     }
 
-    fn send(&mut self, question: &InspectorRequest) -> io::Result<()> {
+    fn send(&mut self, request: &InspectorRequest) -> io::Result<()> {
         self.wire.send(&Frame {
-            bytes: serde_json::to_vec(question)?,
+            bytes: serde_json::to_vec(request)?,
             ..Frame::new(FrameKind::Start)
         })
     }
@@ -243,12 +245,12 @@ impl InspectorProcess {
     /// that the schema gave.
     fn run_inspection(
         &mut self,
-        question: &InspectorRequest,
-        asked: &Inspection<'_>,
+        request: &InspectorRequest,
+        inspection: &Inspection<'_>,
     ) -> io::Result<(InspectorResponse, Option<String>)> {
         let end = Instant::now() + INSPECT_TIMEOUT;
         let mut failure = None;
-        self.send(question)?;
+        self.send(request)?;
         loop {
             let frame = self.wire.receive()?;
             match frame.kind {
@@ -257,32 +259,32 @@ impl InspectorProcess {
                 // Log messages of an inspection are not shown.
                 FrameKind::Log => {}
                 kind => self.wire.send(&match kind {
-                    FrameKind::Read => modulation_reply(asked, frame.number),
+                    FrameKind::Read => modulation_reply(inspection, frame.number),
                     _ => reply(raw::REFUSED),
                 })?,
             }
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+            let remaining = end.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
                 return Err(io::ErrorKind::TimedOut.into());
             }
-            self.wire.set_timeout(Some(left))?;
+            self.wire.set_timeout(Some(remaining))?;
         }
     }
 
     /// Describes why the process failed.
-    fn describe_failure(mut self, error: &io::Error, patience: Duration) -> String {
+    fn describe_failure(mut self, error: &io::Error, timeout: Duration) -> String {
         if is_timeout(error) {
-            return format!("a look at it has not ended in {} s", patience.as_secs());
+            return format!("its inspection did not end within {} s", timeout.as_secs());
         }
         // A process that is already dying keeps its own cause of death.
         let _ = self.process.kill();
-        let words = match self.process.wait() {
+        let text = match self.process.wait() {
             Ok(end) => describe_exit_status(end),
             Err(error) => error.to_string(),
         };
         match self.last_stderr_line() {
-            Some(said) => format!("{words}, and said: {said}"),
-            None => words,
+            Some(line) => format!("{text}, and said: {line}"),
+            None => text,
         }
     }
 
@@ -306,9 +308,9 @@ fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-/// Returns the value of a modulation, in answer to [`Kind::Read`]; no other port has a value here.
-fn modulation_reply(asked: &Inspection<'_>, port: u32) -> Frame {
-    let Some((value, set)) = asked.value(port) else {
+/// Returns the value of a modulation, in reply to [`FrameKind::Read`]; no other port has a value.
+fn modulation_reply(inspection: &Inspection<'_>, port: u32) -> Frame {
+    let Some((value, set)) = inspection.value(port) else {
         return reply(raw::NO_VALUE);
     };
     Frame {

@@ -20,8 +20,8 @@ use crate::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
 /// A status of the ABI, and the problems found.
 pub(crate) type InspectionOutcome = (i32, Result<Vec<Problem>, String>);
 
-/// Removes this process's rights to write files and to use the network, for good. If the system does not
-/// support that, the rights stay: an inspection changes nothing by its contract.
+/// Removes this process's rights to write files and to use the network, permanently. If the system does not
+/// support that, the rights remain: an inspection changes nothing by its contract.
 pub(crate) fn restrict_to_reading() {
     drop(limits::apply(Isolation {
         memory: None,
@@ -31,21 +31,22 @@ pub(crate) fn restrict_to_reading() {
     }));
 }
 
-/// Inspects what the modulations of a type of schema with `ports` ports name. Returns the wire again.
+/// Inspects the resources that the modulations of a type of schema with `ports` ports name. Also returns the
+/// wire.
 pub(crate) fn run_inspection(
     wire: Wire,
     table: SchemaFunctions,
     ports: usize,
     name: &str,
 ) -> (Wire, InspectionOutcome) {
-    let about = vec![PortInfo::default(); ports];
+    let infos = vec![PortInfo::default(); ports];
     let mut session = Session {
         wire,
         name: CString::new(name.replace('\0', "")).unwrap_or_default(),
         application: 0,
         seed: 0,
         real_time: true,
-        ports: IsolatedPort::open_all(&about, Vec::new()).unwrap_or_default(),
+        ports: IsolatedPort::open_all(&infos, Vec::new()).unwrap_or_default(),
         call: CallState::of(&Frame {
             flags: CHANGES_NOTHING,
             ..Frame::new(FrameKind::Start)

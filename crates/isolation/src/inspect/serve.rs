@@ -26,11 +26,11 @@ pub fn serve() -> Result<(), ServeError> {
     let mut mapped = Vec::new();
     let mut limited = false;
     while let Ok(frame) = wire.receive() {
-        let Ok(question) = serde_json::from_slice::<InspectorRequest>(&frame.bytes) else {
+        let Ok(request) = serde_json::from_slice::<InspectorRequest>(&frame.bytes) else {
             return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
         };
-        let answer = match question {
-            InspectorRequest::Look { copy, path } => match map(&mut mapped, &copy, path) {
+        let response = match request {
+            InspectorRequest::Describe { copy, path } => match map(&mut mapped, &copy, path) {
                 Ok(loaded) => InspectorResponse::Plugin((*loaded.description).clone()),
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
@@ -48,25 +48,25 @@ pub fn serve() -> Result<(), ServeError> {
                     .as_ref()
                     .map(|loaded| (loaded, loaded.description.schemas.get(number)))
                 {
-                    Ok((loaded, Some(about))) => {
-                        let (back, (status, found)) =
-                            run_inspection(wire, loaded.schema(number), about.ports.len(), &name);
-                        wire = back;
-                        let parts = |one: Problem| (one.unavailable, one.port, one.words);
+                    Ok((loaded, Some(schema))) => {
+                        let (returned_wire, (status, found)) =
+                            run_inspection(wire, loaded.schema(number), schema.ports.len(), &name);
+                        wire = returned_wire;
+                        let parts = |problem: Problem| (problem.unavailable, problem.port, problem.words);
                         InspectorResponse::Inspected {
                             status,
                             found: found.map(|found| found.into_iter().map(parts).collect()),
                         }
                     }
                     Ok((_, None)) => {
-                        InspectorResponse::Refused(format!("its file has no type number {number} any more"))
+                        InspectorResponse::Refused(format!("its file no longer has a type number {number}"))
                     }
                     Err(error) => InspectorResponse::Refused(error.to_string()),
                 }
             }
         };
         let done = Frame {
-            bytes: serde_json::to_vec(&answer).map_err(|error| ServeError::NoHost(error.into()))?,
+            bytes: serde_json::to_vec(&response).map_err(|error| ServeError::NoHost(error.into()))?,
             ..Frame::new(FrameKind::Done)
         };
         wire.send(&done).map_err(ServeError::NoHost)?;
@@ -85,7 +85,7 @@ fn map(
     Ok(loaded)
 }
 
-/// Returns the stream to the host. From here on this process ends with the host, and leaves no core dump when
+/// Returns the stream to the host. From now on this process ends with the host, and leaves no core dump when
 /// it crashes.
 fn connect_to_host() -> io::Result<UnixStream> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
@@ -93,7 +93,7 @@ fn connect_to_host() -> io::Result<UnixStream> {
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     // Without a peer there is no host.
     stream.peer_addr()?;
-    let nothing = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
-    rustix::stdio::dup2_stdin(nothing.as_fd())?;
+    let null = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
+    rustix::stdio::dup2_stdin(null.as_fd())?;
     Ok(stream)
 }

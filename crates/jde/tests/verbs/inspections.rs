@@ -130,11 +130,11 @@ fn an_inspection_that_fails_names_its_plugin_and_the_others_go_on() {
     let folder = tempfile::tempdir().unwrap();
     let bodies = [
         ("falls", "*(volatile int *)8 = 1;", "SIGSEGV"),
-        ("hangs", "for (;;) usleep(1000);", "has not ended in 5 s"),
+        ("hangs", "for (;;) usleep(1000);", "did not end within 5 s"),
         (
             "logs",
             "for (;;) host->log(cx, JDE_INFO, \"x\", 1u);",
-            "has not ended in 5 s",
+            "did not end within 5 s",
         ),
         (
             "strange",

@@ -153,10 +153,10 @@ fn a_process_that_is_stopped_or_killed_leaves_a_robot_that_stands() {
     let mut server = Server::start("worlds/office.toml", &[]);
     let (driver, _words) = driven(folder.path(), &mut server);
     signal("STOP", &driver);
-    server.until("nothing heard for 2.0 s, its motors stop");
+    server.until("no packet for 2.0 s, the motors stop");
     signal("CONT", &driver);
     signal("KILL", &driver);
-    server.until("the client is gone");
+    server.until("the client disconnected");
     let mut driver = driver;
     driver.wait().expect("it ends");
     let rest = server.end();
@@ -177,7 +177,7 @@ fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows()
     let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
     until(&mut words, |line| line.contains("nobody -> goon"));
     cable.cut();
-    server.until("nothing heard for 2.0 s, its motors stop");
+    server.until("no packet for 2.0 s, the motors stop");
     // The driver's exports are withdrawn, so no schema is ready, and nobody wins (R9).
     until(&mut words, |line| line.contains("goon -> nobody"));
     signal("KILL", &driver);

@@ -1,5 +1,5 @@
-//! Requests that concern all schemas of all applications, sent to all of them concurrently (R14). The order
-//! is the first message to each application, and only its own answer counts: no query precedes it, and no
+//! Requests that concern all schemas of all applications, sent to all of them concurrently (R14). The request
+//! is the first message to each application, and only its own reply counts: no query precedes it, and no
 //! application delays another.
 
 use std::sync::mpsc::{Sender, channel};
@@ -15,14 +15,14 @@ use crate::keys::{OPERATE, PROTOCOL, chunk};
 use crate::message::{About, OperateReply, Request};
 use crate::session::{Login, Tls};
 
-/// How long an order without an answer is repeated: the application may still be declaring its keys, or have
-/// no room.
+/// How long a request without a reply is repeated: the application may still be declaring its keys, or its
+/// queues may be full.
 const RETRY_FOR: Duration = Duration::from_secs(2);
 const RETRY_PAUSE: Duration = Duration::from_millis(50);
 /// The executor's name of an application that replays a recording.
 const REPLAY: &str = "replay";
 
-/// The outcome at one application, or at an endpoint that no application answered from.
+/// The outcome at one application, or at an endpoint from which no application replied.
 #[derive(Debug)]
 pub struct BroadcastOutcome {
     /// The name of the application, or the endpoint.
@@ -31,8 +31,8 @@ pub struct BroadcastOutcome {
     pub outcome: Result<Vec<String>, Error>,
 }
 
-/// Sends a request to all applications in reach, or to those of that name, and calls `tell` with each outcome
-/// as it arrives. An application that does not answer is reported as well.
+/// Sends a request to all applications in reach, or to those of that name, and calls `report` with each
+/// outcome as it arrives. An application that does not reply is reported as well.
 ///
 /// # Errors
 /// [`Error::NoApplication`], [`Error::UnknownApplication`], [`Error::NotFound`] and [`Error::OnlyRecordings`]
@@ -41,26 +41,26 @@ pub fn broadcast(
     reach: &Reach,
     name: Option<&str>,
     request: &Request,
-    tell: &mut dyn FnMut(BroadcastOutcome),
+    report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
-    let order = serde_json::to_vec(request).map_err(|error| Error::Open(error.to_string()))?;
+    let message = serde_json::to_vec(request).map_err(|error| Error::Open(error.to_string()))?;
     match reach {
-        Reach::Local(folders) => send_local(folders, name, &order, tell),
+        Reach::Local(folders) => send_local(folders, name, &message, report),
         Reach::Network {
             endpoints,
             login,
             tls,
         } => {
-            let there = |endpoint: &String, told: &Sender<BroadcastOutcome>| {
-                send_network(endpoint, (login.as_ref(), tls.as_ref()), name, &order, told)
+            let send = |endpoint: &String, outcomes: &Sender<BroadcastOutcome>| {
+                send_network(endpoint, (login.as_ref(), tls.as_ref()), name, &message, outcomes)
             };
-            let mut heard = 0;
-            run_each(endpoints, there, &mut |what| {
-                heard += 1;
-                tell(what);
+            let mut count = 0;
+            run_each(endpoints, send, &mut |outcome| {
+                count += 1;
+                report(outcome);
             });
             match name {
-                Some(name) if heard == 0 => Err(Error::NotFound {
+                Some(name) if count == 0 => Err(Error::NotFound {
                     name: name.to_owned(),
                     whereabouts: format!("at {}", endpoints.join(", ")),
                 }),
@@ -70,36 +70,37 @@ pub fn broadcast(
     }
 }
 
-/// Works on all places concurrently, and calls `tell` with each outcome as it arrives.
+/// Works on all targets concurrently, and calls `report` with each outcome as it arrives.
 fn run_each<T: Send>(
-    places: impl IntoIterator<Item = T>,
+    targets: impl IntoIterator<Item = T>,
     work: impl Fn(T, &Sender<BroadcastOutcome>) + Sync,
-    tell: &mut dyn FnMut(BroadcastOutcome),
+    report: &mut dyn FnMut(BroadcastOutcome),
 ) {
-    let (told, heard) = channel();
+    let (outcomes, received) = channel();
     thread::scope(|scope| {
-        for place in places {
-            let (work, told) = (&work, told.clone());
-            scope.spawn(move || work(place, &told));
+        for target in targets {
+            let (work, outcomes) = (&work, outcomes.clone());
+            scope.spawn(move || work(target, &outcomes));
         }
-        drop(told);
-        heard.iter().for_each(tell);
+        drop(outcomes);
+        received.iter().for_each(report);
     });
 }
 
-/// Sends the order in each folder as soon as it is listed. A folder that cannot be listed is reported like an
-/// application, since it may contain some.
+/// Sends the request to the applications of each folder as soon as the folder is listed. A folder that cannot
+/// be listed is reported like an application, since it may contain some.
 fn send_local(
     folders: &Folders,
     name: Option<&str>,
-    order: &[u8],
-    tell: &mut dyn FnMut(BroadcastOutcome),
+    message: &[u8],
+    report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
-    let (wanted, id) = choice::parts(name.unwrap_or_default());
-    let meant = |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, wanted, id);
+    let (requested, id) = choice::parts(name.unwrap_or_default());
+    let is_selected =
+        |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, requested, id);
     // All running applications, selected or not.
     let abouts: Mutex<Vec<About>> = Mutex::default();
-    let first = |entry: &Entry| {
+    let is_new = |entry: &Entry| {
         let mut abouts = abouts.lock().unwrap_or_else(PoisonError::into_inner);
         // The same folder may be found under two names.
         let known = abouts.iter().any(|about| about.id == entry.about.id);
@@ -108,33 +109,35 @@ fn send_local(
         }
         !known
     };
-    let one = |entry: Entry, told: &Sender<BroadcastOutcome>| {
-        let heard = BroadcastOutcome {
-            outcome: send_to(&entry, order),
+    let send = |entry: Entry, outcomes: &Sender<BroadcastOutcome>| {
+        let outcome = BroadcastOutcome {
+            outcome: send_to(&entry, message),
             target: entry.about.name,
         };
         // The receiver lives until all senders are dropped.
-        let _ = told.send(heard);
+        let _ = outcomes.send(outcome);
     };
-    let folder = |listing: Listing, told: &Sender<BroadcastOutcome>| {
-        let who = listing.path().display().to_string();
+    let send_all = |listing: Listing, outcomes: &Sender<BroadcastOutcome>| {
+        let target = listing.path().display().to_string();
         match listing.wait() {
             Ok(entries) => {
-                let entries = entries.into_iter().filter(|entry| first(entry) && meant(entry));
-                run_each(entries, one, &mut |heard| drop(told.send(heard)));
+                let entries = entries
+                    .into_iter()
+                    .filter(|entry| is_new(entry) && is_selected(entry));
+                run_each(entries, send, &mut |outcome| drop(outcomes.send(outcome)));
             }
             Err(error) => {
                 let outcome = Err(error);
-                drop(told.send(BroadcastOutcome { target: who, outcome }));
+                drop(outcomes.send(BroadcastOutcome { target, outcome }));
             }
         }
     };
-    let mut anybody = false;
-    run_each(folders.listings(), folder, &mut |heard| {
-        anybody = true;
-        tell(heard);
+    let mut reported = false;
+    run_each(folders.listings(), send_all, &mut |outcome| {
+        reported = true;
+        report(outcome);
     });
-    if anybody {
+    if reported {
         return Ok(());
     }
     // Names the running applications if another was requested.
@@ -144,14 +147,14 @@ fn send_local(
     Err(Error::OnlyRecordings)
 }
 
-fn send_to(entry: &Entry, order: &[u8]) -> Result<Vec<String>, Error> {
+fn send_to(entry: &Entry, message: &[u8]) -> Result<Vec<String>, Error> {
     check_version(&entry.about)?;
     let connection = Connection::local(entry)?;
     let key = keys(&entry.about).of(OPERATE);
     let start = Instant::now();
     loop {
-        match connection.query_one(&key, Some(order.to_vec()), REPLY_TIMEOUT)? {
-            QueryOutcome::Reply(answer) => return roots(&entry.about.name, &answer.message),
+        match connection.query_one(&key, Some(message.to_vec()), REPLY_TIMEOUT)? {
+            QueryOutcome::Reply(reply) => return roots(&entry.about.name, &reply.message),
             QueryOutcome::Refused(refusal) => {
                 return Err(Error::Refused {
                     text: refusal.error,
@@ -173,32 +176,32 @@ fn send_network(
     endpoint: &String,
     (login, tls): (Option<&Login>, Option<&Tls>),
     name: Option<&str>,
-    order: &[u8],
-    told: &Sender<BroadcastOutcome>,
+    message: &[u8],
+    outcomes: &Sender<BroadcastOutcome>,
 ) {
-    let tell = |who: &str, outcome| {
-        let who = who.to_owned();
+    let report = |target: &str, outcome| {
+        let target = target.to_owned();
         // The receiver lives until all senders are dropped.
-        let _ = told.send(BroadcastOutcome { target: who, outcome });
+        let _ = outcomes.send(BroadcastOutcome { target, outcome });
     };
-    if let Err(error) = send_to_endpoint(endpoint, (login, tls), name, order, &tell) {
-        tell(endpoint, Err(error));
+    if let Err(error) = send_to_endpoint(endpoint, (login, tls), name, message, &report) {
+        report(endpoint, Err(error));
     }
 }
 
 /// Receives the name of the application and its outcome.
 type Report<'a> = dyn Fn(&str, Result<Vec<String>, Error>) + 'a;
 
-/// Sends the order to all applications behind an endpoint.
+/// Sends the request to all applications behind an endpoint.
 fn send_to_endpoint(
     endpoint: &String,
     (login, tls): (Option<&Login>, Option<&Tls>),
     name: Option<&str>,
-    order: &[u8],
-    tell: &Report,
+    message: &[u8],
+    report: &Report,
 ) -> Result<(), Error> {
     let connection = Connection::network(endpoint, login, tls)?;
-    let (wanted, id) = choice::parts(name.unwrap_or_default());
+    let (requested, id) = choice::parts(name.unwrap_or_default());
     let any = |text: &str| {
         if text.is_empty() {
             "*".to_owned()
@@ -211,21 +214,21 @@ fn send_to_endpoint(
     } else {
         format!("{}$*", chunk(id))
     };
-    let key = format!("jde/{PROTOCOL}/{}/{id}/{OPERATE}", any(wanted));
+    let key = format!("jde/{PROTOCOL}/{}/{id}/{OPERATE}", any(requested));
     let start = Instant::now();
-    let mut heard: Vec<String> = Vec::new();
-    while heard.is_empty() {
-        let ended = connection.query(&key, Some(order.to_vec()), REPLY_TIMEOUT, |key, answer| {
-            if heard.iter().any(|known| known == key) {
+    let mut replied: Vec<String> = Vec::new();
+    while replied.is_empty() {
+        let ended = connection.query(&key, Some(message.to_vec()), REPLY_TIMEOUT, |key, reply| {
+            if replied.iter().any(|known| known == key) {
                 return;
             }
-            heard.push(key.to_owned());
-            match answer {
-                Ok(answer) => {
-                    let who = key.split('/').nth(2).unwrap_or(endpoint);
-                    tell(who, roots(who, &answer));
+            replied.push(key.to_owned());
+            match reply {
+                Ok(message) => {
+                    let name = key.split('/').nth(2).unwrap_or(endpoint);
+                    report(name, roots(name, &message));
                 }
-                Err(refusal) => tell(
+                Err(refusal) => report(
                     endpoint,
                     Err(Error::Refused {
                         text: refusal.error,
@@ -234,7 +237,7 @@ fn send_to_endpoint(
                 ),
             }
         })?;
-        if heard.is_empty() {
+        if replied.is_empty() {
             if !ended {
                 return Err(Error::Timeout {
                     application: endpoint.clone(),
@@ -250,7 +253,7 @@ fn send_to_endpoint(
             }
             thread::sleep(RETRY_PAUSE);
         } else if !ended {
-            // One application answered; another may not have.
+            // One application replied; another may not have.
             return Err(Error::Timeout {
                 application: endpoint.clone(),
                 waited: start.elapsed(),
@@ -260,16 +263,16 @@ fn send_to_endpoint(
     Ok(())
 }
 
-fn roots(who: &str, answer: &[u8]) -> Result<Vec<String>, Error> {
+fn roots(application: &str, message: &[u8]) -> Result<Vec<String>, Error> {
     let garbled = |reason: String| Error::Garbled {
-        application: who.to_owned(),
+        application: application.to_owned(),
         reason,
     };
-    let fine: OperateReply = serde_json::from_slice(answer).map_err(|error| garbled(error.to_string()))?;
-    if fine.ok {
-        Ok(fine.roots)
+    let reply: OperateReply = serde_json::from_slice(message).map_err(|error| garbled(error.to_string()))?;
+    if reply.ok {
+        Ok(reply.roots)
     } else {
-        Err(garbled("it does not say that it did it".to_owned()))
+        Err(garbled("it does not confirm the action".to_owned()))
     }
 }
 
@@ -289,8 +292,8 @@ mod tests {
     use crate::message::Action;
     use crate::session::{SessionOptions, open};
 
-    /// Two folders of the user, the second with an application called `robot` that confirms every order.
-    struct Two {
+    /// Two folders of the user. The second has an application called `robot` that confirms every request.
+    struct TwoFolders {
         first: PathBuf,
         folders: Folders,
         _announced: Announcement,
@@ -298,7 +301,7 @@ mod tests {
         _files: tempfile::TempDir,
     }
 
-    impl Two {
+    impl TwoFolders {
         fn new() -> Self {
             let files = tempfile::tempdir().unwrap();
             let [first, second] = ["first", "second"].map(|name| files.path().join(name));
@@ -331,18 +334,18 @@ mod tests {
         }
 
         /// Stops everything, and returns the outcomes in their order of arrival.
-        fn stopped(&self) -> Vec<(String, Result<Vec<String>, String>)> {
+        fn stop_all(&self) -> Vec<(String, Result<Vec<String>, String>)> {
             let stop = Request {
                 by: "ana".to_owned(),
                 action: Action::StopAll,
                 lease_ms: None,
             };
-            let mut heard = Vec::new();
-            broadcast(&Reach::Local(self.folders.clone()), None, &stop, &mut |what| {
-                heard.push((what.target, what.outcome.map_err(|error| error.to_string())));
+            let mut outcomes = Vec::new();
+            broadcast(&Reach::Local(self.folders.clone()), None, &stop, &mut |outcome| {
+                outcomes.push((outcome.target, outcome.outcome.map_err(|error| error.to_string())));
             })
             .unwrap();
-            heard
+            outcomes
         }
     }
 
@@ -351,16 +354,16 @@ mod tests {
     }
 
     #[test]
-    fn r14_a_folder_that_does_not_answer_delays_nobody_and_is_named() {
+    fn r14_a_folder_that_does_not_respond_is_reported_and_delays_no_application() {
         let _watchdog = Watchdog::for_test();
-        let two = Two::new();
+        let folders = TwoFolders::new();
         // Opening a fifo to read waits for a writer, as a network file system may block.
-        let hung = two.first.join("hung.json");
+        let hung = folders.first.join("hung.json");
         mknodat(CWD, &hung, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
-        let heard = two.stopped();
-        assert_eq!(heard[0], robot());
-        let (who, error) = &heard[1];
-        assert_eq!(*who, two.first.display().to_string());
+        let outcomes = folders.stop_all();
+        assert_eq!(outcomes[0], robot());
+        let (target, error) = &outcomes[1];
+        assert_eq!(*target, folders.first.display().to_string());
         assert!(
             error.as_ref().unwrap_err().contains("cannot be listed within"),
             "{error:?}"
@@ -375,20 +378,20 @@ mod tests {
     }
 
     #[test]
-    fn r14_a_folder_of_ones_own_that_cannot_be_listed_is_named_and_one_of_others_is_not() {
+    fn r14_an_unlisted_folder_is_reported_if_the_user_owns_it() {
         let _watchdog = Watchdog::for_test();
-        let two = Two::new();
-        fs::set_permissions(&two.first, Permissions::from_mode(0o755)).unwrap();
-        let mut heard = two.stopped();
-        heard.sort_by_key(|(who, _)| who == "robot");
-        assert_eq!(heard[1], robot());
-        assert_eq!(heard[0].0, two.first.display().to_string());
+        let folders = TwoFolders::new();
+        fs::set_permissions(&folders.first, Permissions::from_mode(0o755)).unwrap();
+        let mut outcomes = folders.stop_all();
+        outcomes.sort_by_key(|(target, _)| target == "robot");
+        assert_eq!(outcomes[1], robot());
+        assert_eq!(outcomes[0].0, folders.first.display().to_string());
         assert!(
-            heard[0].1.as_ref().unwrap_err().contains("chmod 700"),
-            "{heard:?}"
+            outcomes[0].1.as_ref().unwrap_err().contains("chmod 700"),
+            "{outcomes:?}"
         );
-        fs::remove_dir(&two.first).unwrap();
-        fs::write(&two.first, "").unwrap();
-        assert_eq!(two.stopped(), [robot()]);
+        fs::remove_dir(&folders.first).unwrap();
+        fs::write(&folders.first, "").unwrap();
+        assert_eq!(folders.stop_all(), [robot()]);
     }
 }

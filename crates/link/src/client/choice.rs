@@ -12,22 +12,22 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             several => Err(Error::Ambiguous(distinct(several))),
         };
     };
-    let (wanted, id) = parts(name);
-    let fits = |place: &usize| is_match(running[*place], wanted, id);
-    let places: Vec<usize> = (0..running.len()).filter(fits).collect();
-    match places.as_slice() {
-        [place] => Ok(*place),
+    let (requested, id) = parts(name);
+    let fits = |index: &usize| is_match(running[*index], requested, id);
+    let indices: Vec<usize> = (0..running.len()).filter(fits).collect();
+    match indices.as_slice() {
+        [index] => Ok(*index),
         [] => {
             let names = distinct(running);
             let plain = running.iter().map(|about| about.name.as_str());
             Err(Error::UnknownApplication {
                 name: name.to_owned(),
-                nearest: jde_board::nearest(wanted, plain).map(str::to_owned),
+                nearest: jde_board::nearest(requested, plain).map(str::to_owned),
                 running: names,
             })
         }
         several => {
-            let several: Vec<_> = several.iter().map(|place| running[*place]).collect();
+            let several: Vec<_> = several.iter().map(|index| running[*index]).collect();
             Err(Error::Ambiguous(distinct(&several)))
         }
     }
@@ -86,13 +86,13 @@ mod tests {
 
     fn chosen(running: &[About], name: Option<&str>) -> Result<usize, String> {
         let running: Vec<_> = running.iter().collect();
-        choose(&running, name, "here").map_err(|error| error.to_string())
+        choose(&running, name, "nearby").map_err(|error| error.to_string())
     }
 
     #[test]
-    fn the_only_one_needs_no_name_and_one_of_several_does() {
-        let one = [about("robot1", "aa")];
-        assert_eq!(chosen(&one, None), Ok(0));
+    fn a_single_application_needs_no_name() {
+        let single = [about("robot1", "aa")];
+        assert_eq!(chosen(&single, None), Ok(0));
         let two = [about("robot1", "aa"), about("robot2", "bb")];
         assert_eq!(
             chosen(&two, None),
@@ -101,12 +101,12 @@ mod tests {
         assert_eq!(chosen(&two, Some("robot2")), Ok(1));
         assert_eq!(
             chosen(&[], None),
-            Err("no application runs here; start one with `jde run`".to_owned())
+            Err("no application runs nearby; start one with `jde run`".to_owned())
         );
     }
 
     #[test]
-    fn an_unknown_name_brings_the_nearest() {
+    fn an_unknown_name_is_refused_with_the_most_similar_one() {
         let two = [about("robot1", "aa"), about("base", "bb")];
         assert_eq!(
             chosen(&two, Some("robto1")),
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn two_of_one_name_are_told_apart_by_their_ids() {
+    fn applications_of_the_same_name_are_selected_by_id() {
         let two = [about("robot", "aaaaaaaa"), about("robot", "abbbbbbb")];
         assert_eq!(
             chosen(&two, Some("robot")),

@@ -17,9 +17,9 @@ use crate::session::{self, Login, SessionOptions, Tls};
 const RETRY_FOR: Duration = Duration::from_secs(1);
 const RETRY_PAUSE: Duration = Duration::from_millis(20);
 
-/// Most answers accepted from one endpoint to one query; bounds endless senders.
+/// Most replies accepted from one endpoint to one query; bounds endless senders.
 const MAX_REPLIES: usize = 256;
-/// How long further applications may take to answer after the first.
+/// How long further applications may take to reply after the first.
 const NEXT_REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A session; closed when dropped, unless another component owns it.
@@ -32,7 +32,7 @@ pub(crate) struct Connection {
     shared: bool,
 }
 
-/// An answer with its attachment.
+/// A reply with its attachment.
 pub(crate) struct Reply {
     pub(crate) message: Vec<u8>,
     pub(crate) attachment: Option<Vec<u8>>,
@@ -42,7 +42,7 @@ pub(crate) struct Reply {
 pub(crate) enum QueryOutcome {
     Reply(Reply),
     Refused(Refusal),
-    /// The query ended without an answer: no application received it, or the application had no room for it.
+    /// The query ended without a reply: no application received it, or the application had no room for it.
     Unanswered,
     TimedOut,
 }
@@ -59,7 +59,7 @@ pub(super) fn connect_all(
         ..tls.clone()
     });
     let connect = |endpoint: &String| Connection::network(endpoint, login, tls.as_ref());
-    let connected = super::at_once(endpoints, connect);
+    let connected = super::map_concurrently(endpoints, connect);
     let mut connections = Vec::new();
     let mut failed = None;
     for connection in connected {
@@ -123,7 +123,7 @@ impl Connection {
             return Err(Error::PlainPassword { endpoint });
         }
         if encrypted && !authority {
-            let reason = "nobody is believed there without an `authority` in `tls` of the key".to_owned();
+            let reason = "no certificate is trusted without an `authority` in `tls`".to_owned();
             return Err(Error::Connect { endpoint, reason });
         }
         login.map_or(Ok(()), Login::check)?;
@@ -152,8 +152,8 @@ impl Connection {
             reason,
         };
         match self.query_one(key, None, super::REPLY_TIMEOUT)? {
-            QueryOutcome::Reply(answer) => {
-                serde_json::from_slice(&answer.message).map_err(|error| garbled(error.to_string()))
+            QueryOutcome::Reply(reply) => {
+                serde_json::from_slice(&reply.message).map_err(|error| garbled(error.to_string()))
             }
             QueryOutcome::Refused(refusal) => Err(garbled(refusal.error)),
             QueryOutcome::Unanswered | QueryOutcome::TimedOut => Err(Error::Timeout {
@@ -171,16 +171,16 @@ impl Connection {
         self.session.as_ref().expect("taken only when it is dropped")
     }
 
-    /// Calls `hear` with the key and content of each answer as it arrives. Returns whether the query ended in
-    /// time.
+    /// Calls `on_reply` with the key and content of each reply as it arrives. Returns whether the query ended
+    /// in time.
     pub(super) fn query(
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
         timeout: Duration,
-        mut hear: impl FnMut(&str, Result<Vec<u8>, Refusal>),
+        mut on_reply: impl FnMut(&str, Result<Vec<u8>, Refusal>),
     ) -> Result<bool, Error> {
-        let (tell, answers) = mpsc::sync_channel(MAX_REPLIES);
+        let (sender, replies) = mpsc::sync_channel(MAX_REPLIES);
         let mut get = self
             .session()
             .get(selector)
@@ -189,24 +189,24 @@ impl Connection {
             .congestion_control(CongestionControl::Block)
             .attachment(self.client.as_str())
             .timeout(timeout);
-        // Orders take precedence over queries, and so do their answers.
+        // Requests with a payload take precedence over queries, and so do their replies.
         if let Some(payload) = payload {
             get = get.payload(payload).priority(Priority::RealTime).express(true);
         }
-        get.callback(move |reply| drop(tell.try_send(reply.into_result())))
+        get.callback(move |reply| drop(sender.try_send(reply.into_result())))
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
         let mut deadline = Instant::now() + timeout;
         for _ in 0..MAX_REPLIES {
-            match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            match replies.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
                 Ok(Ok(sample)) => {
-                    let answer = sample.payload().to_bytes().into_owned();
-                    hear(sample.key_expr().as_str(), Ok(answer));
+                    let message = sample.payload().to_bytes().into_owned();
+                    on_reply(sample.key_expr().as_str(), Ok(message));
                     deadline = deadline.min(Instant::now() + NEXT_REPLY_TIMEOUT);
                 }
                 // An error that is no refusal is a timeout.
                 Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
-                    Ok(refusal) => hear("", Err(refusal)),
+                    Ok(refusal) => on_reply("", Err(refusal)),
                     Err(_) => return Ok(false),
                 },
                 Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(true),
@@ -216,14 +216,14 @@ impl Connection {
         Ok(false)
     }
 
-    /// Sends a query that has one answer.
+    /// Sends a query that has one reply.
     pub(crate) fn query_one(
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
         timeout: Duration,
     ) -> Result<QueryOutcome, Error> {
-        let (tell, answers) = mpsc::channel();
+        let (sender, replies) = mpsc::channel();
         let start = Instant::now();
         let mut get = self
             .session()
@@ -233,19 +233,19 @@ impl Connection {
             .congestion_control(CongestionControl::Block)
             .attachment(self.client.as_str())
             .timeout(timeout);
-        // Orders take precedence over queries, and so do their answers.
+        // Requests with a payload take precedence over queries, and so do their replies.
         if let Some(payload) = payload {
             get = get.payload(payload).priority(Priority::RealTime).express(true);
         }
         get.callback(move |reply| {
-            let _ = tell.send(reply.into_result());
+            let _ = sender.send(reply.into_result());
         })
         .wait()
         .map_err(|error| Error::Open(error.to_string()))?;
         // Zenoh itself reports a query that timed out.
-        let answered = answers.recv_timeout(timeout + Duration::from_secs(1));
+        let reply = replies.recv_timeout(timeout + Duration::from_secs(1));
         let waited = start.elapsed();
-        Ok(match answered {
+        Ok(match reply {
             Ok(Ok(sample)) => QueryOutcome::Reply(Reply {
                 message: sample.payload().to_bytes().into_owned(),
                 attachment: sample

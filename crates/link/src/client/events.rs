@@ -43,10 +43,10 @@ struct MergeState {
 }
 
 impl EventMerger {
-    pub(super) fn new(call: Callback) -> Arc<Self> {
+    pub(super) fn new(callback: Callback) -> Arc<Self> {
         Arc::new(Self {
             state: Mutex::new(MergeState {
-                callback: call,
+                callback,
                 last: [None; RecordKind::ALL.len()],
                 pending: Some(Vec::new()),
             }),
@@ -62,50 +62,50 @@ impl EventMerger {
     ) -> Result<(), String> {
         let number = attachment
             .and_then(attachment::number)
-            .ok_or("a line without its number")?;
-        let line = RunRecord::parse(kind, message).map_err(|error| error.to_string())?;
+            .ok_or("an event without its number")?;
+        let record = RunRecord::parse(kind, message).map_err(|error| error.to_string())?;
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         match &mut state.pending {
-            Some(waiting) => {
-                if waiting.len() == MAX_PENDING {
-                    waiting.remove(0);
+            Some(pending) => {
+                if pending.len() == MAX_PENDING {
+                    pending.remove(0);
                 }
-                waiting.push((number, line));
+                pending.push((number, record));
             }
-            None => state.deliver(number, line),
+            None => state.deliver(number, record),
         }
         Ok(())
     }
 
     /// Delivers the past events, then those that arrived meanwhile, and from then on each on arrival.
     pub(super) fn begin(&self, earlier: Vec<(RecordKind, StoredEvent)>) -> Result<(), String> {
-        let mut lines = Vec::with_capacity(earlier.len());
+        let mut records = Vec::with_capacity(earlier.len());
         for (kind, StoredEvent { number, line }) in earlier {
             let json = line.to_string();
-            let line = RunRecord::parse(kind, json.as_bytes()).map_err(|error| error.to_string())?;
-            lines.push((number, line));
+            let record = RunRecord::parse(kind, json.as_bytes()).map_err(|error| error.to_string())?;
+            records.push((number, record));
         }
         // Each kind is in order already.
-        lines.sort_by_key(|(_, line)| line.time());
+        records.sort_by_key(|(_, record)| record.time());
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        lines.extend(state.pending.take().unwrap_or_default());
-        for (number, line) in lines {
-            state.deliver(number, line);
+        records.extend(state.pending.take().unwrap_or_default());
+        for (number, record) in records {
+            state.deliver(number, record);
         }
         Ok(())
     }
 }
 
 impl MergeState {
-    fn deliver(&mut self, number: u64, line: RunRecord) {
-        let last = &mut self.last[line.kind() as usize];
+    fn deliver(&mut self, number: u64, record: RunRecord) {
+        let last = &mut self.last[record.kind() as usize];
         if last.is_some_and(|last| number <= last) {
             return;
         }
         let missed = last.map_or(0, |last| number - last - 1);
         *last = Some(number);
         (self.callback)(ReceivedEvent {
-            record: line,
+            record,
             number,
             missed,
         });
@@ -116,38 +116,42 @@ impl MergeState {
 mod tests {
     use super::*;
 
-    fn line(time_ms: u64) -> RunRecord {
+    fn record(time_ms: u64) -> RunRecord {
         RunRecord::retracted(time_ms * 1_000_000, "pioneer.laser")
     }
 
     fn numbered(number: u64) -> (RecordKind, StoredEvent) {
-        let line = serde_json::from_slice(&line(number).to_json()).unwrap();
+        let line = serde_json::from_slice(&record(number).to_json()).unwrap();
         (RecordKind::Event, StoredEvent { number, line })
     }
 
     #[test]
-    fn what_was_told_before_comes_first_and_nothing_twice() {
-        let told = Arc::new(Mutex::new(Vec::new()));
-        let tell = Arc::clone(&told);
-        let merge = EventMerger::new(Box::new(move |happened: ReceivedEvent| {
-            tell.lock().unwrap().push((happened.number, happened.missed));
+    fn past_events_come_first_and_none_is_delivered_twice() {
+        let delivered = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&delivered);
+        let merger = EventMerger::new(Box::new(move |event: ReceivedEvent| {
+            sink.lock().unwrap().push((event.number, event.missed));
         }));
-        let hear = |number: u64| {
-            merge
+        let push = |number: u64| {
+            merger
                 .push(
                     RecordKind::Event,
-                    &line(number).to_json(),
+                    &record(number).to_json(),
                     Some(&number.to_le_bytes()),
                 )
                 .unwrap();
         };
-        hear(3);
-        hear(4);
-        merge.begin(vec![numbered(2), numbered(3)]).unwrap();
-        hear(4);
-        hear(7);
-        assert_eq!(*told.lock().unwrap(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
-        assert!(merge.push(RecordKind::Decision, b"{", Some(&[0; 8])).is_err());
-        assert!(merge.push(RecordKind::Event, &line(9).to_json(), None).is_err());
+        push(3);
+        push(4);
+        merger.begin(vec![numbered(2), numbered(3)]).unwrap();
+        push(4);
+        push(7);
+        assert_eq!(*delivered.lock().unwrap(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
+        assert!(merger.push(RecordKind::Decision, b"{", Some(&[0; 8])).is_err());
+        assert!(
+            merger
+                .push(RecordKind::Event, &record(9).to_json(), None)
+                .is_err()
+        );
     }
 }

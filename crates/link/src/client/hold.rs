@@ -22,8 +22,8 @@ impl Hold {
     pub(super) fn begin(remote: Remote, request: &Request, lease: Duration) -> Result<Self, Error> {
         let lease_ms = u64::try_from(lease.as_millis()).unwrap_or(u64::MAX);
         let schema = request.action.schema().to_owned();
-        // The name is unique to this hold, so that it and what the operator did under the plain name do not
-        // undo each other.
+        // The name is unique to this hold, so that the hold and actions under the operator's plain name do
+        // not undo each other.
         let by = format!("{} (lease {:.6})", request.by, new_id()?);
         let leased = |action: Action, lease_ms: Option<u64>| Request {
             by: by.clone(),
@@ -40,26 +40,26 @@ impl Hold {
         let let_go = leased(Action::LetGo { schema }, None);
         let (end, ended) = channel::<()>();
         let lost = Arc::new(Mutex::new(None));
-        let tell = Arc::clone(&lost);
-        let keep = move || {
+        let reason = Arc::clone(&lost);
+        let renew_until_ended = move || {
             // Two renewals may fail before the lease expires.
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(lease / 3) {
                 match remote.operate(&renew) {
                     Ok(()) => {}
                     Err(error @ (Error::Refused { .. } | Error::Disconnected(_))) => {
-                        *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+                        *reason.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
                         break;
                     }
                     Err(error) => tracing::warn!("a hold was not renewed: {error}"),
                 }
             }
             if let Err(error) = remote.operate(&let_go) {
-                tracing::warn!("a hold ends by itself only: {error}");
+                tracing::warn!("a hold was not released and ends when its lease expires: {error}");
             }
         };
         let thread = std::thread::Builder::new()
             .name("link-hold".to_owned())
-            .spawn(keep)
+            .spawn(renew_until_ended)
             .map_err(Error::Thread)?;
         Ok(Self {
             end: Some(end),

@@ -22,21 +22,22 @@ impl Liveliness {
     pub(super) fn set(&self, alive: bool) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.alive = alive;
-        let calls = if alive {
+        let callbacks = if alive {
             Vec::new()
         } else {
             std::mem::take(&mut state.on_gone)
         };
         drop(state);
         self.changed.notify_all();
-        calls.into_iter().for_each(|call| call());
+        callbacks.into_iter().for_each(|callback| callback());
     }
 
     pub(super) fn is_alive(&self) -> bool {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
     }
 
-    /// Waits until the state is as wanted, at most for `timeout`. Returns whether it is.
+    /// Waits until the application is alive or gone, as `alive` states, at most for `timeout`. Returns
+    /// whether it is.
     pub(super) fn wait(&self, alive: bool, timeout: Duration) -> bool {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (state, _) = self
@@ -46,13 +47,13 @@ impl Liveliness {
         state.alive == alive
     }
 
-    pub(super) fn on_gone(&self, call: OnGone) {
+    pub(super) fn on_gone(&self, callback: OnGone) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.alive {
-            state.on_gone.push(call);
+            state.on_gone.push(callback);
         } else {
             drop(state);
-            call();
+            callback();
         }
     }
 }

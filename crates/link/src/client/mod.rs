@@ -33,7 +33,7 @@ pub use subscription::Subscription;
 /// Where local applications are searched, for error texts.
 const ON_THIS_MACHINE: &str = "on this machine for this user";
 
-/// Longest wait for an answer.
+/// Longest wait for a reply.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Where to look for applications.
@@ -75,7 +75,7 @@ impl Client {
     /// [`Error::Folder`]; [`Error::Connect`] if no endpoint accepts. Takes at most 5 s on this machine, 4 s
     /// on the network.
     pub fn connect(reach: &Reach) -> Result<Self, Error> {
-        let place = match reach {
+        let backend = match reach {
             Reach::Local(folder) => {
                 folder.list()?;
                 Backend::Local(folder.clone())
@@ -86,7 +86,7 @@ impl Client {
                 tls,
             } => Backend::Network(connection::connect_all(endpoints, login.as_ref(), tls.as_ref())?),
         };
-        Ok(Self { backend: place })
+        Ok(Self { backend })
     }
 
     /// Lists the running applications in order of their start.
@@ -110,8 +110,8 @@ impl Client {
     pub fn application(&self, name: Option<&str>) -> Result<Remote, Error> {
         let mut found = self.discover()?;
         let abouts: Vec<&About> = found.iter().map(Discovered::about).collect();
-        let place = choice::choose(&abouts, name, &self.describe_backend())?;
-        let found = found.swap_remove(place);
+        let index = choice::choose(&abouts, name, &self.describe_backend())?;
+        let found = found.swap_remove(index);
         let about = found.about();
         check_version(about)?;
         match found {
@@ -128,19 +128,19 @@ impl Client {
             Backend::Local(folder) => Ok(folder.list()?.into_iter().map(Discovered::Local).collect()),
             Backend::Network(connections) => {
                 // All concurrently: a silent endpoint delays no other.
-                let answers = at_once(connections, |connection| {
+                let replies = map_concurrently(connections, |connection| {
                     let mut abouts: Vec<About> = Vec::new();
-                    connection.query(ALL_ABOUT, None, REPLY_TIMEOUT, |_, answer| {
-                        // An answer that cannot be read is not from an application of jde.
-                        let about = answer
+                    connection.query(ALL_ABOUT, None, REPLY_TIMEOUT, |_, reply| {
+                        // A reply that cannot be read is not from an application of jde.
+                        let about = reply
                             .ok()
-                            .and_then(|answer| serde_json::from_slice(&answer).ok());
+                            .and_then(|message| serde_json::from_slice(&message).ok());
                         abouts.extend(about);
                     })?;
                     Ok(abouts)
                 });
                 let mut found: Vec<Discovered> = Vec::new();
-                for (connection, abouts) in connections.iter().zip(answers) {
+                for (connection, abouts) in connections.iter().zip(replies) {
                     for about in abouts? {
                         if !found.iter().any(|known| known.about().id == about.id) {
                             found.push(Discovered::Network(about, Arc::clone(connection)));
@@ -177,13 +177,13 @@ impl Discovered {
 }
 
 /// Applies `work` to all elements concurrently, and returns the results in their order.
-fn at_once<T: Sync, R: Send>(several: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+fn map_concurrently<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     std::thread::scope(|scope| {
-        let threads: Vec<_> = several
+        let threads: Vec<_> = items
             .iter()
-            .map(|one| {
+            .map(|item| {
                 let work = &work;
-                scope.spawn(move || work(one))
+                scope.spawn(move || work(item))
             })
             .collect();
         let joined = threads.into_iter().map(|thread| {

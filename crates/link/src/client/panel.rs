@@ -24,18 +24,18 @@ impl PanelSample {
             sequence,
             time,
             age,
-            is_error: nothing,
+            is_error,
         } = attachment
             .and_then(PanelTag::read)
             .ok_or("a panel without its attachment")?;
-        let list = if nothing {
+        let list = if is_error {
             // A reason may be as long as any text of a panel.
             let reason = &message[..message.len().min(jde_panel::MOST_TEXT)];
             Err(String::from_utf8_lossy(reason).into_owned())
         } else {
             let list: Result<List, _> = jde_panel::decode(message);
             let checked = list.and_then(|list| jde_panel::check(&list).map(|()| list));
-            checked.map_err(|broken| format!("its list cannot be shown: {broken}"))
+            checked.map_err(|error| format!("its list is not valid: {error}"))
         };
         Ok(Self {
             list,
@@ -53,12 +53,12 @@ mod tests {
 
     use super::*;
 
-    fn tag(nothing: bool) -> Vec<u8> {
+    fn tag(is_error: bool) -> Vec<u8> {
         let tag = PanelTag {
             sequence: 7,
             time: 8,
             age: 9,
-            is_error: nothing,
+            is_error,
         };
         tag.bytes().to_vec()
     }
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_comes_as_it_was_and_a_broken_one_as_the_reason() {
+    fn a_valid_list_arrives_unchanged_and_an_invalid_one_as_the_reason() {
         let read = |list: &List| PanelSample::read(&jde_panel::encode(list), Some(&tag(false))).unwrap();
         assert_eq!(read(&value(1.5)).list, Ok(value(1.5)));
         let reason = read(&value(f64::NAN)).list.unwrap_err();
@@ -94,14 +94,14 @@ mod tests {
             .list
             .unwrap_err();
         assert!(reason.contains("no list has more than"), "{reason}");
-        let nothing = PanelSample::read(b"it panicked", Some(&tag(true))).unwrap();
-        assert_eq!(nothing.list, Err("it panicked".to_owned()));
-        assert_eq!((nothing.sequence, nothing.time, nothing.age), (7, 8, 9));
+        let failed = PanelSample::read(b"it panicked", Some(&tag(true))).unwrap();
+        assert_eq!(failed.list, Err("it panicked".to_owned()));
+        assert_eq!((failed.sequence, failed.time, failed.age), (7, 8, 9));
     }
 
     proptest! {
         #[test]
-        fn no_bytes_upset_whoever_reads_panels(
+        fn reading_panels_survives_any_bytes(
             message in proptest::collection::vec(any::<u8>(), 0..300),
             attachment in proptest::collection::vec(any::<u8>(), 0..40),
         ) {

@@ -52,17 +52,17 @@ struct RemoteInner {
 impl Remote {
     pub(crate) fn new(connection: Arc<Connection>, about: About) -> Result<Self, Error> {
         let keys = keys(&about);
-        let alive = Arc::new(Liveliness::default());
-        let life = Arc::clone(&alive);
-        let watch = connection
+        let liveliness = Arc::new(Liveliness::default());
+        let state = Arc::clone(&liveliness);
+        let subscriber = connection
             .session()
             .liveliness()
             .declare_subscriber(keys.of(key::ALIVE))
             .history(true)
-            .callback(move |token| life.set(token.kind() == SampleKind::Put))
+            .callback(move |token| state.set(token.kind() == SampleKind::Put))
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
-        if !alive.wait(true, APPEAR) {
+        if !liveliness.wait(true, APPEAR) {
             return Err(Error::Timeout {
                 application: about.name,
                 waited: APPEAR,
@@ -70,12 +70,12 @@ impl Remote {
         }
         let inner = RemoteInner {
             keys,
-            liveliness: alive,
+            liveliness,
             tokens: Tokens::new(new_id()?),
             variables: Mutex::new(None),
             connection,
             about,
-            _subscriber: watch,
+            _subscriber: subscriber,
         };
         Ok(Self {
             inner: Arc::new(inner),
@@ -108,7 +108,8 @@ impl Remote {
     /// The application's schemas and groups.
     ///
     /// # Errors
-    /// [`Error::Disconnected`], [`Error::Timeout`] after 5 s, [`Error::Garbled`]; likewise for all methods below.
+    /// [`Error::Disconnected`], [`Error::Timeout`] after 5 s, [`Error::Garbled`]; likewise for all methods
+    /// below.
     pub fn schemas(&self) -> Result<Schemas, Error> {
         self.query_json(&self.inner.keys.of(key::SCHEMAS))
     }
@@ -147,9 +148,9 @@ impl Remote {
     /// As [`Self::variable`].
     pub fn get(&self, name: &str) -> Result<Sample, Error> {
         let (variable, value_type) = self.typed(name)?;
-        let at = self.inner.keys.variable(&variable.owner, &variable.variable);
-        let answer = self.query(&at, None)?;
-        Sample::read(&value_type, &answer.message, answer.attachment.as_deref())
+        let key = self.inner.keys.variable(&variable.owner, &variable.variable);
+        let reply = self.query(&key, None)?;
+        Sample::read(&value_type, &reply.message, reply.attachment.as_deref())
             .map_err(|reason| self.garbled(reason))
     }
 
@@ -180,13 +181,13 @@ impl Remote {
         let session = self.inner.connection.session();
         let application = self.inner.about.name.clone();
         let mut last = None;
-        let hear = move |sample: zenoh::sample::Sample| {
+        let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
             match Sample::read(&value_type, &sample.payload().to_bytes(), attachment.as_deref()) {
                 Ok(sample) => {
                     // The newest value is sent again when another client joins.
-                    let this = (sample.sequence, sample.bytes.is_some());
-                    if last.replace(this) != Some(this) {
+                    let current = (sample.sequence, sample.bytes.is_some());
+                    if last.replace(current) != Some(current) {
                         call(sample);
                     }
                 }
@@ -195,7 +196,7 @@ impl Remote {
         };
         let subscriber = session
             .declare_subscriber(self.inner.keys.values(owner, own, rate))
-            .callback_mut(hear)
+            .callback_mut(deliver)
             .wait()
             .map_err(failed)?;
         let keys = &self.inner.keys;
@@ -222,7 +223,7 @@ impl Remote {
         let rate = rate.to_supported();
         let application = self.inner.about.name.clone();
         let mut last = None;
-        let hear = move |sample: zenoh::sample::Sample| {
+        let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
             match PanelSample::read(&sample.payload().to_bytes(), attachment.as_deref()) {
                 // The newest drawing is sent again when another client joins.
@@ -234,7 +235,7 @@ impl Remote {
         let (keys, session) = (&self.inner.keys, self.inner.connection.session());
         let subscriber = session
             .declare_subscriber(keys.panel(schema, rate))
-            .callback_mut(hear)
+            .callback_mut(deliver)
             .wait()
             .map_err(failed)?;
         let token = self
@@ -304,10 +305,10 @@ impl Remote {
         last: usize,
         call: impl FnMut(ReceivedEvent) + Send + 'static,
     ) -> Result<Subscription, Error> {
-        let merge = events::EventMerger::new(Box::new(call));
+        let merger = events::EventMerger::new(Box::new(call));
         let mut subscribers = Vec::new();
         for kind in kinds {
-            let (merge, kind, application) = (Arc::clone(&merge), *kind, self.inner.about.name.clone());
+            let (merger, kind, application) = (Arc::clone(&merger), *kind, self.inner.about.name.clone());
             let subscriber = self
                 .inner
                 .connection
@@ -315,7 +316,8 @@ impl Remote {
                 .declare_subscriber(self.inner.keys.of(key::events(kind)))
                 .callback(move |sample| {
                     let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
-                    if let Err(reason) = merge.push(kind, &sample.payload().to_bytes(), attachment.as_deref())
+                    if let Err(reason) =
+                        merger.push(kind, &sample.payload().to_bytes(), attachment.as_deref())
                     {
                         tracing::warn!("an event of {application} cannot be read: {reason}");
                     }
@@ -324,15 +326,15 @@ impl Remote {
                 .map_err(failed)?;
             subscribers.push(subscriber);
         }
-        let mut earlier = Vec::new();
+        let mut past = Vec::new();
         if last > 0 {
             for kind in kinds {
                 let key = self.inner.keys.of(key::events(*kind));
-                let lines = self.query_json::<Vec<events::StoredEvent>>(&format!("{key}?last={last}"))?;
-                earlier.extend(lines.into_iter().map(|line| (*kind, line)));
+                let events = self.query_json::<Vec<events::StoredEvent>>(&format!("{key}?last={last}"))?;
+                past.extend(events.into_iter().map(|event| (*kind, event)));
             }
         }
-        merge.begin(earlier).map_err(|reason| self.garbled(reason))?;
+        merger.begin(past).map_err(|reason| self.garbled(reason))?;
         Ok(Subscription::new(subscribers, None, self))
     }
 
@@ -346,17 +348,18 @@ impl Remote {
             .map(drop)
     }
 
-    /// Replaces a plugin's build by the one now in its file, by an [`Action::Reload`].
+    /// Replaces a plugin's build by the one that is now in its file, by an [`Action::Reload`].
     ///
     /// # Errors
-    /// [`Error::Refused`] with all reasons; nothing has changed then. And as above.
+    /// [`Error::Refused`] with all reasons, if nothing was replaced; and as above.
     pub fn reload(&self, request: &Request) -> Result<ReloadReport, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
-        let answer = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
-        let fine: OperateReply =
-            serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))?;
-        fine.reloaded
-            .ok_or_else(|| self.garbled("it does not say what came of the reload"))
+        let reply = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
+        let operated: OperateReply =
+            serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))?;
+        operated
+            .reloaded
+            .ok_or_else(|| self.garbled("the outcome of the reload is missing"))
     }
 
     /// As [`Self::operate`], until the returned hold is dropped, this process dies or the network is cut.
@@ -408,8 +411,8 @@ impl Remote {
     }
 
     fn query_json<T: DeserializeOwned>(&self, selector: &str) -> Result<T, Error> {
-        let answer = self.query(selector, None)?;
-        serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))
+        let reply = self.query(selector, None)?;
+        serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))
     }
 
     fn query(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Reply, Error> {
@@ -420,7 +423,7 @@ impl Remote {
         &self,
         selector: &str,
         payload: Option<Vec<u8>>,
-        within: Duration,
+        timeout: Duration,
     ) -> Result<Reply, Error> {
         let name = || self.inner.about.name.clone();
         let start = Instant::now();
@@ -431,9 +434,9 @@ impl Remote {
             match self
                 .inner
                 .connection
-                .query_one(selector, payload.clone(), within)?
+                .query_one(selector, payload.clone(), timeout)?
             {
-                QueryOutcome::Reply(answer) => return Ok(answer),
+                QueryOutcome::Reply(reply) => return Ok(reply),
                 QueryOutcome::Refused(refusal) => {
                     return Err(Error::Refused {
                         text: refusal.error,

@@ -72,7 +72,7 @@ impl Tokens {
         })
     }
 
-    /// Takes the first free name: several subscriptions may want the same publication.
+    /// Takes the first free name: several subscriptions may request the same publication.
     fn reserve(&self, key: impl Fn(&str) -> String) -> ReservedName {
         let mut taken = lock(&self.in_use);
         let mut number = 0_u64;
@@ -104,10 +104,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_given_again_once_it_is_free_and_never_twice_at_once() {
+    fn a_free_name_is_reused_and_one_in_use_is_not() {
         let tokens = Tokens::new("c1".to_owned());
-        let laser = || tokens.reserve(|client| format!("want/laser/{client}"));
-        let (first, second) = (laser(), laser());
+        let reserve_laser = || tokens.reserve(|client| format!("want/laser/{client}"));
+        let (first, second) = (reserve_laser(), reserve_laser());
         assert_eq!(
             [&*first.key, &*second.key],
             ["want/laser/c1-0", "want/laser/c1-1"]
@@ -118,7 +118,7 @@ mod tests {
         );
         drop(first);
         for _ in 0..1000 {
-            assert_eq!(laser().key, "want/laser/c1-0");
+            assert_eq!(reserve_laser().key, "want/laser/c1-0");
         }
         drop(second);
         assert!(lock(&tokens.in_use).is_empty());

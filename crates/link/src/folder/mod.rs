@@ -60,14 +60,14 @@ impl Folders {
             let run = format!("run-{}", whoami::host());
             RuntimeFolder::below(home, Path::new(".local/state/jde").join(run))
         });
-        let mut places: Vec<RuntimeFolder> = Vec::new();
-        let shallow = runtime.map(|folder| folder.join("jde")).chain(temporary);
-        for place in shallow.map(RuntimeFolder::at).chain(home) {
-            if !places.contains(&place) {
-                places.push(place);
+        let mut folders: Vec<RuntimeFolder> = Vec::new();
+        let direct = runtime.map(|folder| folder.join("jde")).chain(temporary);
+        for folder in direct.map(RuntimeFolder::at).chain(home) {
+            if !folders.contains(&folder) {
+                folders.push(folder);
             }
         }
-        Self { folders: places }
+        Self { folders }
     }
 
     /// A single folder.
@@ -97,7 +97,7 @@ impl Folders {
         let only = self.folders.len() == 1;
         self.folders
             .iter()
-            .map(|place| place.start_listing(only))
+            .map(|folder| folder.start_listing(only))
             .collect()
     }
 
@@ -121,28 +121,28 @@ impl Folders {
         Ok(entries)
     }
 
-    /// Claims a name in the first folder that only this user controls: the wanted name, or, if it is taken
-    /// and was not explicitly requested, the name with a number appended.
+    /// Claims a name in the first folder that only this user controls: the requested name, or, if it is taken
+    /// and not required, the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`] of the first folder if none is usable; [`Error::NameTaken`] for a requested name;
+    /// [`Error::Folder`] of the first folder if none is usable; [`Error::NameTaken`] for a required name;
     /// [`Error::Name`].
-    pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
+    pub(crate) fn claim(&self, requested: &str, required: bool) -> Result<Claim, Error> {
         let mut refused = None;
-        for place in &self.folders {
-            match place.claim(wanted, asked_for, || self.list()) {
+        for folder in &self.folders {
+            match folder.claim(requested, required, || self.list()) {
                 Err(error @ Error::Folder { .. }) => {
                     refused.get_or_insert(error);
                 }
                 claimed => {
                     if let Some(error) = refused {
-                        tracing::warn!("{error}; {} is used instead", place.path().display());
+                        tracing::warn!("{error}; {} is used instead", folder.path().display());
                     }
                     return claimed;
                 }
             }
         }
-        Err(refused.expect("there is one place at least"))
+        Err(refused.expect("there is at least one folder"))
     }
 }
 
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_boot_service_announced_is_found_from_a_login_that_is_told_another_folder() {
+    fn an_announcement_of_a_boot_service_is_found_from_a_login_with_another_runtime_folder() {
         let root = tempfile::tempdir().unwrap();
         for folder in ["run", "tmp"] {
             std::fs::create_dir(root.path().join(folder)).unwrap();
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_not_ours_alone_keeps_nobody_from_running_and_from_being_found() {
+    fn an_unsafe_folder_is_skipped_when_announcing_and_searching() {
         let root = tempfile::tempdir().unwrap();
         for folder in ["tmp", "home"] {
             std::fs::create_dir(root.path().join(folder)).unwrap();
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_folder_can_be_used_the_first_is_named() {
+    fn if_no_folder_is_usable_the_error_names_the_first() {
         let root = tempfile::tempdir().unwrap();
         let error = of_user(root.path(), false).claim("robot", false).err().unwrap();
         assert!(error.to_string().contains("/tmp/jde-"), "{error}");

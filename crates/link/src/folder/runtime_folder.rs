@@ -92,30 +92,30 @@ impl RuntimeFolder {
     /// answer. A folder that another user made contains none; this is an error only if it is the `only`
     /// folder.
     pub(super) fn start_listing(&self, only: bool) -> Listing {
-        let (tell, listed) = sync_channel(1);
+        let (sender, receiver) = sync_channel(1);
         let since = Instant::now();
         let free = ACTIVE_LISTINGS.try_update(Ordering::Relaxed, Ordering::Relaxed, |listings| {
             (listings < MAX_LISTINGS).then_some(listings + 1)
         });
         if free.is_ok() {
-            let place = self.clone();
+            let folder = self.clone();
             std::thread::spawn(move || {
-                let listed = match place.list() {
-                    Err(_) if !only && place.is_foreign() => Ok(Vec::new()),
-                    listed => listed,
+                let result = match folder.list() {
+                    Err(_) if !only && folder.is_foreign() => Ok(Vec::new()),
+                    result => result,
                 };
-                let _ = tell.send(listed);
+                let _ = sender.send(result);
                 ACTIVE_LISTINGS.fetch_sub(1, Ordering::Relaxed);
             });
         }
         Listing {
             folder: self.clone(),
             since,
-            receiver: listed,
+            receiver,
         }
     }
 
-    /// Whether another user owns it or it is no folder, so that no application of this user can be in it.
+    /// Whether another user owns it or it is not a folder, so that no application of this user can be in it.
     fn is_foreign(&self) -> bool {
         let user = rustix::process::getuid().as_raw();
         std::fs::symlink_metadata(&self.path).is_ok_and(|found| !found.is_dir() || found.uid() != user)
@@ -146,7 +146,7 @@ impl RuntimeFolder {
                     socket: self.socket(id),
                 }),
                 AnnouncementState::Running(_) | AnnouncementState::Unreadable => {
-                    tracing::warn!(file = %file.path().display(), "an announcement that cannot be read");
+                    tracing::warn!(file = %file.path().display(), "an announcement cannot be read");
                 }
                 AnnouncementState::Stale => self.remove_files(id),
             }
@@ -154,37 +154,37 @@ impl RuntimeFolder {
         Ok(entries)
     }
 
-    /// Claims a name: the wanted one, or, if a running application has it and it was not explicitly
-    /// requested, the name with a number appended.
+    /// Claims a name: the requested one, or, if a running application has it and it is not required,
+    /// the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`]; [`Error::NameTaken`] for a requested name; [`Error::Name`].
+    /// [`Error::Folder`]; [`Error::NameTaken`] for a required name; [`Error::Name`].
     pub(super) fn claim(
         &self,
-        wanted: &str,
-        asked_for: bool,
+        requested: &str,
+        required: bool,
         running: impl Fn() -> Result<Vec<Entry>, Error>,
     ) -> Result<Claim, Error> {
-        if !keys::is_name(wanted) {
-            return Err(Error::Name(wanted.to_owned()));
+        if !keys::is_name(requested) {
+            return Err(Error::Name(requested.to_owned()));
         }
         self.create()?;
         let lock = self.lock()?;
         let running = running()?;
         self.remove_stale_files(&running)?;
         let holder = |name: &str| running.iter().find(|entry| entry.about.name == name);
-        let mut name = wanted.to_owned();
+        let mut name = requested.to_owned();
         let mut number = 1;
         while let Some(other) = holder(&name) {
-            if asked_for {
+            if required {
                 return Err(Error::NameTaken {
                     name,
                     pid: other.about.pid,
                 });
             }
             number += 1;
-            let tail = format!("-{number}");
-            name = format!("{}{tail}", &wanted[..wanted.len().min(64 - tail.len())]);
+            let suffix = format!("-{number}");
+            name = format!("{}{suffix}", &requested[..requested.len().min(64 - suffix.len())]);
         }
         let claim = Claim {
             folder: self.clone(),
@@ -195,8 +195,8 @@ impl RuntimeFolder {
         let socket = claim.socket();
         if socket.as_os_str().len() > SOCKET_PATH {
             return Err(self.refused(
-                format!("a socket in it has a path of more than {SOCKET_PATH} bytes"),
-                "let XDG_RUNTIME_DIR name a folder nearer to the root",
+                format!("the path of a socket in it has more than {SOCKET_PATH} bytes"),
+                "set XDG_RUNTIME_DIR to a folder with a shorter path",
             ));
         }
         Ok(claim)
@@ -207,16 +207,16 @@ impl RuntimeFolder {
     }
 
     fn create(&self) -> Result<(), Error> {
-        let make = || {
+        let create = || {
             if self.owned_parent.as_deref().is_some_and(|folder| !is_own(folder)) {
                 return Err(std::io::ErrorKind::PermissionDenied.into());
             }
-            if let Some(above) = self.path.parent().filter(|_| self.owned_parent.is_some()) {
-                DirBuilder::new().mode(0o700).recursive(true).create(above)?;
+            if let Some(parent) = self.path.parent().filter(|_| self.owned_parent.is_some()) {
+                DirBuilder::new().mode(0o700).recursive(true).create(parent)?;
             }
             DirBuilder::new().mode(0o700).create(&self.path)
         };
-        match make() {
+        match create() {
             Ok(()) => Ok(()),
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => self.check(),
             Err(error) => Err(self.unusable(error)),
@@ -228,18 +228,18 @@ impl RuntimeFolder {
         let found = std::fs::symlink_metadata(&self.path).map_err(|error| self.unusable(error))?;
         let user = rustix::process::getuid().as_raw();
         if !found.is_dir() {
-            return Err(self.refused("it is no folder", "remove what is there"));
+            return Err(self.refused("it is not a folder", "remove it"));
         }
         if found.uid() != user {
             return Err(self.refused(
                 format!("it belongs to user {}, not to {user}", found.uid()),
-                "have it removed, or let XDG_RUNTIME_DIR name a folder of yours",
+                "have it removed, or set XDG_RUNTIME_DIR to a folder of yours",
             ));
         }
         if found.mode() & 0o077 != 0 {
             return Err(self.refused(
                 format!("others may enter it (mode {:o})", found.mode() & 0o777),
-                format!("remove it, or say `chmod 700 {}`", self.path.display()),
+                format!("remove it, or run `chmod 700 {}`", self.path.display()),
             ));
         }
         Ok(())
@@ -262,8 +262,8 @@ impl RuntimeFolder {
                 }
                 Err(TryLockError::WouldBlock) => {
                     return Err(self.refused(
-                        "another application has been choosing its name in it for too long",
-                        "end the one that is stopped",
+                        "another application has held its lock for too long",
+                        "end the application that is stopped",
                     ));
                 }
                 Err(TryLockError::Error(error)) => return Err(self.unusable(error)),
@@ -281,8 +281,8 @@ impl RuntimeFolder {
             let of_running = running
                 .iter()
                 .any(|entry| name.starts_with(entry.about.id.as_str()));
-            let ours = [".sock", ".sock.lock", ".tmp"];
-            if !of_running && ours.iter().any(|end| name.ends_with(end)) {
+            let suffixes = [".sock", ".sock.lock", ".tmp"];
+            if !of_running && suffixes.iter().any(|suffix| name.ends_with(suffix)) {
                 let _ = std::fs::remove_file(file.path());
             }
         }
@@ -290,16 +290,16 @@ impl RuntimeFolder {
     }
 
     fn remove_files(&self, id: &str) {
-        for end in ["json", "sock", "sock.lock"] {
+        for suffix in ["json", "sock", "sock.lock"] {
             // Another process may remove it at the same time.
-            let _ = std::fs::remove_file(self.path.join(format!("{id}.{end}")));
+            let _ = std::fs::remove_file(self.path.join(format!("{id}.{suffix}")));
         }
     }
 
     fn unusable(&self, error: std::io::Error) -> Error {
         self.refused(
             error.to_string(),
-            "let XDG_RUNTIME_DIR name a folder that you may write to",
+            "set XDG_RUNTIME_DIR to a folder that you may write to",
         )
     }
 
@@ -324,11 +324,11 @@ impl Listing {
     /// [`Error::Folder`], also if the folder does not answer in 5 s. A folder that does not exist is no
     /// error.
     pub(crate) fn wait(self) -> Result<Vec<Entry>, Error> {
-        let left = LIST_TIMEOUT.saturating_sub(self.since.elapsed());
-        self.receiver.recv_timeout(left).unwrap_or_else(|_| {
+        let remaining = LIST_TIMEOUT.saturating_sub(self.since.elapsed());
+        self.receiver.recv_timeout(remaining).unwrap_or_else(|_| {
             Err(self.folder.refused(
                 format!("it cannot be listed within {LIST_TIMEOUT:?}"),
-                "see whether its file system answers",
+                "check its file system",
             ))
         })
     }

@@ -23,11 +23,11 @@ impl TokenBucket {
         let passed = now.saturating_duration_since(self.last).as_secs_f64();
         self.tokens = (self.tokens + passed * self.rate).min(self.rate);
         self.last = now;
-        let may = self.tokens >= 1.0;
-        if may {
+        let is_allowed = self.tokens >= 1.0;
+        if is_allowed {
             self.tokens -= 1.0;
         }
-        may
+        is_allowed
     }
 }
 
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_used_is_saved_for_a_second_and_no_longer() {
+    fn unused_tokens_accumulate_for_one_second() {
         let start = Instant::now();
         let mut bucket = TokenBucket::new(10.0, start);
         let taken = |bucket: &mut TokenBucket, at| (0..100).filter(|_| bucket.try_take(at)).count();

@@ -12,8 +12,8 @@ use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas,
 /// The schemas and groups of an application.
 #[must_use]
 pub fn schemas(application: &Application) -> Schemas {
-    let name = |place: usize| application.instances[place].name.clone();
-    let group = |place: usize| application.groups[place].name.clone();
+    let name = |instance: usize| application.instances[instance].name.clone();
+    let group = |group: usize| application.groups[group].name.clone();
     let schemas = application.instances.iter().map(|instance| {
         let roles = instance.schema.children.iter().zip(&instance.children);
         let ports = instance.schema.ports.iter().zip(&instance.bindings);
@@ -43,7 +43,7 @@ pub fn schemas(application: &Application) -> Schemas {
             ports: ports
                 .map(|(port, binding)| port_info(application, &instance.name, port, binding))
                 .collect(),
-            // Known only when it runs.
+            // Known only while the application runs.
             panel: false,
         }
     });

@@ -12,10 +12,10 @@ use jde_records::{RecordBuilder, RecordKind, RunRecord};
 
 /// Most events that wait for the worker: more than the busiest application has between two polls.
 const MAX_PENDING: usize = 4096;
-/// Lines of each kind kept for later queries.
+/// Records of each kind kept for later queries.
 const MAX_RECORDS: usize = 1000;
 /// Their limit in bytes of JSON, approximately. A selection among hundreds lists each candidate, and a query
-/// gets the last lines as one message, which must be transferred before its receiver counts as blocked.
+/// receives the last records as one message, which must be transferred before its receiver counts as blocked.
 const MAX_RECORD_BYTES: usize = 4 << 20;
 
 /// Collects events and keeps them until the link has published them.
@@ -47,18 +47,18 @@ struct KindHistory {
     records: VecDeque<NumberedRecord>,
     /// Their total weight.
     bytes: usize,
-    /// The number of the last line.
+    /// The number of the last record.
     last: u64,
 }
 
-/// A line with its sequence number. A gap in the numbers is a lost line.
+/// A record with its sequence number. A gap in the numbers is a lost record.
 pub(super) struct NumberedRecord {
     pub(super) number: u64,
     pub(super) record: RunRecord,
 }
 
 impl Events {
-    /// Events of an application, which become lines of its story.
+    /// Events of an application, which are converted to records.
     #[must_use]
     pub fn of(application: &Application) -> Self {
         let application = Arc::new(application.clone());
@@ -68,7 +68,7 @@ impl Events {
         }
     }
 
-    /// Events that arrive as lines, for the replay of a recording.
+    /// Events that arrive as records, for the replay of a recording.
     #[must_use]
     pub fn of_records() -> Self {
         Self {
@@ -77,17 +77,17 @@ impl Events {
         }
     }
 
-    /// An observer of a running application. It never waits: without room the oldest events are dropped,
-    /// which the numbers of the lines show.
+    /// An observer of a running application. It never waits: if the queue is full, the oldest events are
+    /// dropped, which the records' numbers show.
     #[must_use]
     pub fn observer(&self) -> Box<dyn Observer> {
-        let heard = Arc::clone(&self.queue);
-        Box::new(move |event: &Event| heard.push(QueuedItem::Event(event.clone())))
+        let queue = Arc::clone(&self.queue);
+        Box::new(move |event: &Event| queue.push(QueuedItem::Event(event.clone())))
     }
 
-    /// Adds a line.
-    pub fn push(&self, line: RunRecord) {
-        self.queue.push(QueuedItem::Record(line));
+    /// Adds a record.
+    pub fn push(&self, record: RunRecord) {
+        self.queue.push(QueuedItem::Record(record));
     }
 
     pub(super) fn history(&self) -> EventHistory {
@@ -107,46 +107,46 @@ impl EventQueue {
         })
     }
 
-    fn push(&self, happened: QueuedItem) {
-        if self.pending.force_push(happened).is_some() {
+    fn push(&self, item: QueuedItem) {
+        if self.pending.force_push(item).is_some() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
 
 impl EventHistory {
-    /// Processes the collected events; calls `tell` with each new line.
-    pub(super) fn process(&mut self, mut tell: impl FnMut(RecordKind, &NumberedRecord)) {
-        // At most the events present at the start, so that a busy application does not hold the worker here.
+    /// Processes the collected events and calls `publish` with each new record.
+    pub(super) fn process(&mut self, mut publish: impl FnMut(RecordKind, &NumberedRecord)) {
+        // At most the events present at the start, so that a busy application does not occupy the worker.
         for _ in 0..self.queue.pending.len() {
-            let Some(happened) = self.queue.pending.pop() else {
+            let Some(item) = self.queue.pending.pop() else {
                 break;
             };
             // The kinds of the lost events are unknown, so the numbers of every kind skip them.
             let lost = self.queue.lost.swap(0, Ordering::Relaxed);
             self.kinds.iter_mut().for_each(|kind| kind.last += lost);
-            let lines = match (happened, &mut self.records) {
-                (QueuedItem::Event(event), Some(story)) => story.process(&event),
+            let records = match (item, &mut self.records) {
+                (QueuedItem::Event(event), Some(builder)) => builder.process(&event),
                 (QueuedItem::Event(_), None) => Vec::new(),
-                (QueuedItem::Record(line), _) => vec![line],
+                (QueuedItem::Record(record), _) => vec![record],
             };
-            for line in lines {
-                let kind = line.kind();
-                tell(kind, self.kinds[kind as usize].add(line));
+            for record in records {
+                let kind = record.kind();
+                publish(kind, self.kinds[kind as usize].add(record));
             }
         }
     }
 
-    /// The last lines of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`.
+    /// The last records of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`.
     pub(super) fn last(&self, kind: RecordKind, count: usize) -> Vec<u8> {
-        let lines = &self.kinds[kind as usize].records;
+        let records = &self.kinds[kind as usize].records;
         let mut json = vec![b'['];
-        for NumberedRecord { number, record: line } in lines.range(lines.len().saturating_sub(count)..) {
+        for NumberedRecord { number, record } in records.range(records.len().saturating_sub(count)..) {
             if json.len() > 1 {
                 json.push(b',');
             }
             json.extend_from_slice(format!("{{\"number\":{number},\"line\":").as_bytes());
-            json.extend_from_slice(&line.to_json());
+            json.extend_from_slice(&record.to_json());
             json.push(b'}');
         }
         json.push(b']');
@@ -155,14 +155,14 @@ impl EventHistory {
 }
 
 impl KindHistory {
-    fn add(&mut self, line: RunRecord) -> &NumberedRecord {
+    fn add(&mut self, record: RunRecord) -> &NumberedRecord {
         self.last += 1;
-        self.bytes += weight(&line);
+        self.bytes += weight(&record);
         self.records.push_back(NumberedRecord {
             number: self.last,
-            record: line,
+            record,
         });
-        // The newest line stays, whatever its weight.
+        // The newest record stays, whatever its weight.
         while self.records.len() > MAX_RECORDS || (self.bytes > MAX_RECORD_BYTES && self.records.len() > 1) {
             let oldest = self.records.pop_front();
             self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.record));
@@ -171,10 +171,10 @@ impl KindHistory {
     }
 }
 
-/// The approximate number of bytes of a line's JSON, without writing it.
-fn weight(line: &RunRecord) -> usize {
+/// The approximate number of bytes of a record's JSON, without writing it.
+fn weight(record: &RunRecord) -> usize {
     const PLAIN: usize = 200;
-    match line {
+    match record {
         RunRecord::Decision(decision) => {
             let candidates = decision.candidates.iter();
             let each = candidates
@@ -183,7 +183,7 @@ fn weight(line: &RunRecord) -> usize {
             PLAIN + decision.reason.len() + decision.cause.len() + each
         }
         RunRecord::State(_) => PLAIN,
-        RunRecord::Event(happening) => PLAIN + happening.text.len(),
+        RunRecord::Event(event) => PLAIN + event.text.len(),
     }
 }
 
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_lines_and_of_long_ones_the_newest_are_kept() {
+    fn the_newest_records_are_kept_up_to_a_number_and_a_size() {
         let mut short = KindHistory::default();
         for _ in 0..2 * MAX_RECORDS {
             short.add(decision(3));
@@ -230,21 +230,25 @@ mod tests {
         for _ in 0..200 {
             long.add(decision(500));
         }
-        let json: usize = long.records.iter().map(|kept| kept.record.to_json().len()).sum();
+        let json: usize = long
+            .records
+            .iter()
+            .map(|record| record.record.to_json().len())
+            .sum();
         assert!(
             json <= MAX_RECORD_BYTES && json > MAX_RECORD_BYTES / 2,
             "{json} bytes"
         );
-        assert_eq!(long.records.back().map(|kept| kept.number), Some(200));
+        assert_eq!(long.records.back().map(|record| record.number), Some(200));
         let huge = long.add(decision(100_000)).number;
         assert_eq!((long.records.len(), huge), (1, 201));
     }
 
     #[test]
-    fn a_line_weighs_about_as_much_as_it_is_long() {
+    fn the_weight_of_a_record_approximates_its_size_in_json() {
         for candidates in [1, 10, 500] {
-            let line = decision(candidates);
-            let (weight, json) = (weight(&line) as f64, line.to_json().len() as f64);
+            let record = decision(candidates);
+            let (weight, json) = (weight(&record) as f64, record.to_json().len() as f64);
             assert!((0.8..1.5).contains(&(weight / json)), "{weight} for {json}");
         }
     }

@@ -1,19 +1,19 @@
-//! Bounded queues for requests, served in turn, so that a client that fills one gets only its share while
-//! others have requests. Any thread may push; only one may pop.
+//! Bounded queues for requests, served in turn, so that a client that fills its queue receives only its share
+//! of the service while others have requests. Any thread may push; only one may pop.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crossbeam_queue::ArrayQueue;
 
-/// The number of lines: half for each origin. More clients than lines share them.
+/// The number of queues: half for each origin. If there are more clients, they share queues.
 pub(super) const QUEUES: usize = 16;
-/// Most requests in one line.
+/// Most requests in one queue.
 const MAX_LENGTH: usize = 64;
 
 /// The queues.
 pub(super) struct FairQueue<T> {
     queues: [ArrayQueue<T>; QUEUES],
-    /// The line to serve next.
+    /// The queue to serve next.
     turn: AtomicUsize,
 }
 
@@ -25,17 +25,17 @@ impl<T> FairQueue<T> {
         }
     }
 
-    /// Appends to a line; returns `false` if the line is full.
-    pub(super) fn push(&self, line: usize, item: T) -> bool {
-        self.queues[line % QUEUES].push(item).is_ok()
+    /// Appends to a queue; returns `false` if that queue is full.
+    pub(super) fn push(&self, queue: usize, item: T) -> bool {
+        self.queues[queue % QUEUES].push(item).is_ok()
     }
 
-    /// Takes the next item, from each line in turn.
+    /// Takes the next item, from each queue in turn.
     pub(super) fn pop(&self) -> Option<T> {
         let turn = self.turn.load(Ordering::Relaxed);
-        (turn..turn + QUEUES).find_map(|line| {
-            let item = self.queues[line % QUEUES].pop()?;
-            self.turn.store((line + 1) % QUEUES, Ordering::Relaxed);
+        (turn..turn + QUEUES).find_map(|queue| {
+            let item = self.queues[queue % QUEUES].pop()?;
+            self.turn.store((queue + 1) % QUEUES, Ordering::Relaxed);
             Some(item)
         })
     }
@@ -50,21 +50,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_asks_much_waits_for_himself_and_others_do_not() {
-        let lines = FairQueue::new();
-        let put = (0..1000).filter(|_| lines.push(3, "flood")).count();
-        assert_eq!(put, MAX_LENGTH);
-        assert!(lines.push(4, "other"), "its line is not full");
-        assert!(lines.push(15, "network"));
-        let served: Vec<_> = std::iter::from_fn(|| lines.pop()).take(3).collect();
+    fn a_full_queue_delays_no_other_queue() {
+        let queues = FairQueue::new();
+        let accepted = (0..1000).filter(|_| queues.push(3, "flood")).count();
+        assert_eq!(accepted, MAX_LENGTH);
+        assert!(queues.push(4, "other"), "the queue of another client is not full");
+        assert!(queues.push(15, "network"));
+        let served: Vec<_> = std::iter::from_fn(|| queues.pop()).take(3).collect();
         assert_eq!(served, ["flood", "other", "network"]);
         for _ in 0..5 {
-            assert_eq!(lines.pop(), Some("flood"));
+            assert_eq!(queues.pop(), Some("flood"));
         }
-        // The other line is served next, before the rest of the full one.
-        assert!(lines.push(2, "late"));
-        assert_eq!(lines.pop(), Some("late"));
-        assert_eq!(std::iter::from_fn(|| lines.pop()).count(), MAX_LENGTH - 6);
-        assert!(lines.is_empty());
+        // The other queue is served next, before the rest of the full one.
+        assert!(queues.push(2, "late"));
+        assert_eq!(queues.pop(), Some("late"));
+        assert_eq!(std::iter::from_fn(|| queues.pop()).count(), MAX_LENGTH - 6);
+        assert!(queues.is_empty());
     }
 }

@@ -56,9 +56,9 @@ struct ImportWriter {
 impl Imports {
     /// Follows each peer on a thread of its own, and writes the received values.
     pub(super) fn start(subject: &Arc<dyn Subject>, search: &Arc<Search>) -> Result<Self, Error> {
-        let (ring, rung) = sync_channel(1);
+        let (waker, wakeups) = sync_channel(1);
         let imports = subject.imports();
-        let inner = Arc::new(ImportState {
+        let state = Arc::new(ImportState {
             slots: imports
                 .iter()
                 .map(|import| Slot {
@@ -67,28 +67,28 @@ impl Imports {
                 })
                 .collect(),
             subject: Arc::clone(subject),
-            waker: ring,
+            waker,
             stop: AtomicBool::new(false),
         });
-        let mut kept = Vec::new();
+        let mut writers = Vec::new();
         for import in imports {
-            kept.push(ImportWriter::open(&**subject, import)?);
+            writers.push(ImportWriter::open(&**subject, import)?);
         }
-        let writing = Arc::clone(&inner);
+        let writer_state = Arc::clone(&state);
         let thread = std::thread::Builder::new()
             .name("link-imports".to_owned())
-            .spawn(move || run_writer(&writing, kept, &rung))
+            .spawn(move || run_writer(&writer_state, writers, &wakeups))
             .map_err(Error::Thread)?;
         let imports = Self {
-            state: inner,
+            state,
             thread: Some(thread),
         };
         let mut peers: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (place, slot) in imports.state.slots.iter().enumerate() {
-            peers.entry(&slot.import.peer).or_default().push(place);
+        for (index, slot) in imports.state.slots.iter().enumerate() {
+            peers.entry(&slot.import.peer).or_default().push(index);
         }
-        for (name, places) in peers {
-            peer::follow(name, places, &imports.state, search)?;
+        for (name, indices) in peers {
+            peer::follow(name, indices, &imports.state, search)?;
         }
         Ok(imports)
     }
@@ -105,9 +105,9 @@ impl Drop for Imports {
 }
 
 impl ImportState {
-    /// Accepts a value. `ratio` is application time here per application time of the peer.
-    pub(super) fn receive(&self, place: usize, sample: Sample, ratio: f64) {
-        let news = match sample.bytes {
+    /// Accepts a value. `ratio` is this application's time per time of the peer.
+    pub(super) fn receive(&self, index: usize, sample: Sample, ratio: f64) {
+        let update = match sample.bytes {
             Some(bytes) => {
                 let age = (sample.age as f64 * ratio) as Nanos;
                 let time = self.subject.now().saturating_sub(age);
@@ -115,24 +115,24 @@ impl ImportState {
             }
             None => ImportUpdate::Retracted,
         };
-        self.set_newest(place, news);
+        self.set_newest(index, update);
     }
 
     /// Retracts the value of an import.
-    pub(super) fn retract(&self, place: usize) {
-        self.set_newest(place, ImportUpdate::Retracted);
+    pub(super) fn retract(&self, index: usize) {
+        self.set_newest(index, ImportUpdate::Retracted);
     }
 
     pub(super) fn is_stopping(&self) -> bool {
         self.stop.load(Ordering::Acquire)
     }
 
-    fn set_newest(&self, place: usize, news: ImportUpdate) {
-        let mut newest = self.slots[place]
+    fn set_newest(&self, index: usize, update: ImportUpdate) {
+        let mut newest = self.slots[index]
             .newest
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        *newest = Some(news);
+        *newest = Some(update);
         drop(newest);
         self.wake();
     }
@@ -162,16 +162,16 @@ impl ImportWriter {
         })
     }
 
-    fn write(&mut self, news: ImportUpdate, now: Nanos) {
-        match news {
+    fn write(&mut self, update: ImportUpdate, now: Nanos) {
+        match update {
             ImportUpdate::Value { bytes, time } => {
-                let room = self.writer.loan();
-                if room.len() != bytes.len() {
+                let buffer = self.writer.loan();
+                if buffer.len() != bytes.len() {
                     // The types were compared before.
                     self.writer.discard();
                     return;
                 }
-                room.copy_from_slice(&bytes);
+                buffer.copy_from_slice(&bytes);
                 self.current_time = self.writer.publish(time, now).is_ok().then_some(time);
             }
             ImportUpdate::Retracted => self.retract(),
@@ -187,41 +187,41 @@ impl ImportWriter {
 
 /// The thread that writes imports. It has the priority of the application's threads, since it also runs the
 /// callbacks of waiting readers.
-fn run_writer(inner: &ImportState, mut kept: Vec<ImportWriter>, rung: &Receiver<()>) {
-    let speed = inner.subject.info().speed.max(f64::MIN_POSITIVE);
+fn run_writer(state: &ImportState, mut writers: Vec<ImportWriter>, wakeups: &Receiver<()>) {
+    let speed = state.subject.info().speed.max(f64::MIN_POSITIVE);
     loop {
         let start = Instant::now();
         let mut wake: Option<Instant> = None;
         let mut sooner = |at: Instant| wake = Some(wake.map_or(at, |wake| wake.min(at)));
-        for (slot, kept) in inner.slots.iter().zip(&mut kept) {
-            if start < kept.next {
-                sooner(kept.next);
+        for (slot, writer) in state.slots.iter().zip(&mut writers) {
+            if start < writer.next {
+                sooner(writer.next);
                 continue;
             }
-            let now = inner.subject.now();
-            if let Some(news) = slot.take() {
-                kept.write(news, now);
-                kept.next = start + MIN_INTERVAL;
+            let now = state.subject.now();
+            if let Some(update) = slot.take() {
+                writer.write(update, now);
+                writer.next = start + MIN_INTERVAL;
             }
-            if let Some(time) = kept.current_time {
-                let over = time.saturating_add(slot.import.stale_ns);
-                if now > over {
-                    kept.retract();
+            if let Some(time) = writer.current_time {
+                let expiry = time.saturating_add(slot.import.stale_ns);
+                if now > expiry {
+                    writer.retract();
                 } else {
                     // Application time may run faster or slower than real time.
-                    let left = (over - now) as f64 / speed;
-                    sooner(start + Duration::from_nanos(left as u64) + MIN_INTERVAL);
+                    let remaining = (expiry - now) as f64 / speed;
+                    sooner(start + Duration::from_nanos(remaining as u64) + MIN_INTERVAL);
                 }
             }
         }
-        if inner.is_stopping() {
-            return kept.iter_mut().for_each(ImportWriter::retract);
+        if state.is_stopping() {
+            return writers.iter_mut().for_each(ImportWriter::retract);
         }
-        let heard = match wake {
-            Some(wake) => rung.recv_timeout(wake.saturating_duration_since(Instant::now())),
-            None => rung.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        let woken = match wake {
+            Some(wake) => wakeups.recv_timeout(wake.saturating_duration_since(Instant::now())),
+            None => wakeups.recv().map_err(|_| RecvTimeoutError::Disconnected),
         };
-        if heard == Err(RecvTimeoutError::Disconnected) {
+        if woken == Err(RecvTimeoutError::Disconnected) {
             return;
         }
     }

@@ -1,5 +1,5 @@
-//! Queues from Zenoh's threads to those of the link. Zenoh's threads never serve a request and never wait: a
-//! request without room is dropped, which its sender notices at once.
+//! Queues from Zenoh's threads to those of the link. Zenoh's threads never serve a request and never wait: if
+//! a queue is full, the request is dropped, which its sender notices at once.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,10 +18,10 @@ use super::fair_queue::{FairQueue, QUEUES};
 use super::operator_workers::JobOutcome;
 use crate::keys::{self, Keys, OPERATE, Rate, TokenTarget};
 
-/// Most outcomes that wait to be answered.
+/// Most outcomes that wait to be sent as replies.
 const MAX_OUTCOMES: usize = 256;
-/// Queries per second and line: more than tools send, and few enough that many endless senders leave time for
-/// others.
+/// Queries per second and queue: more than tools send, and few enough that many endless senders leave time
+/// for others.
 const QUERIES_PER_SECOND: f64 = 200.0;
 /// Most tokens accepted per origin: more values and panels than clients watch at once.
 const TOKENS: usize = 4096;
@@ -42,10 +42,10 @@ pub(super) enum Origin {
     Network,
 }
 
-/// A request.
+/// A query with its origin and queue.
 pub(super) struct QueuedQuery {
     pub(super) origin: Origin,
-    /// The line of its client.
+    /// The queue of its client.
     pub(super) queue: usize,
     pub(super) query: Query,
 }
@@ -57,7 +57,7 @@ enum Rank {
     Stop,
     /// Other requests of operators.
     Operate,
-    /// Gestures on panels. Separate, since their number must not displace orders.
+    /// Gestures on panels. Separate, since their number must not displace requests of operators.
     Gesture,
     /// Queries.
     Query,
@@ -74,20 +74,20 @@ pub(super) struct Demand {
     pub(super) origin: Origin,
 }
 
-/// All that clients want.
+/// The demands of all clients.
 #[derive(Default)]
 struct Demands {
     demands: BTreeMap<Demand, DemandClients>,
     /// The number of tokens by origin.
     tokens: [usize; 2],
     /// Counts all tokens ever accepted. It never restarts, so that a client that arrives when the last one
-    /// leaves is recognised as another.
+    /// leaves is recognised as a new one.
     arrivals: u64,
     /// Whether the excess of tokens was logged. It is logged once, so that a flood does not fill the log.
     is_excess_logged: bool,
 }
 
-/// The clients that want the same.
+/// The clients with the same demand.
 #[derive(Default)]
 struct DemandClients {
     tokens: BTreeSet<String>,
@@ -100,13 +100,14 @@ pub(super) struct Inbox {
     /// Requests by [`Rank`] and then by client: a busy client displaces no other kind of request, and takes
     /// turns with other clients of the same kind.
     queries: [FairQueue<QueuedQuery>; RANKS],
-    /// The remaining queries of each line.
+    /// The rate limit of each queue.
     limiters: [Mutex<TokenBucket>; QUEUES],
-    /// Hashes clients' names to lines, differently in each run, so that no client can choose another's line.
+    /// Hashes clients' names to queues, differently in each run, so that no client can choose another's
+    /// queue.
     hasher: RandomState,
     pub(super) outcomes: ArrayQueue<JobOutcome>,
-    /// Outcomes of orders to stop everything. Any client may send these at any rate, which must not displace
-    /// other answers.
+    /// Outcomes of requests to stop everything. Any client may send these at any rate, which must not
+    /// displace other replies.
     pub(super) stop_outcomes: ArrayQueue<JobOutcome>,
     demands: Mutex<Demands>,
     demands_changed: AtomicBool,
@@ -138,9 +139,9 @@ impl Inbox {
         }
     }
 
-    /// Sets the threads to wake: for answers, values and stops. Called once.
+    /// Sets the threads to wake for queries, values and stops. Called once.
     pub(super) fn attach(&self, worker: &Thread, values: &Thread, stopper: &Thread) {
-        // Set here only.
+        // Set only by this method.
         let _ = self.worker.set(worker.clone());
         let _ = self.values.set(values.clone());
         let _ = self.stopper.set(stopper.clone());
@@ -168,7 +169,7 @@ impl Inbox {
     }
 
     pub(super) fn push_query(&self, origin: Origin, query: Query) {
-        let rank = if is_order(query.key_expr().as_str()) {
+        let rank = if is_operate_key(query.key_expr().as_str()) {
             let message = query.payload().map(|payload| payload.to_bytes());
             rank(message.as_deref().unwrap_or_default())
         } else {
@@ -176,26 +177,21 @@ impl Inbox {
         };
         let client = query.attachment().map(|client| client.to_bytes());
         let client = client.filter(|client| !client.is_empty());
-        // Clients without a name share the first line of their origin.
-        let line = client.map_or(0, |client| {
-            let mixed = self.hasher.hash_one(&*client) as usize;
-            1 + mixed % (QUEUES / 2 - 1)
+        // Clients without a name share the first queue of their origin.
+        let queue = client.map_or(0, |client| {
+            let hash = self.hasher.hash_one(&*client) as usize;
+            1 + hash % (QUEUES / 2 - 1)
         }) + origin as usize * (QUEUES / 2);
         if rank == Rank::Query {
-            let mut looks = self.limiters[line].lock().unwrap_or_else(PoisonError::into_inner);
-            if !looks.try_take(Instant::now()) {
+            let mut limiter = self.limiters[queue]
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            if !limiter.try_take(Instant::now()) {
                 return;
             }
         }
-        // A dropped request ends without an answer, so its sender knows at once.
-        if self.queries[rank as usize].push(
-            line,
-            QueuedQuery {
-                origin,
-                queue: line,
-                query,
-            },
-        ) {
+        // A dropped request ends without a reply, so its sender notices at once.
+        if self.queries[rank as usize].push(queue, QueuedQuery { origin, queue, query }) {
             match rank {
                 Rank::Stop => self.wake_stopper(),
                 Rank::Operate | Rank::Gesture | Rank::Query => self.wake(),
@@ -203,22 +199,22 @@ impl Inbox {
         }
     }
 
-    /// Takes the next order to stop everything. Only one thread may call this.
+    /// Takes the next request to stop everything. Only one thread may call this.
     pub(super) fn next_stop(&self) -> Option<QueuedQuery> {
         self.queries[Rank::Stop as usize].pop()
     }
 
-    /// Takes the next request other than a stop. With `look`, a query takes precedence. Only one thread may
-    /// call this.
-    pub(super) fn next_query(&self, look: bool) -> Option<QueuedQuery> {
-        let [_, order, touch, asked] = &self.queries;
-        let first = look.then(|| asked.pop()).flatten();
-        first.or_else(|| [order, touch, asked].into_iter().find_map(FairQueue::pop))
+    /// Takes the next request other than a stop. With `prefer_query`, a query takes precedence. Only one
+    /// thread may call this.
+    pub(super) fn next_query(&self, prefer_query: bool) -> Option<QueuedQuery> {
+        let [_, requests, gestures, queries] = &self.queries;
+        let first = prefer_query.then(|| queries.pop()).flatten();
+        first.or_else(|| [requests, gestures, queries].into_iter().find_map(FairQueue::pop))
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        let [_, mine @ ..] = &self.queries;
-        mine.iter().all(FairQueue::is_empty) && self.outcomes.is_empty() && self.stop_outcomes.is_empty()
+        let [_, queues @ ..] = &self.queries;
+        queues.iter().all(FairQueue::is_empty) && self.outcomes.is_empty() && self.stop_outcomes.is_empty()
     }
 
     /// Notifies the value thread that a variable has a new value or a panel was drawn. Called by the writing
@@ -245,47 +241,43 @@ impl Inbox {
     }
 
     /// Adds or removes a token.
-    pub(super) fn update_demand(&self, origin: Origin, keys: &Keys, token: &str, there: bool) {
-        let Some((what, rate)) = keys.strip_root(token).and_then(keys::parse_token) else {
+    pub(super) fn update_demand(&self, origin: Origin, keys: &Keys, token: &str, is_present: bool) {
+        let Some((target, rate)) = keys.strip_root(token).and_then(keys::parse_token) else {
             return;
         };
-        let want = Demand {
-            target: what,
-            rate,
-            origin,
-        };
-        let mut wants = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
-        if there {
-            wants.add(want, token);
+        let demand = Demand { target, rate, origin };
+        let mut demands = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
+        if is_present {
+            demands.add(demand, token);
         } else {
-            wants.remove(&want, token);
+            demands.remove(&demand, token);
         }
-        drop(wants);
+        drop(demands);
         self.demands_changed.store(true, Ordering::Release);
         self.wake_values();
     }
 
-    /// All wants, each with the number of its last arrival; none if nothing changed since the last call.
+    /// All demands, each with the number of its last arrival; `None` if nothing changed since the last call.
     pub(super) fn take_demands(&self) -> Option<BTreeMap<Demand, u64>> {
         if !self.demands_changed.swap(false, Ordering::AcqRel) {
             return None;
         }
-        let wants = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
-        let joined = wants
+        let demands = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
+        let arrivals = demands
             .demands
             .iter()
-            .map(|(want, wanting)| (want.clone(), wanting.last_arrival));
-        Some(joined.collect())
+            .map(|(demand, clients)| (demand.clone(), clients.last_arrival));
+        Some(arrivals.collect())
     }
 }
 
-/// Whether a key is one for orders: the exact key of an application, or an expression for many.
-pub(super) fn is_order(key: &str) -> bool {
+/// Whether a key is one for operators' requests: the exact key of an application, or an expression for many.
+pub(super) fn is_operate_key(key: &str) -> bool {
     key.strip_suffix(OPERATE)
         .is_some_and(|before| before.ends_with('/'))
 }
 
-/// The rank of an order, by a shallow look at its message. The thread that serves it parses it fully.
+/// The rank of a request, by shallow parsing of its message. The thread that serves it parses it fully.
 fn rank(message: &[u8]) -> Rank {
     #[derive(Deserialize)]
     struct Head<'m> {
@@ -302,33 +294,33 @@ fn rank(message: &[u8]) -> Rank {
 }
 
 impl Demands {
-    fn add(&mut self, want: Demand, token: &str) {
-        let count = &mut self.tokens[want.origin as usize];
+    fn add(&mut self, demand: Demand, token: &str) {
+        let count = &mut self.tokens[demand.origin as usize];
         if *count >= TOKENS || token.len() > MAX_TOKEN_BYTES {
             if !std::mem::replace(&mut self.is_excess_logged, true) {
                 tracing::warn!(
-                    "clients want more than {TOKENS} values and panels at once, or by names of more than {MAX_TOKEN_BYTES} bytes; the rest get none"
+                    "clients subscribe to more than {TOKENS} values and panels at once, or by names of more than {MAX_TOKEN_BYTES} bytes; the excess is ignored"
                 );
             }
             return;
         }
-        let wanting = self.demands.entry(want).or_default();
-        if wanting.tokens.insert(token.to_owned()) {
+        let clients = self.demands.entry(demand).or_default();
+        if clients.tokens.insert(token.to_owned()) {
             *count += 1;
             self.arrivals += 1;
-            wanting.last_arrival = self.arrivals;
+            clients.last_arrival = self.arrivals;
         }
     }
 
-    fn remove(&mut self, want: &Demand, token: &str) {
-        let Some(wanting) = self.demands.get_mut(want) else {
+    fn remove(&mut self, demand: &Demand, token: &str) {
+        let Some(clients) = self.demands.get_mut(demand) else {
             return;
         };
-        if wanting.tokens.remove(token) {
-            self.tokens[want.origin as usize] -= 1;
+        if clients.tokens.remove(token) {
+            self.tokens[demand.origin as usize] -= 1;
         }
-        if wanting.tokens.is_empty() {
-            self.demands.remove(want);
+        if clients.tokens.is_empty() {
+            self.demands.remove(demand);
         }
     }
 }
@@ -346,10 +338,10 @@ mod tests {
     }
 
     #[test]
-    fn stops_and_gestures_have_ranks_of_their_own_and_the_rest_is_an_order() {
+    fn stops_and_gestures_have_ranks_of_their_own_and_other_requests_share_one() {
         assert_eq!(rank(br#"{"by": "ana", "action": "stop-all"}"#), Rank::Stop);
-        assert!(is_order("jde/1/*/*/operate"));
-        assert!(!is_order("jde/1/robot/ab12/var/goon/co-operate"));
+        assert!(is_operate_key("jde/1/*/*/operate"));
+        assert!(!is_operate_key("jde/1/robot/ab12/var/goon/co-operate"));
         let touch = r#"{"by": "ana", "action": "touch", "schema": "goon", "gesture": {"widget": "stop", "touch": "pressed"}}"#;
         assert_eq!(rank(touch.as_bytes()), Rank::Gesture);
         let stop = r#"{"by": "touch", "action": "stop", "schema": "touch"}"#;
@@ -359,55 +351,55 @@ mod tests {
         assert_eq!(rank(long.as_bytes()), Rank::Operate);
     }
 
-    fn want(inbox: &Inbox, origin: Origin, token: &str, there: bool) {
-        inbox.update_demand(origin, &keys(), token, there);
+    fn update(inbox: &Inbox, origin: Origin, token: &str, is_present: bool) {
+        inbox.update_demand(origin, &keys(), token, is_present);
     }
 
     #[test]
-    fn whoever_comes_as_the_last_one_goes_is_another() {
+    fn a_client_that_replaces_the_last_one_counts_as_a_new_arrival() {
         let inbox = Inbox::new();
-        want(&inbox, Origin::Local, &token("laser", "a"), true);
+        update(&inbox, Origin::Local, &token("laser", "a"), true);
         let before = inbox.take_demands().unwrap();
-        want(&inbox, Origin::Local, &token("laser", "a"), false);
-        want(&inbox, Origin::Local, &token("laser", "b"), true);
+        update(&inbox, Origin::Local, &token("laser", "a"), false);
+        update(&inbox, Origin::Local, &token("laser", "b"), true);
         let after = inbox.take_demands().unwrap();
         assert!(before.keys().eq(after.keys()));
-        assert_ne!(before, after, "or `b` would get no value until the next");
+        assert_ne!(before, after, "`b` receives the newest value at once");
     }
 
     #[test]
-    fn a_flood_of_tokens_is_bounded_at_each_door_for_itself() {
+    fn tokens_are_limited_separately_for_each_origin() {
         let inbox = Inbox::new();
         for number in 0..TOKENS + 10 {
             let token = token(&format!("v{number}"), "a");
-            want(&inbox, Origin::Network, &token, true);
+            update(&inbox, Origin::Network, &token, true);
         }
-        want(
+        update(
             &inbox,
             Origin::Local,
             &token("laser", &"x".repeat(MAX_TOKEN_BYTES)),
             true,
         );
         assert_eq!(inbox.take_demands().unwrap().len(), TOKENS);
-        want(&inbox, Origin::Local, &token("laser", "a"), true);
+        update(&inbox, Origin::Local, &token("laser", "a"), true);
         assert_eq!(
             inbox.take_demands().unwrap().len(),
             TOKENS + 1,
-            "not those of this machine"
+            "tokens of this machine have a limit of their own"
         );
-        // A token beyond the limit is removed, which frees no room.
-        want(
+        // Removing a token that exceeded the limit frees no room.
+        update(
             &inbox,
             Origin::Network,
             &token(&format!("v{}", TOKENS + 5), "a"),
             false,
         );
-        want(&inbox, Origin::Network, &token("more", "a"), true);
+        update(&inbox, Origin::Network, &token("more", "a"), true);
         assert_eq!(inbox.take_demands().unwrap().len(), TOKENS + 1);
-        want(&inbox, Origin::Network, &token("v0", "a"), false);
-        want(&inbox, Origin::Network, &token("more", "a"), true);
-        let wants = inbox.take_demands().unwrap();
+        update(&inbox, Origin::Network, &token("v0", "a"), false);
+        update(&inbox, Origin::Network, &token("more", "a"), true);
+        let demands = inbox.take_demands().unwrap();
         let more = TokenTarget::Variable("pioneer/more".to_owned());
-        assert!(wants.keys().any(|want| want.target == more));
+        assert!(demands.keys().any(|demand| demand.target == more));
     }
 }

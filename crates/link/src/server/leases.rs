@@ -1,5 +1,5 @@
-//! Operators' holds that expire, so that a client that died or was cut off releases what it held. Keeps times
-//! and acts on nothing.
+//! Leases on operators' holds. A lease expires, so that a client that died or was cut off releases its holds.
+//! Keeps times and carries out no action.
 
 use std::collections::BTreeMap;
 use std::mem::{Discriminant, discriminant};
@@ -31,13 +31,13 @@ impl Leases {
     pub(super) fn check(&self, request: &Request) -> Result<(), Refusal> {
         let Some(lease) = request.lease_ms else {
             return match request.action {
-                Action::Renew { .. } => Err(Refusal::new("to renew a lease takes `lease_ms`")),
+                Action::Renew { .. } => Err(Refusal::new("a renewal requires `lease_ms`")),
                 _ => Ok(()),
             };
         };
         match request.action {
             Action::Touch { .. } => {
-                return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
+                return Err(Refusal::new("a gesture takes effect once and can have no lease"));
             }
             Action::StopAll | Action::ReleaseAll => {
                 return Err(Refusal::lease_on_global());
@@ -45,22 +45,22 @@ impl Leases {
             _ => {}
         }
         if let Action::Reload { .. } = request.action {
-            return Err(Refusal::new("a reload is done at once, and is held by no lease"));
+            return Err(Refusal::new("a reload takes effect once and can have no lease"));
         }
         if !(MIN_LEASE_MS..=MAX_LEASE_MS).contains(&lease) {
             return Err(Refusal::new(format!(
-                "a lease of {lease} ms is not given; ask for {MIN_LEASE_MS} to {MAX_LEASE_MS}"
+                "a lease of {lease} ms is not possible; request {MIN_LEASE_MS} to {MAX_LEASE_MS} ms"
             )));
         }
         let known = self.leases.contains_key(&key(request));
         match request.action {
             Action::Renew { .. } if !known => Err(Refusal::new(format!(
-                "`{}` holds nothing at `{}` by a lease any more",
+                "`{}` no longer has a lease on `{}`",
                 request.by,
                 request.action.schema()
             ))),
             _ if !known && self.leases.len() >= MAX_LEASES => Err(Refusal::new(format!(
-                "there are {MAX_LEASES} leases already; let go of some"
+                "there are already {MAX_LEASES} leases; release some"
             ))),
             _ => Ok(()),
         }
@@ -69,7 +69,7 @@ impl Leases {
     /// Records a request that was carried out.
     pub(super) fn record(&mut self, request: &Request, now: Instant) {
         match (&request.action, request.lease_ms) {
-            (Action::Release { schema }, _) => self.leases.retain(|(_, held), _| held != schema),
+            (Action::Release { schema }, _) => self.leases.retain(|(_, leased), _| leased != schema),
             (Action::LetGo { .. }, _) => {
                 self.leases.remove(&key(request));
             }
@@ -85,8 +85,8 @@ impl Leases {
                 }
             }
             (Action::Renew { .. }, Some(lease)) => {
-                if let Some(held) = self.leases.get_mut(&key(request)) {
-                    held.until = expiry(now, lease);
+                if let Some(current) = self.leases.get_mut(&key(request)) {
+                    current.until = expiry(now, lease);
                 }
             }
             (action, Some(lease)) => {
@@ -183,23 +183,26 @@ mod tests {
                 .take_expired(start + Duration::from_millis(1998))
                 .is_empty()
         );
-        let over = leases.take_expired(start + Duration::from_millis(1999));
-        assert_eq!(over.len(), 1);
-        assert_eq!((over[0].by.as_str(), over[0].action.schema()), ("ana", "goon"));
-        assert!(leases.check(&renewal).is_err(), "what is over is not renewed");
+        let expired = leases.take_expired(start + Duration::from_millis(1999));
+        assert_eq!(expired.len(), 1);
+        assert_eq!(
+            (expired[0].by.as_str(), expired[0].action.schema()),
+            ("ana", "goon")
+        );
+        assert!(leases.check(&renewal).is_err(), "an expired lease is not renewed");
         assert_eq!(leases.next(), None);
     }
 
     #[test]
-    fn r14_what_is_done_without_a_lease_stands_and_a_release_ends_all() {
+    fn r14_an_action_without_a_lease_lasts_until_a_release() {
         let (mut leases, start) = (Leases::default(), Instant::now());
         leases.record(&request("ana", play(), Some(1000)), start);
         leases.record(&request("ben", play(), Some(1000)), start);
-        let retimed = Action::Period {
+        let period = Action::Period {
             schema: "goon".to_owned(),
             period_s: 0.05,
         };
-        leases.record(&request("ben", retimed, None), start);
+        leases.record(&request("ben", period, None), start);
         leases.record(&request("ana", play(), None), start);
         assert_eq!(leases.take_expired(start + Duration::from_secs(2)).len(), 1);
         leases.record(&request("ana", play(), Some(1000)), start);
@@ -211,14 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn leases_of_no_length_and_of_all_lengths_are_refused_and_so_are_too_many() {
+    fn leases_of_invalid_length_and_too_many_leases_are_refused() {
         let mut leases = Leases::default();
         assert!(leases.check(&request("ana", play(), Some(0))).is_err());
         assert!(leases.check(&request("ana", play(), Some(u64::MAX))).is_err());
         assert!(leases.check(&request("ana", renew(), None)).is_err());
-        for everything in [Action::StopAll, Action::ReleaseAll] {
-            assert_eq!(leases.check(&request("ana", everything.clone(), None)), Ok(()));
-            assert!(leases.check(&request("ana", everything, Some(1000))).is_err());
+        for action in [Action::StopAll, Action::ReleaseAll] {
+            assert_eq!(leases.check(&request("ana", action.clone(), None)), Ok(()));
+            assert!(leases.check(&request("ana", action, Some(1000))).is_err());
         }
         for number in 0..MAX_LEASES {
             leases.record(

@@ -135,7 +135,7 @@ impl Link {
     pub fn open(settings: &Settings, subject: Arc<dyn Subject>, events: &Events) -> Result<Self, Error> {
         check(settings)?;
         let claim = settings.folder.claim(&settings.name, settings.require_name)?;
-        let title = subject.info();
+        let info = subject.info();
         let about = About {
             name: claim.name.clone(),
             id: claim.id.clone(),
@@ -144,13 +144,13 @@ impl Link {
             host: whoami::host(),
             user: whoami::user(),
             pid: std::process::id(),
-            application: title.application,
-            file: title.file,
+            application: info.application,
+            file: info.file,
             started_ns: SystemTime::now()
                 .duration_since(UNIX_EPOCH)
                 .map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)),
-            executor: title.executor,
-            speed: title.speed,
+            executor: info.executor,
+            speed: info.speed,
             network: match (settings.is_networked(), settings.access) {
                 (false, _) => Network::Closed,
                 (true, Access::Read) => Network::Read,
@@ -159,9 +159,9 @@ impl Link {
         };
         let keys = Keys::new(&about.name, &about.id);
         let inbox = Arc::new(Inbox::new());
-        let mut doors = vec![open_local_session(&claim.socket(), &keys, &inbox)?];
+        let mut sessions = vec![open_local_session(&claim.socket(), &keys, &inbox)?];
         if settings.is_networked() {
-            doors.push(open_network_session(
+            sessions.push(open_network_session(
                 settings,
                 &claim,
                 &keys,
@@ -171,32 +171,33 @@ impl Link {
         }
         let search = Arc::new(Search {
             folder: settings.folder.clone(),
-            network: doors.get(1).map(|door| door.session.clone()),
+            network: sessions.get(1).map(|session| session.session.clone()),
         });
-        let hands = OperatorWorkers::start(Arc::clone(&subject), Arc::clone(&inbox))?;
+        let operator_workers = OperatorWorkers::start(Arc::clone(&subject), Arc::clone(&inbox))?;
         let imports = match subject.imports() {
             [] => None,
             _ => Some(Imports::start(&subject, &search)?),
         };
         let announced = claim.announce(&about)?;
-        let sessions: Vec<_> = doors
+        let publish_sessions: Vec<_> = sessions
             .iter()
-            .map(|door| (door.origin, door.session.clone()))
+            .map(|session| (session.origin, session.session.clone()))
             .collect();
-        let (lanes, shown, root) = (Arc::clone(&inbox), Arc::clone(&subject), keys.clone());
+        let (publish_inbox, publish_subject, publish_keys) =
+            (Arc::clone(&inbox), Arc::clone(&subject), keys.clone());
         let values = std::thread::Builder::new()
             .name("link-values".to_owned())
             .spawn(move || {
                 session::lower_priority();
                 publications::run(&publications::PublishContext {
-                    subject: &*shown,
-                    inbox: &lanes,
-                    sessions: &sessions,
-                    keys: &root,
+                    subject: &*publish_subject,
+                    inbox: &publish_inbox,
+                    sessions: &publish_sessions,
+                    keys: &publish_keys,
                 });
             })
             .map_err(Error::Thread)?;
-        let sender = values.thread().clone();
+        let values_thread = values.thread().clone();
         let stopper = Stopper {
             subject: Arc::clone(&subject),
             inbox: Arc::clone(&inbox),
@@ -208,42 +209,42 @@ impl Link {
             .spawn(move || stopper.run())
             .map_err(|error| {
                 inbox.stop();
-                sender.unpark();
+                values_thread.unpark();
                 Error::Thread(error)
             })?;
-        let stopping = stops.thread().clone();
+        let stop_thread = stops.thread().clone();
         let worker = Worker::new(
             subject,
             Arc::clone(&inbox),
             keys,
             &about,
-            doors,
-            hands,
+            sessions,
+            operator_workers,
             events.history(),
         )
         .with_threads(vec![values, stops]);
-        let (gone, left) = mpsc::channel();
+        let (done, stopped) = mpsc::channel();
         let worker = std::thread::Builder::new()
             .name("link".to_owned())
             .spawn(move || {
                 session::lower_priority();
                 worker.run();
-                let _ = gone.send(());
+                let _ = done.send(());
             })
             .map_err(|error| {
                 inbox.stop();
-                sender.unpark();
-                stopping.unpark();
+                values_thread.unpark();
+                stop_thread.unpark();
                 Error::Thread(error)
             })?;
-        inbox.attach(worker.thread(), &sender, &stopping);
+        inbox.attach(worker.thread(), &values_thread, &stop_thread);
         Ok(Self {
             about,
             inbox,
             worker: Some(worker),
             announced: Some(announced),
             imports,
-            stopped: left,
+            stopped,
         })
     }
 
@@ -258,7 +259,7 @@ impl Drop for Link {
     fn drop(&mut self) {
         drop((self.announced.take(), self.imports.take()));
         self.inbox.stop();
-        // A client that takes no data must not keep the application from ending.
+        // A client that takes no data must not prevent the application from ending.
         if self.stopped.recv_timeout(CLOSE_TIMEOUT).is_ok()
             && let Some(worker) = self.worker.take()
         {
@@ -326,16 +327,16 @@ fn cannot_listen(endpoint: &str, error: Error) -> Error {
 }
 
 /// Refuses settings under which a peer could connect without authentication. Zenoh does not report over which
-/// connection a message arrived, so every connection needs the same proof: an incoming one a certificate of
-/// the authority, or the password within TLS; an outgoing one a certificate of the authority.
+/// connection a message arrived, so every connection must be authenticated: an incoming one by a certificate
+/// of the authority or by the password within TLS, an outgoing one by a certificate of the authority.
 fn check(settings: &Settings) -> Result<(), Error> {
     let tls = settings.tls.as_ref();
     let authority = tls.is_some_and(|tls| tls.authority.is_some());
-    let asks = settings.login.is_some() || tls.is_some_and(|tls| tls.clients);
-    let proves = |endpoint: &String| authority && endpoint.starts_with("tls/");
-    let both = || settings.listen.iter().chain(&settings.connect);
+    let authenticates_clients = settings.login.is_some() || tls.is_some_and(|tls| tls.clients);
+    let is_authenticated = |endpoint: &String| authority && endpoint.starts_with("tls/");
+    let endpoints = || settings.listen.iter().chain(&settings.connect);
     if settings.login.is_some()
-        && let Some(endpoint) = both().find(|endpoint| !proves(endpoint))
+        && let Some(endpoint) = endpoints().find(|endpoint| !is_authenticated(endpoint))
     {
         return Err(Error::PlainPassword {
             endpoint: endpoint.clone(),
@@ -343,18 +344,19 @@ fn check(settings: &Settings) -> Result<(), Error> {
     }
     if !settings.insecure {
         let mut listen = settings.listen.iter();
-        if let Some(endpoint) = listen.find(|endpoint| !(proves(endpoint) && asks)) {
+        if let Some(endpoint) = listen.find(|endpoint| !(is_authenticated(endpoint) && authenticates_clients))
+        {
             return Err(Error::Insecure {
                 endpoint: endpoint.clone(),
             });
         }
-        let unproven = settings
+        let unauthenticated = settings
             .connect
             .iter()
-            .find(|endpoint| !proves(endpoint))
+            .find(|endpoint| !is_authenticated(endpoint))
             .cloned();
-        let met = (settings.discover && !authority).then(|| "what multicast finds".to_owned());
-        if let Some(endpoint) = unproven.or(met) {
+        let discovered = (settings.discover && !authority).then(|| "peers found by multicast".to_owned());
+        if let Some(endpoint) = unauthenticated.or(discovered) {
             return Err(Error::Unproven { endpoint });
         }
     }

@@ -1,7 +1,7 @@
 //! The thread of the link that takes the application's locks, except for stops of everything. It has the
 //! priority of the application's own threads, so that it is never preempted by less important work while it
 //! holds a lock. It does little, and the worker uses it seldom. Work that waits for schemas, such as a
-//! reload, runs on a second thread, so that it delays no order to stop a robot.
+//! reload, runs on a second thread, so that it delays no request to stop a robot.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -17,12 +17,12 @@ use super::subject::Subject;
 use crate::Error;
 use crate::message::{Action, Refusal, Request};
 
-/// Most pending errands.
-const ERRANDS: usize = 32;
-/// Most acts among them: there is always room for snapshots and statuses.
-const MAX_REQUESTS: usize = ERRANDS - 8;
-/// Most gestures among them: dragging on a panel leaves room for orders to stop a robot.
-const MAX_GESTURES: usize = ERRANDS / 4;
+/// Most pending jobs.
+const MAX_JOBS: usize = 32;
+/// Most requests among them: there is always room for snapshots and statuses.
+const MAX_REQUESTS: usize = MAX_JOBS - 8;
+/// Most gestures among them: dragging on a panel leaves room for requests to stop a robot.
+const MAX_GESTURES: usize = MAX_JOBS / 4;
 /// Most pending reloads. Only one runs at a time, and more need not wait.
 const RELOADS: usize = 4;
 
@@ -31,24 +31,24 @@ pub(super) enum Job {
     Snapshot,
     Statuses,
     Operate(Box<OperatorRequest>),
-    /// An act that waits for schemas.
+    /// A request that waits for schemas.
     Reload(Box<OperatorRequest>),
 }
 
 /// A request of an operator.
 pub(super) struct OperatorRequest {
     pub(super) request: Request,
-    /// The query to answer; none for an expired lease.
+    /// The query that receives the reply; none for an expired lease.
     pub(super) query: Option<Query>,
 }
 
-/// The outcome of an errand.
+/// The outcome of a job.
 pub(super) enum JobOutcome {
     Snapshot(Box<Snapshot>),
     /// In the order of the board.
     Statuses(Vec<VariableStatus>),
     Operated(Box<OperatorRequest>, Result<(), Refusal>),
-    /// Everything was stopped, or not; answers all these queries.
+    /// Everything was stopped, or the stop was refused; the reply to all these queries.
     Stopped(Vec<Query>, Result<(), Refusal>),
     Reloaded(Box<OperatorRequest>, Result<ReloadReport, Refusal>),
 }
@@ -58,7 +58,7 @@ pub(super) struct OperatorWorkers {
     jobs: Option<SyncSender<Job>>,
     reloads: Option<SyncSender<Job>>,
     threads: Vec<JoinHandle<()>>,
-    /// Acts in progress, without reloads.
+    /// Requests in progress, without reloads.
     requests: usize,
     /// Gestures among them.
     gestures: usize,
@@ -67,20 +67,20 @@ pub(super) struct OperatorWorkers {
 impl OperatorWorkers {
     pub(super) fn start(subject: Arc<dyn Subject>, inbox: Arc<Inbox>) -> Result<Self, Error> {
         let mut threads = Vec::new();
-        let mut begin = |name: &str, room| {
-            let (errands, todo) = sync_channel(room);
+        let mut begin = |name: &str, capacity| {
+            let (sender, receiver) = sync_channel(capacity);
             let (subject, inbox) = (Arc::clone(&subject), Arc::clone(&inbox));
             let thread = std::thread::Builder::new()
                 .name(name.to_owned())
-                .spawn(move || run_worker(&*subject, &inbox, &todo))
+                .spawn(move || run_worker(&*subject, &inbox, &receiver))
                 .map_err(Error::Thread)?;
             threads.push(thread);
-            Ok(Some(errands))
+            Ok(Some(sender))
         };
-        let errands = begin("link-operator", ERRANDS)?;
+        let jobs = begin("link-operator", MAX_JOBS)?;
         let reloads = begin("link-reload", RELOADS)?;
         Ok(Self {
-            jobs: errands,
+            jobs,
             reloads,
             threads,
             requests: 0,
@@ -88,32 +88,32 @@ impl OperatorWorkers {
         })
     }
 
-    /// Queues an errand; returns it as the error if too many are pending.
-    pub(super) fn send(&mut self, errand: Job) -> Result<(), Job> {
-        let errands = match errand {
+    /// Queues a job; returns it as the error if too many are pending.
+    pub(super) fn send(&mut self, job: Job) -> Result<(), Job> {
+        let queue = match job {
             Job::Snapshot | Job::Statuses | Job::Operate(_) => &self.jobs,
             Job::Reload(_) => &self.reloads,
         };
-        let Some(errands) = errands else {
-            return Err(errand);
+        let Some(queue) = queue else {
+            return Err(job);
         };
-        let act = matches!(errand, Job::Operate(_));
-        let touches = matches!(&errand, Job::Operate(act) if act.is_gesture());
-        if act && self.requests >= MAX_REQUESTS || touches && self.gestures >= MAX_GESTURES {
-            return Err(errand);
+        let is_request = matches!(job, Job::Operate(_));
+        let is_gesture = matches!(&job, Job::Operate(request) if request.is_gesture());
+        if is_request && self.requests >= MAX_REQUESTS || is_gesture && self.gestures >= MAX_GESTURES {
+            return Err(job);
         }
-        errands.try_send(errand).map_err(|error| match error {
-            TrySendError::Full(errand) | TrySendError::Disconnected(errand) => errand,
+        queue.try_send(job).map_err(|error| match error {
+            TrySendError::Full(job) | TrySendError::Disconnected(job) => job,
         })?;
-        self.requests += usize::from(act);
-        self.gestures += usize::from(touches);
+        self.requests += usize::from(is_request);
+        self.gestures += usize::from(is_gesture);
         Ok(())
     }
 
-    /// Counts an act as finished.
-    pub(super) fn finish(&mut self, act: &OperatorRequest) {
+    /// Counts a request as finished.
+    pub(super) fn finish(&mut self, request: &OperatorRequest) {
         self.requests -= 1;
-        self.gestures -= usize::from(act.is_gesture());
+        self.gestures -= usize::from(request.is_gesture());
     }
 }
 
@@ -123,7 +123,7 @@ impl OperatorRequest {
     }
 }
 
-/// Waits until all queued errands are done.
+/// Waits until all queued jobs are done.
 impl Drop for OperatorWorkers {
     fn drop(&mut self) {
         drop((self.jobs.take(), self.reloads.take()));
@@ -133,26 +133,26 @@ impl Drop for OperatorWorkers {
     }
 }
 
-fn run_worker(subject: &dyn Subject, inbox: &Inbox, todo: &Receiver<Job>) {
-    for errand in todo {
-        let done = match errand {
+fn run_worker(subject: &dyn Subject, inbox: &Inbox, jobs: &Receiver<Job>) {
+    for job in jobs {
+        let outcome = match job {
             Job::Snapshot => JobOutcome::Snapshot(Box::new(subject.snapshot())),
             Job::Statuses => {
                 let now = subject.now();
                 let variables = subject.board().list();
                 JobOutcome::Statuses(variables.map(|variable| variable.status(now)).collect())
             }
-            Job::Operate(act) => {
-                let outcome = subject.act(&act.request.by, &act.request.action);
-                JobOutcome::Operated(act, outcome)
+            Job::Operate(operation) => {
+                let outcome = subject.act(&operation.request.by, &operation.request.action);
+                JobOutcome::Operated(operation, outcome)
             }
-            Job::Reload(act) => {
-                let outcome = subject.reload(&act.request.by, &act.request.action);
-                JobOutcome::Reloaded(act, outcome)
+            Job::Reload(operation) => {
+                let outcome = subject.reload(&operation.request.by, &operation.request.action);
+                JobOutcome::Reloaded(operation, outcome)
             }
         };
-        // The queue has room for more than all pending errands.
-        let _ = inbox.outcomes.push(done);
+        // The queue has room for more than all pending jobs.
+        let _ = inbox.outcomes.push(outcome);
         inbox.wake();
     }
 }

@@ -1,4 +1,4 @@
-//! Publishes the panel of one schema at one rate. The panel is drawn while the lane exists, and each new
+//! Publishes the panel of one schema at one rate. The panel is drawn while the publisher exists, and each new
 //! drawing is sent.
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use super::repeats::Repeats;
 use super::subject::{PanelViewer, Subject};
 use crate::attachment::PanelTag;
 
-/// The lane of one panel.
+/// The publisher of one panel.
 pub(super) struct PanelPublisher {
     viewer: Box<dyn PanelViewer>,
     publisher: Publisher<'static>,
@@ -31,25 +31,25 @@ pub(super) struct PanelPublisher {
 }
 
 impl PanelPublisher {
-    pub(super) fn open(want: &Demand, schema: &str, yard: &PublishContext<'_>) -> Option<Self> {
-        let publisher = yard
-            .session(want.origin)?
-            .declare_publisher(yard.keys.panel(schema, want.rate))
+    pub(super) fn open(demand: &Demand, schema: &str, context: &PublishContext<'_>) -> Option<Self> {
+        let publisher = context
+            .session(demand.origin)?
+            .declare_publisher(context.keys.panel(schema, demand.rate))
             .congestion_control(CongestionControl::Drop)
             .wait()
             .inspect_err(|error| tracing::warn!("the panel of {schema} cannot be sent: {error}"))
             .ok()?;
-        let period = period(want);
+        let period = period(demand);
         let rate = period.map_or(MAX_RATE, |period| 1.0 / period.as_secs_f64());
-        let inbox = Arc::clone(yard.inbox);
-        let looking = yard
+        let inbox = Arc::clone(context.inbox);
+        let viewer = context
             .subject
             .view_panel(schema, rate, Arc::new(move || inbox.mark_fresh()))
             .inspect_err(|refusal| tracing::warn!("{}", refusal.error))
             .ok()?;
         let now = Instant::now();
         Some(Self {
-            viewer: looking,
+            viewer,
             publisher,
             period,
             earliest: now,

@@ -1,5 +1,5 @@
 //! One application from which variables are imported. A thread of its own searches for the peer on this
-//! machine and on the network, subscribes to it while it is there, and searches again when it is gone.
+//! machine and on the network, subscribes to it while it is alive, and searches again when it is gone.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -42,14 +42,14 @@ struct PeerState {
 /// Starts following a peer until the imports stop.
 pub(super) fn follow(
     name: &str,
-    places: Vec<usize>,
-    inner: &Arc<ImportState>,
+    slots: Vec<usize>,
+    state: &Arc<ImportState>,
     search: &Arc<Search>,
 ) -> Result<(), Error> {
     let peer = Peer {
         name: name.to_owned(),
-        slots: places,
-        inner: Arc::clone(inner),
+        slots,
+        state: Arc::clone(state),
         search: Arc::clone(search),
         waker: Arc::default(),
     };
@@ -67,7 +67,7 @@ struct Peer {
     name: String,
     /// Indices of the imports from this peer.
     slots: Vec<usize>,
-    inner: Arc<ImportState>,
+    state: Arc<ImportState>,
     search: Arc<Search>,
     waker: Arc<Waker>,
 }
@@ -75,33 +75,33 @@ struct Peer {
 impl Peer {
     fn run(self) {
         let _watch = self.search.network.as_ref().map(|session| self.listen(session));
-        let mut last_trouble = None;
-        while !self.inner.is_stopping() {
+        let mut last_error = None;
+        while !self.state.is_stopping() {
             match self.find() {
                 Ok(Some(remote)) => {
-                    last_trouble = None;
-                    let bell = Arc::clone(&self.waker);
-                    remote.on_gone(move || bell.wake());
+                    last_error = None;
+                    let waker = Arc::clone(&self.waker);
+                    remote.on_gone(move || waker.wake());
                     let mut missing = self.slots.clone();
-                    let mut watching = self.import(&remote, &mut missing);
+                    let mut subscriptions = self.import(&remote, &mut missing);
                     tracing::info!(peer = self.name, "found on {}", remote.about().host);
-                    while remote.is_alive() && !self.inner.is_stopping() {
+                    while remote.is_alive() && !self.state.is_stopping() {
                         self.waker.wait();
-                        watching.extend(self.import(&remote, &mut missing));
+                        subscriptions.extend(self.import(&remote, &mut missing));
                     }
-                    drop(watching);
-                    self.slots.iter().for_each(|place| self.inner.retract(*place));
-                    if !self.inner.is_stopping() {
-                        tracing::warn!(peer = self.name, "gone; what it exports is taken back");
+                    drop(subscriptions);
+                    self.slots.iter().for_each(|slot| self.state.retract(*slot));
+                    if !self.state.is_stopping() {
+                        tracing::warn!(peer = self.name, "gone; its values are retracted");
                     }
                 }
                 Ok(None) => self.waker.wait(),
                 Err(error) => {
-                    let trouble = error.to_string();
-                    if last_trouble.as_ref() != Some(&trouble) {
-                        tracing::warn!(peer = self.name, "{trouble}");
+                    let text = error.to_string();
+                    if last_error.as_ref() != Some(&text) {
+                        tracing::warn!(peer = self.name, "{text}");
                     }
-                    last_trouble = Some(trouble);
+                    last_error = Some(text);
                     self.waker.wait();
                 }
             }
@@ -110,14 +110,14 @@ impl Peer {
 
     /// Subscribes to the peer's liveliness on the network.
     fn listen(&self, session: &Session) -> Option<zenoh::pubsub::Subscriber<()>> {
-        let bell = Arc::clone(&self.waker);
+        let waker = Arc::clone(&self.waker);
         let subscriber = session
             .liveliness()
             .declare_subscriber(format!("{}/{}", keys::of_name(&self.name), keys::ALIVE))
             .history(true)
             .callback(move |token| {
                 if let Some(id) = token.key_expr().as_str().split('/').nth(3) {
-                    bell.set_alive(id, token.kind() == SampleKind::Put);
+                    waker.set_alive(id, token.kind() == SampleKind::Put);
                 }
             })
             .wait();
@@ -144,12 +144,13 @@ impl Peer {
     }
 
     /// Subscribes to the missing imports. An import that the peer does not have, or has with another type,
-    /// stays without a value. One that was not answered in time stays missing and is requested again.
+    /// stays without a value. One for which the peer sent no reply in time stays missing and is requested
+    /// again.
     fn import(&self, remote: &Remote, missing: &mut Vec<usize>) -> Vec<Subscription> {
-        let own = self.inner.subject.info().speed;
+        let own = self.state.subject.info().speed;
         let ratio = own / remote.about().speed.max(f64::MIN_POSITIVE);
-        let watch = |place: usize| {
-            let import = &self.inner.slots[place].import;
+        let watch = |slot: usize| {
+            let import = &self.state.slots[slot].import;
             let variable = remote.variable(&import.variable)?;
             // Docs may differ between two versions of a plugin; layouts must not.
             let ours = definition::read(&variable.type_name, &definition::definition(&import.value_type));
@@ -162,7 +163,7 @@ impl Peer {
             if !same {
                 return Err(Error::Refused {
                     text: format!(
-                        "`{}` of `{}` is a {} laid out as there, and a {} is imported",
+                        "`{}` of `{}` is a {} with the peer's layout, but a {} is imported",
                         import.variable,
                         self.name,
                         variable.type_name,
@@ -171,24 +172,24 @@ impl Peer {
                     nearest: None,
                 });
             }
-            let (inner, native) = (Arc::clone(&self.inner), Arc::clone(&import.value_type));
-            remote.watch_as(&variable, native, Rate::Full, move |sample| {
-                inner.receive(place, sample, ratio);
+            let (state, value_type) = (Arc::clone(&self.state), Arc::clone(&import.value_type));
+            remote.watch_as(&variable, value_type, Rate::Full, move |sample| {
+                state.receive(slot, sample, ratio);
             })
         };
-        let mut watching = Vec::new();
-        missing.retain(|place| match watch(*place) {
-            Ok(watch) => {
-                watching.push(watch);
+        let mut subscriptions = Vec::new();
+        missing.retain(|slot| match watch(*slot) {
+            Ok(subscription) => {
+                subscriptions.push(subscription);
                 false
             }
             Err(Error::Timeout { .. } | Error::Disconnected(_)) => true,
             Err(error) => {
-                tracing::error!(peer = self.name, "not imported: {error}");
+                tracing::error!(peer = self.name, "a variable cannot be imported: {error}");
                 false
             }
         });
-        watching
+        subscriptions
     }
 }
 
@@ -198,9 +199,9 @@ impl Waker {
         self.condvar.notify_all();
     }
 
-    fn set_alive(&self, id: &str, there: bool) {
+    fn set_alive(&self, id: &str, is_alive: bool) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if there {
+        if is_alive {
             state.alive.insert(id.to_owned());
         } else {
             state.alive.remove(id);
@@ -214,7 +215,7 @@ impl Waker {
         state.alive.first().cloned()
     }
 
-    /// Waits until the bell rings or the next search is due.
+    /// Waits until woken or until the next search is due.
     fn wait(&self) {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut state, _) = self

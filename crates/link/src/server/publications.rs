@@ -1,5 +1,5 @@
-//! Sends values and panels to clients: one lane for each requested variable or panel and rate. A thread of
-//! its own, so that clients that query without reading answers cannot delay it.
+//! Sends values and panels to clients, with one publisher for each requested variable or panel and rate. Runs
+//! on a thread of its own, so that clients that query without reading replies cannot delay it.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::subject::Subject;
 use super::value_publisher::ValuePublisher;
 use crate::keys::{self, Keys, TokenTarget};
 
-/// What lanes are made from.
+/// What publishers are made from.
 pub(super) struct PublishContext<'a> {
     pub(super) subject: &'a dyn Subject,
     pub(super) inbox: &'a Arc<Inbox>,
@@ -22,22 +22,22 @@ pub(super) struct PublishContext<'a> {
     pub(super) keys: &'a Keys,
 }
 
-/// Serves all lanes until the link stops.
-pub(super) fn run(yard: &PublishContext<'_>) {
-    let mut lanes = Publications::default();
-    while !yard.inbox.is_stopping() {
-        let fresh = yard.inbox.take_fresh();
-        if let Some(wants) = yard.inbox.take_demands() {
-            lanes.update(&wants, yard);
+/// Serves all publishers until the link stops.
+pub(super) fn run(context: &PublishContext<'_>) {
+    let mut publications = Publications::default();
+    while !context.inbox.is_stopping() {
+        let fresh = context.inbox.take_fresh();
+        if let Some(demands) = context.inbox.take_demands() {
+            publications.update(&demands, context);
         }
-        match lanes.serve(yard.subject, fresh) {
+        match publications.serve(context.subject, fresh) {
             Some(due) => std::thread::park_timeout(due.saturating_duration_since(Instant::now())),
             None => std::thread::park(),
         }
     }
 }
 
-/// All lanes.
+/// All publications.
 #[derive(Default)]
 struct Publications {
     /// Each with the number of the last arrival for which it sent the newest value again.
@@ -61,18 +61,19 @@ struct PublicationIndex {
 }
 
 impl Publications {
-    /// Opens and closes lanes, so that each want has one.
-    fn update(&mut self, wants: &BTreeMap<Demand, u64>, yard: &PublishContext<'_>) {
-        self.publications.retain(|want, _| wants.contains_key(want));
-        self.index.update(yard.subject.board());
-        for (want, joined) in wants {
-            if let Some((known, lane)) = self.publications.get_mut(want) {
-                if *known != *joined {
-                    *known = *joined;
-                    lane.resend();
+    /// Opens and closes publications, so that each demand has one.
+    fn update(&mut self, demands: &BTreeMap<Demand, u64>, context: &PublishContext<'_>) {
+        self.publications.retain(|demand, _| demands.contains_key(demand));
+        self.index.update(context.subject.board());
+        for (demand, last_arrival) in demands {
+            if let Some((served, publication)) = self.publications.get_mut(demand) {
+                if *served != *last_arrival {
+                    *served = *last_arrival;
+                    publication.resend();
                 }
-            } else if let Some(lane) = self.index.open(want, yard) {
-                self.publications.insert(want.clone(), (*joined, lane));
+            } else if let Some(publication) = self.index.open(demand, context) {
+                self.publications
+                    .insert(demand.clone(), (*last_arrival, publication));
             }
         }
     }
@@ -80,11 +81,11 @@ impl Publications {
     /// Sends what is due; returns when the next is due.
     fn serve(&mut self, subject: &dyn Subject, fresh: bool) -> Option<Instant> {
         let now = Instant::now();
-        let lanes = self.publications.values_mut();
-        lanes
-            .filter_map(|(_, lane)| match lane {
-                Publication::Values(lane) => lane.serve(subject, now, fresh),
-                Publication::Panel(lane) => lane.serve(subject, now, fresh),
+        let publications = self.publications.values_mut();
+        publications
+            .filter_map(|(_, publication)| match publication {
+                Publication::Values(publisher) => publisher.serve(subject, now, fresh),
+                Publication::Panel(publisher) => publisher.serve(subject, now, fresh),
             })
             .min()
     }
@@ -94,8 +95,8 @@ impl Publication {
     /// Sends the newest at once, whatever its age, for a client that joined late.
     fn resend(&mut self) {
         match self {
-            Self::Values(lane) => lane.resend(),
-            Self::Panel(lane) => lane.resend(),
+            Self::Values(publisher) => publisher.resend(),
+            Self::Panel(publisher) => publisher.resend(),
         }
     }
 }
@@ -105,22 +106,22 @@ impl PublicationIndex {
     fn update(&mut self, board: &Board) {
         for variable in board.list().skip(self.variables.len()) {
             let declared = variable.describe();
-            let place = keys::variable_path(&declared.owner, &declared.name);
-            self.variables.insert(place, variable);
+            let path = keys::variable_path(&declared.owner, &declared.name);
+            self.variables.insert(path, variable);
         }
     }
 
-    /// Opens a lane for an existing variable or panel.
-    fn open(&mut self, want: &Demand, yard: &PublishContext<'_>) -> Option<Publication> {
-        match &want.target {
-            TokenTarget::Variable(place) => {
-                let variable = self.variables.get(place)?;
-                ValuePublisher::open(want, variable, yard).map(Publication::Values)
+    /// Opens a publication of an existing variable or panel.
+    fn open(&mut self, demand: &Demand, context: &PublishContext<'_>) -> Option<Publication> {
+        match &demand.target {
+            TokenTarget::Variable(path) => {
+                let variable = self.variables.get(path)?;
+                ValuePublisher::open(demand, variable, context).map(Publication::Values)
             }
-            TokenTarget::Panel(place) => {
-                let panels = self.panels.get_or_insert_with(|| panels(yard.subject));
-                let schema = panels.get(place)?;
-                PanelPublisher::open(want, schema, yard).map(Publication::Panel)
+            TokenTarget::Panel(path) => {
+                let panels = self.panels.get_or_insert_with(|| panels(context.subject));
+                let schema = panels.get(path)?;
+                PanelPublisher::open(demand, schema, context).map(Publication::Panel)
             }
         }
     }
@@ -141,7 +142,7 @@ impl PublishContext<'_> {
     }
 }
 
-/// The least time between two messages at a rate; none if there is no limit.
-pub(super) fn period(want: &Demand) -> Option<Duration> {
-    want.rate.period_ns().map(Duration::from_nanos)
+/// The least time between two messages of a publication; `None` if there is no limit.
+pub(super) fn period(demand: &Demand) -> Option<Duration> {
+    demand.rate.period_ns().map(Duration::from_nanos)
 }

@@ -25,17 +25,17 @@ pub struct Running {
 }
 
 impl Running {
-    /// Creates the subject from a handle; the title states how the application runs.
+    /// Creates the subject from a handle and the description of the application.
     #[must_use]
-    pub fn new(handle: Handle, title: SubjectInfo) -> Self {
+    pub fn new(handle: Handle, info: SubjectInfo) -> Self {
         Self {
             handle,
-            info: title,
+            info,
             reloader: None,
         }
     }
 
-    /// Allows reloads from the files of these plugins, which the application was checked against.
+    /// Allows reloads from the files of these plugins. The application was checked against them.
     #[must_use]
     pub fn reloading(self, plugins: Arc<Plugins>) -> Self {
         let reloader = Some(Reloader::new(self.handle.clone(), plugins));
@@ -61,8 +61,8 @@ impl Subject for Running {
 
     fn schemas(&self) -> Schemas {
         let mut schemas = schemas(self.handle.application());
-        for place in self.handle.panels() {
-            schemas.schemas[place].panel = true;
+        for schema in self.handle.panels() {
+            schemas.schemas[schema].panel = true;
         }
         schemas
     }
@@ -76,7 +76,7 @@ impl Subject for Running {
         let application = self.handle.application();
         let ports = application
             .instance(&declared.owner)
-            .map(|place| &application.instances[place].schema.ports);
+            .map(|instance| &application.instances[instance].schema.ports);
         ports.is_some_and(|ports| {
             let fixed = |port: &&Port| matches!(port.role, Role::Modulation { fixed: true, .. });
             ports.iter().filter(fixed).any(|port| port.name == declared.name)
@@ -105,16 +105,21 @@ impl Subject for Running {
         &self.handle.application().remotes
     }
 
-    fn view_panel(&self, schema: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
+    fn view_panel(
+        &self,
+        schema: &str,
+        rate: f64,
+        on_drawn: OnDrawn,
+    ) -> Result<Box<dyn PanelViewer>, Refusal> {
         let schema = self.index_of(schema)?;
-        let look = self
+        let view = self
             .handle
-            .view_panel(schema, rate, move || news())
+            .view_panel(schema, rate, move || on_drawn())
             .map_err(|refusal| Refusal::new(refusal.to_string()))?;
         Ok(Box::new(PanelView {
             handle: self.handle.clone(),
             schema,
-            _view: look,
+            _view: view,
         }))
     }
 
@@ -125,27 +130,27 @@ impl Subject for Running {
             fresh,
         } = action
         else {
-            return Err(Refusal::new("this is no reload"));
+            return Err(Refusal::new("the action is not a reload"));
         };
         let reloader = self
             .reloader
             .as_ref()
             .ok_or_else(|| Refusal::new("this application does not know the files of its plugins"))?;
-        let mut how = ReloadOptions {
+        let mut options = ReloadOptions {
             fresh: *fresh,
             ..ReloadOptions::default()
         };
         if let Some(seconds) = probation_s {
             if !(0.0..=MAX_PROBATION_S).contains(seconds) {
                 return Err(Refusal::new(format!(
-                    "a probation of {seconds} s is not given; ask for 0 to {MAX_PROBATION_S}"
+                    "a probation of {seconds} s is not possible; request 0 to {MAX_PROBATION_S} s"
                 )));
             }
-            how.probation = (seconds * 1e9) as Nanos;
+            options.probation = (seconds * 1e9) as Nanos;
         }
-        reloader.reload(by, schema, how).map_err(|refused| Refusal {
-            nearest: refused.nearest().map(str::to_owned),
-            error: refused.to_string(),
+        reloader.reload(by, schema, options).map_err(|refusal| Refusal {
+            nearest: refusal.nearest().map(str::to_owned),
+            error: refusal.to_string(),
         })
     }
 
@@ -153,9 +158,9 @@ impl Subject for Running {
         match action {
             Action::Reload { .. } => return self.reload(by, action).map(drop),
             Action::Unload { schema } | Action::Load { schema } => {
-                let of_plugin = self.handle.schema_indices(schema);
-                if of_plugin.len() > 1 {
-                    return self.act_on_all(by, action, of_plugin);
+                let indices = self.handle.schema_indices(schema);
+                if indices.len() > 1 {
+                    return self.act_on_all(by, action, indices);
                 }
             }
             _ => {}
@@ -181,7 +186,7 @@ impl Subject for Running {
             } => return self.modulate(&operator, schema()?, owner, variable, value),
             Action::Unload { .. } => operator.unload(schema()?),
             Action::Load { .. } => operator.load(schema()?),
-            Action::Reload { .. } => unreachable!("it was carried out above"),
+            Action::Reload { .. } => unreachable!("reloads are carried out above"),
             Action::Touch { gesture, .. } => self
                 .handle
                 .touch(by, schema()?, gesture.clone())

@@ -1,6 +1,6 @@
-//! One entrance: a session with its subscribers and publishers. The private socket and the network are two
-//! doors without a connection between them. So an origin cannot be forged, and no client reaches one
-//! application through another.
+//! One session of an application, with its subscribers and publishers. The private socket and the network
+//! have separate sessions without a connection between them, so an origin cannot be forged, and no client
+//! reaches one application through another.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,36 +41,36 @@ impl ServerSession {
         inbox: &Arc<Inbox>,
     ) -> Result<Self, Error> {
         let failed = |error: zenoh::Error| Error::Open(error.to_string());
-        let asks = Arc::clone(inbox);
+        let query_inbox = Arc::clone(inbox);
         session
             .declare_queryable(keys.all())
             .complete(true)
-            .callback(move |query| asks.push_query(origin, query))
+            .callback(move |query| query_inbox.push_query(origin, query))
             .background()
             .wait()
             .map_err(failed)?;
         for tokens in keys.tokens() {
-            let (wants, below) = (Arc::clone(inbox), keys.clone());
+            let (token_inbox, token_keys) = (Arc::clone(inbox), keys.clone());
             session
                 .liveliness()
                 .declare_subscriber(tokens)
                 .history(true)
                 .callback(move |token| {
-                    let there = token.kind() == SampleKind::Put;
-                    wants.update_demand(origin, &below, token.key_expr().as_str(), there);
+                    let is_present = token.kind() == SampleKind::Put;
+                    token_inbox.update_demand(origin, &token_keys, token.key_expr().as_str(), is_present);
                 })
                 .background()
                 .wait()
                 .map_err(failed)?;
         }
-        let outlet = |what: &str| LazyPublisher::open(&session, keys.of(what), inbox);
+        let publisher = |path: &str| LazyPublisher::open(&session, keys.of(path), inbox);
         let events = [
-            outlet(keys::events(RecordKind::ALL[0]))?,
-            outlet(keys::events(RecordKind::ALL[1]))?,
-            outlet(keys::events(RecordKind::ALL[2]))?,
+            publisher(keys::events(RecordKind::ALL[0]))?,
+            publisher(keys::events(RecordKind::ALL[1]))?,
+            publisher(keys::events(RecordKind::ALL[2]))?,
         ];
-        let hierarchy = outlet(keys::HIERARCHY)?;
-        // Last: a client that sees the token finds everything else.
+        let hierarchy = publisher(keys::HIERARCHY)?;
+        // Declared last: a client that sees the token finds everything else.
         let alive = session
             .liveliness()
             .declare_token(keys.of(keys::ALIVE))
@@ -106,20 +106,20 @@ impl LazyPublisher {
             .congestion_control(CongestionControl::Drop)
             .wait()
             .map_err(failed)?;
-        let listened = Arc::new(AtomicBool::new(false));
-        let (known, waiting) = (Arc::clone(&listened), Arc::clone(inbox));
+        let has_subscribers = Arc::new(AtomicBool::new(false));
+        let (flag, worker) = (Arc::clone(&has_subscribers), Arc::clone(inbox));
         publisher
             .matching_listener()
             .callback(move |status| {
-                known.store(status.matching(), Ordering::Release);
-                waiting.wake();
+                flag.store(status.matching(), Ordering::Release);
+                worker.wake();
             })
             .background()
             .wait()
             .map_err(failed)?;
         Ok(Self {
             publisher,
-            has_subscribers: listened,
+            has_subscribers,
         })
     }
 
@@ -140,8 +140,8 @@ impl LazyPublisher {
     }
 }
 
-/// The access rules of a door, for every peer: it may query and subscribe, and the applications that
-/// variables are imported from may send values. No peer can publish or answer under this application's keys,
+/// The access rules of a session, for every peer: it may query and subscribe, and the applications from which
+/// variables are imported may send values. No peer can publish or answer under this application's keys,
 /// or reach other clients through it.
 pub(super) fn access_rules(keys: &Keys, peers: &[String]) -> Value {
     let rule = |id: &str, flow: &str, messages: Value, keys: Vec<String>| {
@@ -185,8 +185,8 @@ pub(super) fn access_rules(keys: &Keys, peers: &[String]) -> Value {
         ),
     ];
     if !peers.is_empty() {
-        let of_peers = |what: &str| {
-            let key = |peer: &String| format!("{}/{what}", keys::of_name(peer));
+        let of_peers = |path: &str| {
+            let key = |peer: &String| format!("{}/{path}", keys::of_name(peer));
             peers.iter().map(key).collect::<Vec<_>>()
         };
         rules.push(rule(

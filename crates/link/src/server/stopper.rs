@@ -1,6 +1,6 @@
-//! Orders to stop everything (R14). From their arrival to the engine's lock they wait behind no other work:
+//! Requests to stop everything (R14). From their arrival to the engine's lock they wait behind no other work:
 //! they have queues of their own and this thread, which has the priority of the application's own threads. It
-//! reads no other order and never waits for a client; the worker sends the answers.
+//! handles no other request and never waits for a client; the worker sends the replies.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ use super::subject::Subject;
 use super::worker::{matches_key, may_operate, parse_query};
 use crate::message::{Action, Network, Refusal};
 
-/// Stops per second. More frequent orders are combined into one stop, and all get its answer.
+/// Stops per second. More frequent requests are combined into one stop, and each receives its outcome.
 const STOPS: f64 = 10.0;
 /// Pause before the next attempt when the rate is exceeded.
 const RETRY_PAUSE: Duration = Duration::from_millis(10);
@@ -25,7 +25,7 @@ const MAX_NAMES: usize = 4;
 pub(super) struct Stopper {
     pub(super) subject: Arc<dyn Subject>,
     pub(super) inbox: Arc<Inbox>,
-    /// The key of orders to this application.
+    /// The key of requests to this application.
     pub(super) key: String,
     pub(super) network: Network,
 }
@@ -35,20 +35,20 @@ impl Stopper {
     pub(super) fn run(self) {
         let mut bucket = TokenBucket::new(STOPS, Instant::now());
         while !self.inbox.is_stopping() {
-            let asked: Vec<_> = std::iter::from_fn(|| self.inbox.next_stop()).collect();
-            if asked.is_empty() {
+            let requests: Vec<_> = std::iter::from_fn(|| self.inbox.next_stop()).collect();
+            if requests.is_empty() {
                 std::thread::park();
                 continue;
             }
             let (mut queries, mut names) = (Vec::new(), Vec::new());
-            for ask in asked {
-                match self.read(&ask) {
+            for request in requests {
+                match self.read(&request) {
                     Some(Ok(by)) => {
-                        queries.push(ask.query);
+                        queries.push(request.query);
                         names.push(by);
                     }
-                    Some(Err(refusal)) => self.push_outcome(vec![ask.query], Err(refusal)),
-                    // The order is for other applications.
+                    Some(Err(refusal)) => self.push_outcome(vec![request.query], Err(refusal)),
+                    // The request is for other applications.
                     None => {}
                 }
             }
@@ -66,7 +66,7 @@ impl Stopper {
         }
     }
 
-    /// The operator, or the reason for a refusal; none if the order is not for this application.
+    /// The operator, or the reason for a refusal; `None` if the request is not for this application.
     fn read(&self, QueuedQuery { origin, query, .. }: &QueuedQuery) -> Option<Result<String, Refusal>> {
         if !matches_key(query.key_expr(), &self.key) {
             return None;
@@ -85,7 +85,7 @@ impl Stopper {
     }
 
     fn push_outcome(&self, queries: Vec<Query>, outcome: Result<(), Refusal>) {
-        // Without room the query ends without an answer, and the client repeats it.
+        // If the queue is full, the query ends without a reply, and the client repeats it.
         let _ = self
             .inbox
             .stop_outcomes
@@ -106,7 +106,7 @@ mod tests {
     use crate::server::subject::SubjectInfo;
     use crate::session::{SessionOptions, open};
 
-    /// A subject that must not be called, since all orders are refused.
+    /// A subject that must not be called, since all requests are refused.
     struct UncalledSubject;
 
     impl Subject for UncalledSubject {
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn r14_orders_to_stop_that_are_refused_fill_the_place_of_no_other_answer() {
+    fn r14_refused_stops_do_not_displace_other_replies() {
         let _watchdog = Watchdog::for_test();
         let inbox = Arc::new(Inbox::new());
         let key = "jde/1/robot/ab12/operate";
@@ -151,19 +151,19 @@ mod tests {
             network: Network::Read,
         };
         let stopper = std::thread::spawn(|| stopper.run());
-        let me = std::thread::current();
-        inbox.attach(&me, &me, stopper.thread());
+        let this_thread = std::thread::current();
+        inbox.attach(&this_thread, &this_thread, stopper.thread());
         let session = open(&SessionOptions::default()).unwrap();
-        let asked = Arc::clone(&inbox);
-        let _asked = session
+        let receiver = Arc::clone(&inbox);
+        let _queryable = session
             .declare_queryable(key)
-            .callback(move |query| asked.push_query(Origin::Network, query))
+            .callback(move |query| receiver.push_query(Origin::Network, query))
             .wait()
             .unwrap();
-        // No thread takes the answers.
+        // No thread takes the outcomes.
         while !inbox.stop_outcomes.is_full() && !inbox.outcomes.is_full() {
-            let order = r#"{"by": "eve", "action": "stop-all"}"#;
-            session.get(key).payload(order).callback(drop).wait().unwrap();
+            let request = r#"{"by": "eve", "action": "stop-all"}"#;
+            session.get(key).payload(request).callback(drop).wait().unwrap();
         }
         assert_eq!(inbox.outcomes.len(), 0);
         inbox.stop();

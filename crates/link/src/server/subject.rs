@@ -13,13 +13,13 @@ use crate::message::{Action, Range, Refusal, Schemas};
 
 /// The subject of a link. Called only from threads of the link, at bounded rates.
 pub trait Subject: Send + Sync + 'static {
-    /// The title.
+    /// The description of the subject.
     fn info(&self) -> SubjectInfo;
     /// The schemas and groups.
     fn schemas(&self) -> Schemas;
     /// The variables.
     fn board(&self) -> &Board;
-    /// Whether a modulation is read only when its schema awakens.
+    /// Whether a modulation is read only at the awakening of its schema.
     fn is_fixed(&self, variable: &Variable) -> bool {
         let _ = variable;
         false
@@ -39,22 +39,27 @@ pub trait Subject: Send + Sync + 'static {
     /// # Errors
     /// The reason for a refusal.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
-    /// Carries out an [`Action::Reload`]. It waits for turns of schemas, so it runs on a thread of its own.
+    /// Carries out an [`Action::Reload`]. It waits for schemas, so it runs on a thread of its own.
     ///
     /// # Errors
     /// The reason why nothing was reloaded.
     fn reload(&self, by: &str, action: &Action) -> Result<ReloadReport, Refusal> {
         self.act(by, action)?;
-        Err(Refusal::new("nothing here can be reloaded"))
+        Err(Refusal::new("this application cannot reload plugins"))
     }
-    /// Has the panel of a schema drawn at most `rate` times a second until the result is dropped. `news` is
-    /// called after each drawing and must return at once.
-    /// [`SchemaInfo::panel`](crate::message::SchemaInfo::panel) tells which schemas have a panel.
+    /// Has the panel of a schema drawn at most `rate` times a second until the result is dropped. `on_drawn`
+    /// is called after each drawing and must return at once.
+    /// [`SchemaInfo::panel`](crate::message::SchemaInfo::panel) shows which schemas have a panel.
     ///
     /// # Errors
     /// The reason for a refusal.
-    fn view_panel(&self, schema: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
-        let _ = (rate, news);
+    fn view_panel(
+        &self,
+        schema: &str,
+        rate: f64,
+        on_drawn: OnDrawn,
+    ) -> Result<Box<dyn PanelViewer>, Refusal> {
+        let _ = (rate, on_drawn);
         Err(no_panel(schema))
     }
     /// The imports from other applications.
@@ -91,7 +96,7 @@ pub struct SubjectInfo {
 }
 
 impl SubjectInfo {
-    /// The title of an application that runs at this speed.
+    /// The description of an application that runs at this speed.
     #[must_use]
     pub fn new(application: &Application, speed: f64) -> Self {
         Self {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::worker::read_request;
 use super::*;
 
-fn checked(change: impl FnOnce(&mut Settings)) -> Result<(), String> {
+fn check_settings(change: impl FnOnce(&mut Settings)) -> Result<(), String> {
     let mut settings = Settings::local("robot");
     change(&mut settings);
     check(&settings).map_err(|error| error.to_string())
@@ -27,7 +27,7 @@ fn login(user: &str, password: &str) -> Option<Login> {
 }
 
 #[test]
-fn nobody_is_let_in_who_proves_nothing() {
+fn listening_requires_authenticated_clients() {
     for endpoint in [
         "tcp/0.0.0.0:7447",
         "tls/robot.local:7447",
@@ -37,54 +37,51 @@ fn nobody_is_let_in_who_proves_nothing() {
         "unixsock-stream//run/x.sock",
     ] {
         let listen = || vec![endpoint.to_owned()];
-        let open = checked(|settings| settings.listen = listen());
-        assert!(
-            open.unwrap_err().contains("would let in whoever gets there"),
-            "{endpoint}"
-        );
+        let open = check_settings(|settings| settings.listen = listen());
+        assert!(open.unwrap_err().contains("would admit any client"), "{endpoint}");
         assert_eq!(
-            checked(|settings| (settings.listen, settings.insecure) = (listen(), true)),
+            check_settings(|settings| (settings.listen, settings.insecure) = (listen(), true)),
             Ok(())
         );
     }
     let listen = |endpoint: &str, tls: Option<Tls>, login: Option<Login>| {
-        checked(|settings| {
+        check_settings(|settings| {
             (settings.listen, settings.tls, settings.login) = (vec![endpoint.to_owned()], tls, login)
         })
     };
-    let (plain, guarded) = ("tcp/0.0.0.0:7447", "tls/0.0.0.0:7447");
-    assert_eq!(listen(guarded, tls(true, true), None), Ok(()));
+    let (plain, encrypted) = ("tcp/0.0.0.0:7447", "tls/0.0.0.0:7447");
+    assert_eq!(listen(encrypted, tls(true, true), None), Ok(()));
     assert!(
-        listen(guarded, tls(true, false), None).is_err(),
-        "nobody is asked"
+        listen(encrypted, tls(true, false), None).is_err(),
+        "clients are not authenticated"
     );
     assert!(
-        listen(guarded, tls(false, true), None).is_err(),
-        "by whom are they signed?"
+        listen(encrypted, tls(false, true), None).is_err(),
+        "client certificates need an authority"
     );
     assert!(
         listen(plain, tls(true, true), None).is_err(),
-        "an authority guards no other way in"
+        "an authority has no effect without TLS"
     );
-    assert_eq!(listen(guarded, tls(true, false), login("lab", "x")), Ok(()));
+    assert_eq!(listen(encrypted, tls(true, false), login("lab", "x")), Ok(()));
 }
 
 #[test]
-fn a_password_is_given_to_nobody_who_proves_nothing() {
-    let plain = |change: &dyn Fn(&mut Settings)| {
-        let refused = checked(|settings| {
+fn a_password_requires_tls_with_an_authority() {
+    let assert_refused = |change: &dyn Fn(&mut Settings)| {
+        let result = check_settings(|settings| {
             settings.login = login("lab", "x");
             change(settings);
         });
-        assert!(refused.unwrap_err().starts_with("a password is given to whoever"));
+        assert!(result.unwrap_err().starts_with("a password requires"));
     };
     let tcp = || vec!["tcp/base.local:7447".to_owned()];
     let encrypted = || vec!["tls/base.local:7447".to_owned()];
-    plain(&|settings| settings.listen = tcp());
-    plain(&|settings| (settings.listen, settings.insecure) = (tcp(), true));
-    plain(&|settings| (settings.connect, settings.insecure) = (tcp(), true));
-    plain(&|settings| (settings.connect, settings.tls) = (tcp(), tls(true, true)));
-    plain(&|settings| (settings.connect, settings.tls) = (encrypted(), tls(false, false)));
+    assert_refused(&|settings| settings.listen = tcp());
+    assert_refused(&|settings| (settings.listen, settings.insecure) = (tcp(), true));
+    assert_refused(&|settings| (settings.connect, settings.insecure) = (tcp(), true));
+    assert_refused(&|settings| (settings.connect, settings.tls) = (tcp(), tls(true, true)));
+    assert_refused(&|settings| (settings.connect, settings.tls) = (encrypted(), tls(false, false)));
     for (user, password) in [
         ("lab", ""),
         ("", "x"),
@@ -93,18 +90,18 @@ fn a_password_is_given_to_nobody_who_proves_nothing() {
         ("lab", "x\r"),
         ("lab ", "x"),
     ] {
-        let refused = checked(|settings| {
+        let result = check_settings(|settings| {
             (settings.listen, settings.tls) = (encrypted(), tls(true, false));
             settings.login = login(user, password);
         });
-        assert!(refused.is_err(), "{user:?} {password:?}");
+        assert!(result.is_err(), "{user:?} {password:?}");
     }
 }
 
 #[test]
-fn nobody_is_connected_to_who_proves_nothing() {
+fn connecting_requires_an_authenticated_peer() {
     let connect = |endpoint: &str, tls: Option<Tls>, insecure| {
-        checked(|settings| {
+        check_settings(|settings| {
             (settings.connect, settings.tls, settings.insecure) = (vec![endpoint.to_owned()], tls, insecure)
         })
     };
@@ -115,38 +112,38 @@ fn nobody_is_connected_to_who_proves_nothing() {
         ("tls/base.local:7447", None),
         ("tls/base.local:7447", tls(false, false)),
     ] {
-        let refused = connect(endpoint, tls.clone(), false);
+        let result = connect(endpoint, tls.clone(), false);
         assert!(
-            refused.unwrap_err().contains("nothing proves who answers"),
+            result.unwrap_err().contains("nothing authenticates"),
             "{endpoint}"
         );
         assert_eq!(connect(endpoint, tls, true), Ok(()));
     }
     assert_eq!(connect("tls/base.local:7447", tls(true, false), false), Ok(()));
-    let met = |tls| checked(|settings| (settings.discover, settings.tls) = (true, tls));
+    let discover = |tls| check_settings(|settings| (settings.discover, settings.tls) = (true, tls));
     assert!(
-        met(None)
+        discover(None)
             .unwrap_err()
-            .contains("nothing proves who answers at what multicast finds")
+            .contains("nothing authenticates peers found by multicast")
     );
-    assert_eq!(met(tls(true, true)), Ok(()));
+    assert_eq!(discover(tls(true, true)), Ok(()));
 }
 
 #[test]
-fn no_authority_is_believed_but_the_one_that_is_named() {
+fn no_public_authority_is_trusted() {
     assert!(webpki_roots::TLS_SERVER_ROOTS.is_empty());
 }
 
 proptest! {
     #[test]
-    fn no_bytes_upset_operate(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+    fn reading_a_request_survives_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
         let _ = read_request(&bytes);
     }
 
     #[test]
-    fn no_json_upsets_operate(action in "[a-z-]{0,9}", schema in any::<String>(), lease in any::<i64>()) {
+    fn reading_a_request_refuses_json_of_wrong_types(action in "[a-z-]{0,9}", schema in any::<String>(), lease in any::<i64>()) {
         let json = serde_json::json!({ "by": 1, "action": action, "schema": schema, "lease_ms": lease });
-        prop_assert!(read_request(json.to_string().as_bytes()).is_err(), "nobody is called 1");
+        prop_assert!(read_request(json.to_string().as_bytes()).is_err(), "the operator's name must be a text");
     }
 }
 

@@ -16,12 +16,12 @@ use super::repeats::Repeats;
 use super::subject::Subject;
 use crate::attachment::Tag;
 
-/// The lane of one variable.
+/// The publisher of one variable.
 pub(super) struct ValuePublisher {
     reader: Reader,
     publisher: Publisher<'static>,
     period: Option<Duration>,
-    /// When the variable is read next; none at full rate, where the writer wakes the lane.
+    /// When the variable is read next; none at full rate, where the writer wakes the publishing thread.
     due: Option<Instant>,
     /// Sequence number of the last value sent, and whether there was a value.
     sent: Option<(u64, bool)>,
@@ -30,19 +30,23 @@ pub(super) struct ValuePublisher {
 }
 
 impl ValuePublisher {
-    pub(super) fn open(want: &Demand, variable: &Arc<Variable>, yard: &PublishContext<'_>) -> Option<Self> {
+    pub(super) fn open(
+        demand: &Demand,
+        variable: &Arc<Variable>,
+        context: &PublishContext<'_>,
+    ) -> Option<Self> {
         let declared = variable.describe();
-        let key = yard.keys.values(&declared.owner, &declared.name, want.rate);
-        let publisher = yard
-            .session(want.origin)?
+        let key = context.keys.values(&declared.owner, &declared.name, demand.rate);
+        let publisher = context
+            .session(demand.origin)?
             .declare_publisher(key)
             .congestion_control(CongestionControl::Drop)
             .wait()
             .inspect_err(|error| tracing::warn!("{} cannot be sent: {error}", declared.full_name()))
             .ok()?;
-        let period = period(want);
+        let period = period(demand);
         let watch = period.is_none().then(|| {
-            let inbox = Arc::clone(yard.inbox);
+            let inbox = Arc::clone(context.inbox);
             variable.watch(move || inbox.mark_fresh())
         });
         Some(Self {
@@ -65,7 +69,7 @@ impl ValuePublisher {
         let repeat = self.repeats.take_due(now);
         if repeat || self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
             self.send(subject, now, repeat);
-            // From now, not from the due time: the rate is a bound, not a rhythm.
+            // The next is due a period after now, not after the due time: the rate is an upper bound.
             self.due = self.period.map(|period| now + period);
         }
         self.due.into_iter().chain(self.repeats.due()).min()
@@ -91,7 +95,7 @@ pub(super) fn newest(
     subject: &dyn Subject,
     sent: Option<(u64, bool)>,
 ) -> (Option<Tag>, ZBytes) {
-    if sent.is_some_and(|(sequence, shown)| shown && sequence == reader.newest())
+    if sent.is_some_and(|(sequence, had_value)| had_value && sequence == reader.newest())
         && !reader.variable().is_retracted()
     {
         return (None, ZBytes::new());

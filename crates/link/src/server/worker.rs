@@ -1,6 +1,6 @@
 //! The thread that answers queries and publishes everything but values. It runs at the link's niceness and
-//! takes none of the application's locks before the link ends. It bounds what clients send: excess is
-//! dropped, and invalid requests get an answer with the reason.
+//! takes none of the application's locks before the link ends. It bounds the requests of clients: excess is
+//! dropped, and the reply to an invalid request contains the reason.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -19,7 +19,7 @@ use super::bucket::TokenBucket;
 use super::cached_reply::CachedReply;
 use super::description::variable_info;
 use super::events::EventHistory;
-use super::inbox::{Inbox, Origin, QueuedQuery, is_order};
+use super::inbox::{Inbox, Origin, QueuedQuery, is_operate_key};
 use super::leases::Leases;
 use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers};
 use super::server_session::ServerSession;
@@ -30,13 +30,13 @@ use crate::message::{About, Action, Network, OperateReply, Refusal, Request, Var
 
 /// Polling interval for events, with and without subscribers.
 const ACTIVE_POLL: Duration = Duration::from_millis(20);
-const IDLE: Duration = Duration::from_millis(250);
-/// Most requests answered between two rounds of other work.
-const ROUND: usize = 16;
+const IDLE_POLL: Duration = Duration::from_millis(250);
+/// Most queries handled in one round.
+const QUERIES_PER_ROUND: usize = 16;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
 const MAX_REQUEST_BYTES: usize = 1 << 20;
-/// Default number of lines in the answer to a query for events.
-const USUAL: usize = 100;
+/// Default number of records in the reply to a query for events.
+const DEFAULT_EVENTS: usize = 100;
 /// Requests to operate per second, from all clients of an origin together: each takes the application's
 /// locks.
 const REQUESTS_PER_SECOND: f64 = 100.0;
@@ -90,9 +90,9 @@ impl Worker {
             .map(|variable| variable_info(&*subject, variable))
             .collect();
         let schemas = subject.schemas();
-        let tops = schemas.groups.iter().filter(|group| group.father.is_none());
+        let root_groups = schemas.groups.iter().filter(|group| group.father.is_none());
         Self {
-            roots: tops.flat_map(|group| group.members.clone()).collect(),
+            roots: root_groups.flat_map(|group| group.members.clone()).collect(),
             schemas: json(&schemas),
             plain_variables: json(&variables),
             readers: board.iter().map(|_| None).collect(),
@@ -132,55 +132,63 @@ impl Worker {
             let _ = self.subject.act(&request.by, &request.action);
         }
         drop((self.hierarchy, self.statuses));
-        for other in self.threads {
-            let _ = other.join();
+        for thread in self.threads {
+            let _ = thread.join();
         }
         self.sessions.into_iter().for_each(ServerSession::close);
     }
 
-    /// Does all pending work; returns when the next is due.
+    /// Does all pending work. Returns the time of the next round.
     fn round(&mut self) -> Instant {
         self.publish_events();
         let inbox = Arc::clone(&self.inbox);
         for queue in [&inbox.stop_outcomes, &inbox.outcomes] {
             for _ in 0..queue.len() {
-                if let Some(done) = queue.pop() {
-                    self.handle_outcome(done);
+                if let Some(outcome) = queue.pop() {
+                    self.handle_outcome(outcome);
                 }
             }
         }
         self.end_leases();
-        for place in 0..ROUND {
-            // One query per round takes precedence, so that endless orders do not block queries.
-            let Some(ask) = self.inbox.next_query(place == 0) else {
+        for number in 0..QUERIES_PER_ROUND {
+            // One query per round takes precedence, so that endless requests do not block queries.
+            let Some(query) = self.inbox.next_query(number == 0) else {
                 break;
             };
-            self.handle_query(ask);
+            self.handle_query(query);
         }
-        let looked_at = self.sessions.iter().any(|door| door.hierarchy.has_subscribers());
-        let next_snapshot = (looked_at || self.hierarchy.is_awaited())
+        let is_watched = self
+            .sessions
+            .iter()
+            .any(|session| session.hierarchy.has_subscribers());
+        let next_snapshot = (is_watched || self.hierarchy.is_awaited())
             .then(|| self.fetch(true))
             .flatten();
-        let next_look = self.statuses.is_awaited().then(|| self.fetch(false)).flatten();
-        let listening = RecordKind::ALL.iter().any(|kind| {
+        let next_statuses = self.statuses.is_awaited().then(|| self.fetch(false)).flatten();
+        let has_subscribers = RecordKind::ALL.iter().any(|kind| {
             self.sessions
                 .iter()
-                .any(|door| door.events(*kind).has_subscribers())
+                .any(|session| session.events(*kind).has_subscribers())
         });
         let now = Instant::now();
-        let look = now + if listening { ACTIVE_POLL } else { IDLE };
-        [next_snapshot, next_look, self.leases.next()]
+        let next_poll = now + if has_subscribers { ACTIVE_POLL } else { IDLE_POLL };
+        [next_snapshot, next_statuses, self.leases.next()]
             .into_iter()
             .flatten()
-            .fold(look, Instant::min)
+            .fold(next_poll, Instant::min)
     }
 
     fn publish_events(&mut self) {
-        let doors = &self.sessions;
-        self.history.process(|kind, line| {
-            for door in doors.iter().filter(|door| door.events(kind).has_subscribers()) {
-                let number = line.number.to_le_bytes().to_vec();
-                door.events(kind).put(line.record.to_json().into(), Some(number));
+        let sessions = &self.sessions;
+        self.history.process(|kind, record| {
+            for session in sessions
+                .iter()
+                .filter(|session| session.events(kind).has_subscribers())
+            {
+                let number = record.number.to_le_bytes().to_vec();
+                session
+                    .events(kind)
+                    .put(record.record.to_json().into(), Some(number));
             }
         });
     }
@@ -195,22 +203,22 @@ impl Worker {
         reply.fetch(|| self.operator_workers.send(job).is_ok())
     }
 
-    fn handle_outcome(&mut self, done: JobOutcome) {
-        if !matches!(done, JobOutcome::Snapshot(_) | JobOutcome::Statuses(_)) {
+    fn handle_outcome(&mut self, outcome: JobOutcome) {
+        if !matches!(outcome, JobOutcome::Snapshot(_) | JobOutcome::Statuses(_)) {
             self.hierarchy.outdate();
             self.statuses.outdate();
         }
-        match done {
+        match outcome {
             JobOutcome::Snapshot(snapshot) => self.publish_snapshot(&snapshot),
             JobOutcome::Statuses(statuses) => self.publish_statuses(&statuses),
-            JobOutcome::Operated(act, outcome) => {
-                self.operator_workers.finish(&act);
+            JobOutcome::Operated(operated, outcome) => {
+                self.operator_workers.finish(&operated);
                 if outcome.is_ok() {
-                    self.leases.record(&act.request, Instant::now());
+                    self.leases.record(&operated.request, Instant::now());
                 }
-                if let Some(query) = act.query {
-                    let everything = act.request.action.is_global();
-                    self.reply_outcome(&query, outcome, everything);
+                if let Some(query) = operated.query {
+                    let is_global = operated.request.action.is_global();
+                    self.reply_outcome(&query, outcome, is_global);
                 }
             }
             JobOutcome::Stopped(queries, outcome) => {
@@ -218,16 +226,16 @@ impl Worker {
                     self.reply_outcome(&query, outcome.clone(), true);
                 }
             }
-            JobOutcome::Reloaded(act, outcome) => {
-                if let Some(query) = act.query {
+            JobOutcome::Reloaded(operated, outcome) => {
+                if let Some(query) = operated.query {
                     match outcome {
                         Ok(reloaded) => {
-                            let fine = OperateReply {
+                            let message = OperateReply {
                                 ok: true,
                                 reloaded: Some(reloaded),
                                 ..OperateReply::default()
                             };
-                            reply(&query, &self.keys.of(keys::OPERATE), json(&fine));
+                            reply(&query, &self.keys.of(keys::OPERATE), json(&message));
                         }
                         Err(refusal) => refuse(&query, &refusal),
                     }
@@ -236,19 +244,15 @@ impl Worker {
         }
     }
 
-    fn reply_outcome(&self, query: &Query, outcome: Result<(), Refusal>, everything: bool) {
+    fn reply_outcome(&self, query: &Query, outcome: Result<(), Refusal>, is_global: bool) {
         match outcome {
             Ok(()) => {
-                let fine = OperateReply {
+                let message = OperateReply {
                     ok: true,
-                    roots: if everything {
-                        self.roots.clone()
-                    } else {
-                        Vec::new()
-                    },
+                    roots: if is_global { self.roots.clone() } else { Vec::new() },
                     ..OperateReply::default()
                 };
-                reply(query, &self.keys.of(keys::OPERATE), json(&fine));
+                reply(query, &self.keys.of(keys::OPERATE), json(&message));
             }
             Err(refusal) => refuse(query, &refusal),
         }
@@ -258,12 +262,12 @@ impl Worker {
         let message = json(snapshot);
         let key = self.keys.of(keys::HIERARCHY);
         self.hierarchy.complete(&key, message.clone());
-        for door in self
+        for session in self
             .sessions
             .iter()
-            .filter(|door| door.hierarchy.has_subscribers())
+            .filter(|session| session.hierarchy.has_subscribers())
         {
-            door.hierarchy.put(message.clone(), None);
+            session.hierarchy.put(message.clone(), None);
         }
     }
 
@@ -289,49 +293,45 @@ impl Worker {
     fn end_leases(&mut self) {
         let now = Instant::now();
         for request in self.leases.take_expired(now) {
-            let act = OperatorRequest { request, query: None };
-            if let Err(Job::Operate(act)) = self.operator_workers.send(Job::Operate(Box::new(act))) {
-                self.leases.retry(&act.request, now);
+            let release = OperatorRequest { request, query: None };
+            if let Err(Job::Operate(refused)) = self.operator_workers.send(Job::Operate(Box::new(release))) {
+                self.leases.retry(&refused.request, now);
             }
         }
     }
 
-    /// Answers all parts of the application that a query matches, each separately.
-    fn handle_query(&mut self, ask: QueuedQuery) {
-        let QueuedQuery {
-            origin,
-            queue: line,
-            query,
-        } = ask;
+    /// Sends a separate reply for each of the application's keys that a query matches.
+    fn handle_query(&mut self, queued: QueuedQuery) {
+        let QueuedQuery { origin, queue, query } = queued;
         let key = query.key_expr().clone();
-        let asked = |what: &str| matches_key(&key, what);
+        let matches = |own_key: &str| matches_key(&key, own_key);
         let keys = self.keys.clone();
-        let of = |what: &str| keys.of(what);
-        for (what, answer) in [(keys::ABOUT, &self.about), (keys::SCHEMAS, &self.schemas)] {
-            if asked(&of(what)) {
-                reply(&query, &of(what), answer.clone());
+        let of = |path: &str| keys.of(path);
+        for (path, message) in [(keys::ABOUT, &self.about), (keys::SCHEMAS, &self.schemas)] {
+            if matches(&of(path)) {
+                reply(&query, &of(path), message.clone());
             }
         }
         for kind in RecordKind::ALL {
             let events = of(keys::events(kind));
-            if asked(&events) {
-                let count = parameter(&query, "last").unwrap_or(USUAL);
+            if matches(&events) {
+                let count = parameter(&query, "last").unwrap_or(DEFAULT_EVENTS);
                 reply(&query, &events, self.history.last(kind, count).into());
             }
         }
-        if asked(&of("var/*/*")) {
+        if matches(&of("var/*/*")) {
             self.reply_values(&query, &key);
         }
-        // These keep the query until there is an answer, so only one of them can get it.
-        if is_order(&key) {
-            if asked(&of(keys::OPERATE)) {
+        // These keep the query until there is a reply, so only one of them can take it.
+        if is_operate_key(&key) {
+            if matches(&of(keys::OPERATE)) {
                 self.operate(origin, query);
             }
-        } else if asked(&of(keys::HIERARCHY)) {
-            self.hierarchy.query(query, &of(keys::HIERARCHY), line);
-        } else if asked(&of(keys::VARIABLES)) {
+        } else if matches(&of(keys::HIERARCHY)) {
+            self.hierarchy.query(query, &of(keys::HIERARCHY), queue);
+        } else if matches(&of(keys::VARIABLES)) {
             if query.parameters().contains_key("status") {
-                self.statuses.query(query, &of(keys::VARIABLES), line);
+                self.statuses.query(query, &of(keys::VARIABLES), queue);
             } else {
                 reply(&query, &of(keys::VARIABLES), self.plain_variables.clone());
             }
@@ -339,22 +339,22 @@ impl Worker {
     }
 
     fn reply_values(&mut self, query: &Query, key: &KeyExpr<'_>) {
-        for (place, info) in self.variables.iter().enumerate() {
+        for (index, info) in self.variables.iter().enumerate() {
             let variable = self.keys.variable(&info.owner, &info.variable);
             if !matches_key(key, &variable) {
                 continue;
             }
-            if self.readers[place].is_none() {
+            if self.readers[index].is_none() {
                 let found = self.subject.board().find(&info.name);
-                self.readers[place] = found.map(|variable| variable.reader("link"));
+                self.readers[index] = found.map(|variable| variable.reader("link"));
             }
-            let Some(reader) = &mut self.readers[place] else {
+            let Some(reader) = &mut self.readers[index] else {
                 continue;
             };
             if let (Some(tag), value) = value_publisher::newest(reader, &*self.subject, None) {
                 let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
                 if let Err(error) = sent {
-                    tracing::debug!("an answer was not sent: {error}");
+                    tracing::debug!("a reply was not sent: {error}");
                 }
             }
         }
@@ -370,14 +370,14 @@ impl Worker {
             Ok(request) => request,
             Err(refusal) => return refuse(&query, &refusal),
         };
-        // An order for one schema must be addressed to one application.
+        // A request for one schema must be addressed to one application.
         if query.key_expr().as_str() != self.keys.of(keys::OPERATE) && !request.action.is_global() {
             return;
         }
         if let Err(refusal) = self.leases.check(&request) {
             return refuse(&query, &refusal);
         }
-        let busy = Refusal::new("too much is asked of the application at once; try again");
+        let busy = Refusal::new("the application receives too many requests; try again");
         let bucket = match request.action {
             Action::Touch { .. } => &mut self.gesture_limits[origin as usize],
             _ => &mut self.request_limits[origin as usize],
@@ -386,17 +386,17 @@ impl Worker {
             return refuse(&query, &busy);
         }
         let reload = matches!(request.action, Action::Reload { .. });
-        let act = Box::new(OperatorRequest {
+        let operation = Box::new(OperatorRequest {
             request,
             query: Some(query),
         });
-        let errand = if reload {
-            Job::Reload(act)
+        let job = if reload {
+            Job::Reload(operation)
         } else {
-            Job::Operate(act)
+            Job::Operate(operation)
         };
-        if let Err(Job::Operate(act) | Job::Reload(act)) = self.operator_workers.send(errand)
-            && let Some(query) = &act.query
+        if let Err(Job::Operate(refused) | Job::Reload(refused)) = self.operator_workers.send(job)
+            && let Some(query) = &refused.query
         {
             refuse(query, &busy);
         }
@@ -408,14 +408,14 @@ pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
     match network {
         Network::Operate => Ok(()),
         Network::Closed | Network::Read => Err(Refusal::new(
-            "clients from the network may only look; operate on the machine itself, or let the application say `access = \"operate\"`",
+            "clients from the network may only read; operate on the machine itself, or set `access = \"operate\"` in the application",
         )),
     }
 }
 
 /// Whether a query matches a key.
-pub(super) fn matches_key(question: &KeyExpr<'_>, key: &str) -> bool {
-    KeyExpr::new(key).is_ok_and(|key| question.intersects(&key))
+pub(super) fn matches_key(query: &KeyExpr<'_>, key: &str) -> bool {
+    KeyExpr::new(key).is_ok_and(|key| query.intersects(&key))
 }
 
 fn parameter(query: &Query, name: &str) -> Option<usize> {
@@ -426,7 +426,7 @@ fn parameter(query: &Query, name: &str) -> Option<usize> {
 pub(super) fn parse_query(query: &Query) -> Result<Request, Refusal> {
     let payload = query
         .payload()
-        .ok_or_else(|| Refusal::new("a request is a message in JSON; there is none"))?;
+        .ok_or_else(|| Refusal::new("the request is empty; it must be a message in JSON"))?;
     read_request(&payload.to_bytes())
 }
 
@@ -437,22 +437,22 @@ pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
             "a request has at most {MAX_REQUEST_BYTES} bytes"
         )));
     }
-    serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("no request: {error}")))
+    serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("the request is not valid: {error}")))
 }
 
 pub(super) fn reply(query: &Query, key: &str, message: JsonMessage) {
     if let Err(error) = query.reply(key, message).wait() {
-        tracing::debug!("an answer was not sent: {error}");
+        tracing::debug!("a reply was not sent: {error}");
     }
 }
 
 fn refuse(query: &Query, refusal: &Refusal) {
     if let Err(error) = query.reply_err(json(refusal)).wait() {
-        tracing::debug!("an answer was not sent: {error}");
+        tracing::debug!("a reply was not sent: {error}");
     }
 }
 
-/// Serialisation cannot fail for numbers, texts and lists of them.
+/// Converts a message to JSON, which cannot fail for numbers, texts and lists of them.
 fn json(message: &impl Serialize) -> JsonMessage {
     ZBytes::from(serde_json::to_vec(message).unwrap_or_default())
 }

@@ -1,4 +1,4 @@
-//! A subject with variables only, and a separate folder for each test.
+//! An application without schemas, and a separate runtime folder for each test.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,62 +17,62 @@ use jde_records::snapshot::Snapshot;
 use jde_types::Value as _;
 use zenoh::Wait;
 
-use crate::panels::Easel;
+use crate::panels::TestPanel;
 
 /// Longest wait for an expected event.
-pub(crate) const SOON: Duration = Duration::from_secs(30);
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// An application without schemas.
-pub(crate) struct Stage {
+pub(crate) struct TestSubject {
     pub(crate) board: Board,
     pub(crate) clock: AtomicU64,
-    pub(crate) acted: Mutex<Vec<(String, Action)>>,
+    pub(crate) actions: Mutex<Vec<(String, Action)>>,
     pub(crate) snapshots: AtomicU64,
-    /// The number of accesses to its board.
-    pub(crate) looked: AtomicU64,
-    pub(crate) easel: Arc<Easel>,
-    /// Holding it delays gestures.
-    pub(crate) hold: Mutex<()>,
-    /// Holding it delays snapshots that were taken.
-    pub(crate) hold_snapshots: Mutex<()>,
+    /// How often the link accessed its board.
+    pub(crate) board_accesses: AtomicU64,
+    pub(crate) panel: Arc<TestPanel>,
+    /// Locking it delays gestures.
+    pub(crate) gesture_lock: Mutex<()>,
+    /// Locking it delays the return of snapshots.
+    pub(crate) snapshot_lock: Mutex<()>,
     imports: Vec<Import>,
-    /// Set if its time advances in real time.
+    /// The start, if its time advances in real time.
     start: Option<Instant>,
 }
 
-impl Stage {
+impl TestSubject {
     pub(crate) fn new() -> Arc<Self> {
-        Self::importing(Vec::new())
+        Self::with_imports(Vec::new())
     }
 
-    /// A stage that imports from others, and whose time advances.
-    pub(crate) fn importing(imports: Vec<Import>) -> Arc<Self> {
-        let stage = Self {
+    /// An application that imports from others. Its time advances in real time.
+    pub(crate) fn with_imports(imports: Vec<Import>) -> Arc<Self> {
+        let subject = Self {
             start: (!imports.is_empty()).then(Instant::now),
             board: Board::new(),
             clock: AtomicU64::new(5_000_000_000),
-            hold: Mutex::default(),
-            hold_snapshots: Mutex::default(),
-            acted: Mutex::default(),
+            gesture_lock: Mutex::default(),
+            snapshot_lock: Mutex::default(),
+            actions: Mutex::default(),
             snapshots: AtomicU64::new(0),
-            looked: AtomicU64::new(0),
-            easel: Arc::default(),
+            board_accesses: AtomicU64::new(0),
+            panel: Arc::default(),
             imports,
         };
-        for import in &stage.imports {
+        for import in &subject.imports {
             let (owner, name) = import.parts();
             let value_type = jde_abi::describe::Type::clone(&import.value_type);
-            stage.export(owner, name, value_type);
+            subject.export(owner, name, value_type);
         }
-        stage.export("pioneer", "bearing", f64::describe());
-        stage.export("pioneer", "path", jde_types::Path::describe());
+        subject.export("pioneer", "bearing", f64::describe());
+        subject.export("pioneer", "path", jde_types::Path::describe());
         let gain = Declaration {
             access: Access::Modulation,
             initial: Some(0.5_f64.to_ne_bytes().to_vec()),
             ..declaration("goon", "gain", f64::describe())
         };
-        stage.board.declare(gain).unwrap();
-        Arc::new(stage)
+        subject.board.declare(gain).unwrap();
+        Arc::new(subject)
     }
 
     pub(crate) fn export(
@@ -88,8 +88,8 @@ impl Stage {
         self.board.get(variable).unwrap().writer(0, "pioneer").unwrap()
     }
 
-    pub(crate) fn acts(&self) -> Vec<(String, Action)> {
-        self.acted.lock().unwrap().clone()
+    pub(crate) fn actions(&self) -> Vec<(String, Action)> {
+        self.actions.lock().unwrap().clone()
     }
 }
 
@@ -113,26 +113,26 @@ pub(crate) fn declaration(owner: &str, name: &str, value_type: jde_abi::describe
     }
 }
 
-impl Subject for Stage {
+impl Subject for TestSubject {
     fn info(&self) -> SubjectInfo {
         SubjectInfo {
-            application: "stage".to_owned(),
-            file: "stage.toml".to_owned(),
+            application: "test".to_owned(),
+            file: "test.toml".to_owned(),
             executor: "threads".to_owned(),
             speed: 1.0,
         }
     }
 
     fn schemas(&self) -> Schemas {
-        self.easel.schemas()
+        self.panel.schemas()
     }
 
-    fn view_panel(&self, _: &str, rate: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
-        Ok(Easel::look(&self.easel, rate, news))
+    fn view_panel(&self, _: &str, rate: f64, on_drawn: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
+        Ok(TestPanel::view(&self.panel, rate, on_drawn))
     }
 
     fn board(&self) -> &Board {
-        self.looked.fetch_add(1, Ordering::Relaxed);
+        self.board_accesses.fetch_add(1, Ordering::Relaxed);
         &self.board
     }
 
@@ -161,21 +161,21 @@ impl Subject for Stage {
             groups: Vec::new(),
         };
         self.snapshots.fetch_add(1, Ordering::Relaxed);
-        drop(self.hold_snapshots.lock().unwrap());
+        drop(self.snapshot_lock.lock().unwrap());
         snapshot
     }
 
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
-        if action.schema() == "nobody" {
+        if action.schema() == "unknown" {
             return Err(Refusal {
-                error: "there is no schema `nobody`".to_owned(),
+                error: "there is no schema `unknown`".to_owned(),
                 nearest: Some("goon".to_owned()),
             });
         }
         if matches!(action, Action::Touch { .. }) {
-            drop(self.hold.lock().unwrap());
+            drop(self.gesture_lock.lock().unwrap());
         }
-        self.acted.lock().unwrap().push((by.to_owned(), action.clone()));
+        self.actions.lock().unwrap().push((by.to_owned(), action.clone()));
         Ok(())
     }
 }
@@ -192,13 +192,13 @@ pub(crate) fn import(peer: &str, variable: &str, stale: Duration) -> Import {
     }
 }
 
-/// A folder for one test.
-pub(crate) struct Home {
+/// A runtime folder for one test, and the applications and clients in it.
+pub(crate) struct TestRuntime {
     pub(crate) folder: Folders,
     _files: tempfile::TempDir,
 }
 
-impl Home {
+impl TestRuntime {
     pub(crate) fn new() -> Self {
         let files = tempfile::tempdir().unwrap();
         Self {
@@ -214,8 +214,8 @@ impl Home {
         }
     }
 
-    pub(crate) fn open(&self, name: &str, stage: &Arc<Stage>) -> Link {
-        Link::open(&self.settings(name), stage.clone(), &Events::of_records()).unwrap()
+    pub(crate) fn open(&self, name: &str, subject: &Arc<TestSubject>) -> Link {
+        Link::open(&self.settings(name), subject.clone(), &Events::of_records()).unwrap()
     }
 
     pub(crate) fn client(&self) -> Client {
@@ -233,19 +233,19 @@ pub(crate) fn watch(
     variable: &str,
     rate: jde_link::Rate,
 ) -> (jde_link::Subscription, Receiver<Sample>) {
-    let (tell, told) = channel();
-    let watching = remote
-        .watch(variable, rate, move |sample| drop(tell.send(sample)))
+    let (sender, samples) = channel();
+    let subscription = remote
+        .watch(variable, rate, move |sample| drop(sender.send(sample)))
         .unwrap();
-    (watching, told)
+    (subscription, samples)
 }
 
 /// Polls a condition until it is true.
-pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
+pub(crate) fn until(expected: &str, mut condition: impl FnMut() -> bool) {
     let start = std::time::Instant::now();
-    while !so() {
-        assert!(start.elapsed() < SOON, "{what}");
-        // The awaited thread may need the processor.
+    while !condition() {
+        assert!(start.elapsed() < TIMEOUT, "timed out: {expected}");
+        // Leave the processor to the awaited thread.
         std::thread::park_timeout(Duration::from_millis(2));
     }
 }
@@ -255,8 +255,8 @@ pub(crate) fn number(sample: &Sample) -> Option<f64> {
     Some(f64::from_ne_bytes(bytes.as_slice().try_into().unwrap()))
 }
 
-/// A client without the protocol.
-pub(crate) fn stranger(endpoint: &str) -> zenoh::Session {
+/// A Zenoh session that does not implement the link's protocol.
+pub(crate) fn raw_session(endpoint: &str) -> zenoh::Session {
     let mut config = zenoh::Config::default();
     for (key, value) in [
         ("mode", "\"client\"".to_owned()),

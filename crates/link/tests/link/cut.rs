@@ -1,12 +1,12 @@
 //! Two machines that discover each other by multicast, and two whose cable is cut and restored. Each machine
-//! is a network namespace with an application; a virtual link connects them. Needs a system that permits
-//! their creation.
+//! is a network namespace with one application; a virtual Ethernet link connects them. The tests are skipped
+//! on a system that does not permit network namespaces.
 
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::until;
-use crate::processes::Actor;
+use crate::processes::ChildProcess;
 
 /// Two namespaces with a cable between them; removed when dropped.
 struct Machines {
@@ -23,7 +23,7 @@ fn ip(arguments: &str) -> bool {
 }
 
 impl Machines {
-    /// None if the system refuses.
+    /// Returns `None` if the system does not permit network namespaces.
     fn new() -> Option<Self> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = std::process::id();
@@ -46,13 +46,11 @@ impl Machines {
             format!("-n {base} route add 224.0.0.0/4 dev cable"),
             format!("-n {robot} route add 224.0.0.0/4 dev cable"),
         ];
-        let made = steps.iter().all(|step| ip(step));
-        if !made {
-            println!(
-                "skipped: this system lets us make no network namespaces (root and the tool `ip` are needed)"
-            );
+        let created = steps.iter().all(|step| ip(step));
+        if !created {
+            println!("skipped: this system permits no network namespaces (they need root and the tool `ip`)");
         }
-        made.then_some(machines)
+        created.then_some(machines)
     }
 
     fn cable(&self, state: &str) {
@@ -68,28 +66,30 @@ impl Drop for Machines {
 }
 
 #[test]
-fn an_import_is_taken_back_when_the_cable_is_pulled_and_comes_back_with_it() {
+fn an_import_is_retracted_when_the_cable_is_pulled_and_resumes_when_it_is_restored() {
     let Some(machines) = Machines::new() else { return };
     let files = tempfile::tempdir().unwrap();
-    let _robot = Actor::on(&machines.robot, "robot", &files.path().join("robot"));
-    let mut base = Actor::on(&machines.base, "base", &files.path().join("base"));
-    let first = base.number("shows ");
-    until("values go on", || base.number("shows ") > first);
+    let _robot = ChildProcess::in_namespace(&machines.robot, "robot", &files.path().join("robot"));
+    let mut base = ChildProcess::in_namespace(&machines.base, "base", &files.path().join("base"));
+    let first = base.number("value ");
+    until("further values arrive", || base.number("value ") > first);
     machines.cable("down");
-    base.hears("nothing");
+    base.wait_for_line("none");
     machines.cable("up");
-    let again = base.number("shows ");
-    assert!(again > first, "it is not an old one");
-    until("values go on", || base.number("shows ") > again);
+    let restored = base.number("value ");
+    assert!(restored > first, "the value is new");
+    until("further values arrive", || base.number("value ") > restored);
 }
 
 #[test]
-fn two_that_were_not_told_of_each_other_meet_by_multicast() {
+fn two_unconfigured_applications_discover_each_other_by_multicast() {
     let Some(machines) = Machines::new() else { return };
     let files = tempfile::tempdir().unwrap();
     // The base searches before the robot exists.
-    let mut base = Actor::on(&machines.base, "base to meet", &files.path().join("base"));
-    let _robot = Actor::on(&machines.robot, "robot to meet", &files.path().join("robot"));
-    let first = base.number("shows ");
-    until("values go on", || base.number("shows ") > first);
+    let mut base =
+        ChildProcess::in_namespace(&machines.base, "base by multicast", &files.path().join("base"));
+    let _robot =
+        ChildProcess::in_namespace(&machines.robot, "robot by multicast", &files.path().join("robot"));
+    let first = base.number("value ");
+    until("further values arrive", || base.number("value ") > first);
 }

@@ -1,5 +1,5 @@
-//! A running schema whose panel clients watch and touch. They see its drawings and their gestures take
-//! effect, and the schema is not disturbed otherwise.
+//! Clients watch the panel of a running schema and send gestures to it. They receive its drawings, the
+//! gestures take effect, and the schema is not disturbed otherwise.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -13,8 +13,8 @@ use jde_panel::{Button, Item, List, Touch};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
-use crate::common::{Home, until};
-use crate::processes::Actor;
+use crate::common::{TestRuntime, until};
+use crate::processes::ChildProcess;
 
 /// Counts and draws the count.
 #[derive(Describe)]
@@ -61,24 +61,24 @@ static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels 
 fn application() -> (Plugins, Application) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PAINTERS).unwrap();
-    // Has the name of the other tests' stage, so that their actors find its panel.
+    // The schema has the name that the child process `viewer` watches.
     let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
     let application = jde_app::parse(text, Path::new("painters.toml"), &[], &plugins).unwrap();
     (plugins, application)
 }
 
-/// Options of a run with a link, and the link after the start.
-fn linked(home: &Home, application: &Application) -> (Options, Arc<Mutex<Option<Link>>>) {
+/// The options of a run with a link, and the link once the run has started.
+fn linked(runtime: &TestRuntime, application: &Application) -> (Options, Arc<Mutex<Option<Link>>>) {
     let events = Events::of(application);
-    let title = SubjectInfo::new(application, 1.0);
-    let settings = home.settings("robot");
+    let info = SubjectInfo::new(application, 1.0);
+    let settings = runtime.settings("robot");
     let link = Arc::new(Mutex::new(None));
     let opened = Arc::clone(&link);
     let observer = events.observer();
     let options = Options {
         observers: vec![observer],
         start_hook: Some(Box::new(move |handle: &Handle| {
-            let subject = Arc::new(jde_link::Running::new(handle.clone(), title));
+            let subject = Arc::new(jde_link::Running::new(handle.clone(), info));
             *opened.lock().unwrap() = Some(Link::open(&settings, subject, &events)?);
             Ok(())
         })),
@@ -106,45 +106,47 @@ fn counted(list: &List) -> f64 {
 }
 
 #[test]
-fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
-    let home = Home::new();
+fn r10_a_gesture_changes_the_panel_and_is_recorded_with_its_operator() {
+    let runtime = TestRuntime::new();
     let (plugins, application) = application();
-    let (options, link) = linked(&home, &application);
+    let (options, link) = linked(&runtime, &application);
     let running = Running::start(application, &plugins, options).unwrap();
-    let remote = home.remote();
+    let remote = runtime.remote();
     let schemas = remote.schemas().unwrap().schemas;
     assert!(schemas.iter().all(|schema| schema.panel && schema.name == "goon"));
-    let shown = Arc::new(Mutex::new(List::default()));
-    let newest = Arc::clone(&shown);
-    let _watching = remote
+    let latest = Arc::new(Mutex::new(List::default()));
+    let newest = Arc::clone(&latest);
+    let _subscription = remote
         .watch_panel("goon", Rate::Full, move |panel| {
             *newest.lock().unwrap() = panel.list.unwrap();
         })
         .unwrap();
-    until("it counts", || {
-        shown.lock().unwrap().items.len() == 2 && counted(&shown.lock().unwrap()) > 3.0
+    until("the schema counts", || {
+        latest.lock().unwrap().items.len() == 2 && counted(&latest.lock().unwrap()) > 3.0
     });
     remote.touch("ana@laptop", "goon", click("field")).unwrap();
-    let target = |list: &List| {
+    let shows_target = |list: &List| {
         let mut items = list.items.iter();
         items.any(|item| matches!(item, Item::Text { text, .. } if text == "target 1.5, -2"))
     };
-    until("it has its target", || target(&shown.lock().unwrap()));
-    let told = Arc::new(Mutex::new(String::new()));
-    let heard = Arc::clone(&told);
+    until("the panel shows its target", || {
+        shows_target(&latest.lock().unwrap())
+    });
+    let received = Arc::new(Mutex::new(String::new()));
+    let log = Arc::clone(&received);
     let _events = remote
-        .events(&[jde_records::RecordKind::Event], 100, move |happened| {
-            if let jde_records::RunRecord::Event(line) = happened.record {
-                heard
-                    .lock()
+        .events(&[jde_records::RecordKind::Event], 100, move |event| {
+            if let jde_records::RunRecord::Event(record) = event.record {
+                log.lock()
                     .unwrap()
-                    .push_str(&format!("{:?} {}\n", line.by, line.text));
+                    .push_str(&format!("{:?} {}\n", record.by, record.text));
             }
         })
         .unwrap();
-    until("R14: it is told who did it", || {
-        let told = told.lock().unwrap();
-        told.lines()
+    until("R14: an event names the operator", || {
+        let received = received.lock().unwrap();
+        received
+            .lines()
             .any(|line| line.contains("ana@laptop") && line.contains("field"))
     });
     let health = running.handle().snapshot().schemas[0].health.clone();
@@ -153,7 +155,7 @@ fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
     drop(running);
 }
 
-/// Records the schema's state at each tenth of a second of virtual time.
+/// Runs until a tenth of a second of virtual time, and records the schema's state.
 fn trace(lockstep: &mut Lockstep, tenth: u64, trace: &mut Vec<(u64, u64)>) {
     lockstep.run_until(tenth * 100_000_000);
     let handle = lockstep.handle();
@@ -163,56 +165,56 @@ fn trace(lockstep: &mut Lockstep, tenth: u64, trace: &mut Vec<(u64, u64)>) {
 }
 
 #[test]
-fn r16_a_schema_does_the_same_whoever_looks_floods_and_dies() {
+fn r16_a_schema_does_the_same_while_clients_watch_flood_and_die() {
     let _watchdog = Watchdog::for_test();
-    let home = Home::new();
+    let runtime = TestRuntime::new();
     let (plugins, watched) = application();
-    let (options, link) = linked(&home, &watched);
+    let (options, link) = linked(&runtime, &watched);
     let mut lockstep = Lockstep::start(watched, &plugins, options).unwrap();
-    let (seen, handed, done) = (
+    let (seen, touched, finished) = (
         Arc::new(AtomicU64::new(0)),
         Arc::new(AtomicU64::new(0)),
         Arc::new(AtomicBool::new(false)),
     );
-    let (lists, accepted, over) = (Arc::clone(&seen), Arc::clone(&handed), Arc::clone(&done));
-    let folder = home.folder.clone();
-    let flood = std::thread::spawn(move || {
+    let (lists, accepted, stop) = (Arc::clone(&seen), Arc::clone(&touched), Arc::clone(&finished));
+    let folder = runtime.folder.clone();
+    let client_thread = std::thread::spawn(move || {
         let client = jde_link::Client::connect(&jde_link::Reach::Local(folder)).unwrap();
         let remote = client.application(None).unwrap();
-        let _watching = remote.watch_panel("goon", Rate::Full, move |panel| {
+        let _subscription = remote.watch_panel("goon", Rate::Full, move |panel| {
             lists.fetch_add(u64::from(panel.list.is_ok()), Ordering::Relaxed);
         });
-        while !over.load(Ordering::Relaxed) {
+        while !stop.load(Ordering::Relaxed) {
             // Excess gestures are refused.
-            let is_accepted = remote.touch("eva", "goon", click("field")).is_ok();
-            accepted.fetch_add(u64::from(is_accepted), Ordering::Relaxed);
+            let accepted_now = remote.touch("eva", "goon", click("field")).is_ok();
+            accepted.fetch_add(u64::from(accepted_now), Ordering::Relaxed);
         }
     });
     let mut disturbed = Vec::new();
     let mut tenth = 0;
-    let mut killed = 0;
-    while killed < 2 || seen.load(Ordering::Relaxed) < 20 || handed.load(Ordering::Relaxed) == 0 {
-        if killed < 2 {
-            let viewer = Actor::start("viewer", &home);
+    let mut viewers_killed = 0;
+    while viewers_killed < 2 || seen.load(Ordering::Relaxed) < 20 || touched.load(Ordering::Relaxed) == 0 {
+        if viewers_killed < 2 {
+            let viewer = ChildProcess::start("viewer", &runtime);
             tenth += 1;
             trace(&mut lockstep, tenth, &mut disturbed);
             drop(viewer);
-            killed += 1;
+            viewers_killed += 1;
         }
         tenth += 1;
         trace(&mut lockstep, tenth, &mut disturbed);
     }
-    done.store(true, Ordering::Relaxed);
-    flood.join().unwrap();
+    finished.store(true, Ordering::Relaxed);
+    client_thread.join().unwrap();
     drop(link.lock().unwrap().take());
     drop(lockstep);
 
-    let (plugins, alone) = application();
-    let mut lockstep = Lockstep::start(alone, &plugins, Options::default()).unwrap();
+    let (plugins, unwatched) = application();
+    let mut lockstep = Lockstep::start(unwatched, &plugins, Options::default()).unwrap();
     let mut undisturbed = Vec::new();
     for tenth in 1..=tenth {
         trace(&mut lockstep, tenth, &mut undisturbed);
     }
     assert_eq!(disturbed, undisturbed);
-    assert!(undisturbed.last().unwrap().1 >= 10, "it did something");
+    assert!(undisturbed.last().unwrap().1 >= 10, "the schema iterates");
 }

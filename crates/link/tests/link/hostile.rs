@@ -1,4 +1,4 @@
-//! Clients that send nonsense or floods, or do not read.
+//! Clients that send invalid data or floods, or do not read.
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
@@ -11,36 +11,36 @@ use jde_link::message::{Action, Request};
 use proptest::prelude::*;
 use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, number, socket, stranger, until, watch, write};
-use crate::processes::Actor;
+use crate::common::{TIMEOUT, TestRuntime, TestSubject, number, raw_session, socket, until, watch, write};
+use crate::processes::ChildProcess;
 
 #[test]
-fn no_bytes_upset_an_application() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
+fn an_application_survives_arbitrary_bytes() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
     let root = format!("jde/1/robot/{}", link.about().id);
-    let stranger = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let raw_session = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
     let bytes = proptest::collection::vec(any::<u8>(), 0..200);
-    let below = "(operate|about|variables|hierarchy|events/states|var/pioneer/bearing|want/a/b/c|[a-z*]{1,4}/[a-z*]{1,4})";
+    let key = "(operate|about|variables|hierarchy|events/states|var/pioneer/bearing|want/a/b/c|[a-z*]{1,4}/[a-z*]{1,4})";
     let parameters = "(last=-1|last=99999999999999999999|status|status=;last|[ -~]{0,20})";
     let mut runner = proptest::test_runner::TestRunner::default();
     runner
-        .run(&(bytes, below, parameters), |(bytes, below, parameters)| {
+        .run(&(bytes, key, parameters), |(bytes, key, parameters)| {
             // An invalid key is refused before it is sent.
-            let selector = format!("{root}/{below}?{parameters}");
+            let selector = format!("{root}/{key}?{parameters}");
             if let Ok(get) = zenoh::query::Selector::try_from(selector) {
-                let (tell, told) = std::sync::mpsc::channel::<()>();
-                stranger
+                let (sender, received) = std::sync::mpsc::channel::<()>();
+                raw_session
                     .get(get)
                     .payload(bytes.clone())
                     .attachment(bytes)
                     .callback(move |_| {
-                        let _ = &tell;
+                        let _ = &sender;
                     })
                     .wait()
                     .unwrap();
-                // The channel closes when all answers have arrived.
-                while told.recv().is_ok() {}
+                // The channel closes when all replies have arrived.
+                while received.recv().is_ok() {}
             }
             Ok(())
         })
@@ -55,20 +55,20 @@ fn no_bytes_upset_an_application() {
     .iter()
     .map(|token| {
         let token = format!("{root}/{token}");
-        stranger.liveliness().declare_token(token).wait().unwrap()
+        raw_session.liveliness().declare_token(token).wait().unwrap()
     })
     .collect();
-    assert_eq!(home.remote().schemas().unwrap().schemas.len(), 0);
-    assert_eq!(stage.acts(), []);
+    assert_eq!(runtime.remote().schemas().unwrap().schemas.len(), 0);
+    assert_eq!(subject.actions(), []);
     drop(tokens);
 }
 
 #[test]
-fn bytes_that_are_not_even_zenoh_upset_nobody() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let path = socket(&home.folder);
-    for noise in [
+fn an_application_survives_bytes_that_are_not_zenoh_messages() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let path = socket(&runtime.folder);
+    for bytes in [
         &b"GET / HTTP/1.1\r\n\r\n"[..],
         &[0xff; 100_000],
         &[0, 0, 0, 0],
@@ -76,30 +76,31 @@ fn bytes_that_are_not_even_zenoh_upset_nobody() {
     ] {
         let mut socket = UnixStream::connect(&path).unwrap();
         // The socket may be closed meanwhile.
-        let _ = socket.write_all(noise);
+        let _ = socket.write_all(bytes);
     }
-    assert_eq!(home.remote().about().name, "robot");
+    assert_eq!(runtime.remote().about().name, "robot");
 }
 
 #[test]
-fn a_flood_keeps_nobody_else_from_being_served() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    let mut writer = stage.writer("pioneer.bearing");
-    let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-    assert!(told.recv_timeout(SOON).unwrap().bytes.is_none());
-    let flood = Actor::start("flood", &home);
-    until("it floods", || !stage.acts().is_empty());
+fn other_clients_are_served_during_a_flood() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let mut writer = subject.writer("pioneer.bearing");
+    let (_subscription, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+    assert!(received.recv_timeout(TIMEOUT).unwrap().bytes.is_none());
+    let flood = ChildProcess::start("flood", &runtime);
+    until("the flood begins", || !subject.actions().is_empty());
     for value in 1..=200 {
         write(&mut writer, f64::from(value), 1);
         // Some values are skipped, but the newest arrives.
-        while number(&told.recv_timeout(SOON).unwrap()) != Some(f64::from(value)) {}
+        while number(&received.recv_timeout(TIMEOUT).unwrap()) != Some(f64::from(value)) {}
     }
-    until("somebody new gets in", || {
-        home.client()
+    until("a new client connects", || {
+        runtime
+            .client()
             .application(None)
-            .is_ok_and(|late| late.schemas().is_ok())
+            .is_ok_and(|late_client| late_client.schemas().is_ok())
     });
     assert!(remote.is_alive());
     drop(flood);
@@ -107,10 +108,10 @@ fn a_flood_keeps_nobody_else_from_being_served() {
 }
 
 #[test]
-fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
-    let flood = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+fn r14_everything_can_be_stopped_during_a_flood_of_actions() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
+    let flood = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
     let key = format!("jde/1/robot/{}/operate", link.about().id);
     let request = |by: &str, action: Action| {
         let by = by.to_owned();
@@ -127,7 +128,7 @@ fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
             schema: "goon".to_owned(),
         },
     );
-    let held = stage.hold.lock().unwrap();
+    let guard = subject.gesture_lock.lock().unwrap();
     // More than the allowed rate and the queue permit; the first is not finished before the stop is
     // requested.
     let open = Arc::new(());
@@ -136,46 +137,53 @@ fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
         let get = flood.get(key.as_str()).payload(play.clone());
         get.callback(move |_| drop(Arc::clone(&open))).wait().unwrap();
     }
-    until("most are refused", || Arc::strong_count(&open) < 100);
-    let (tell, told) = channel();
+    until("most requests are refused", || Arc::strong_count(&open) < 100);
+    let (sender, received) = channel();
     let get = flood.get(key.as_str()).payload(request("ana", Action::StopAll));
-    get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
+    get.callback(move |reply| sender.send(reply.into_result().is_ok()).unwrap())
         .wait()
         .unwrap();
-    // Later queries are answered later.
+    // Queries are answered in order.
     let about = flood.get(key.replace("operate", "about")).wait().unwrap();
-    assert!(about.recv_timeout(SOON).unwrap().is_some());
-    drop(held);
-    assert_eq!(told.recv_timeout(SOON), Ok(true), "the stop was carried out");
-    until("both are done", || {
-        let acts = stage.acts();
-        acts.contains(&("ana".to_owned(), Action::StopAll)) && acts.iter().any(|(by, _)| by == "eva")
+    assert!(about.recv_timeout(TIMEOUT).unwrap().is_some());
+    drop(guard);
+    assert_eq!(
+        received.recv_timeout(TIMEOUT),
+        Ok(true),
+        "the stop was carried out"
+    );
+    until("both actions are carried out", || {
+        let actions = subject.actions();
+        actions.contains(&("ana".to_owned(), Action::StopAll)) && actions.iter().any(|(by, _)| by == "eva")
     });
 }
 
 #[test]
-fn what_is_nowhere_is_looked_for_once_however_many_want_it() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
+fn an_unknown_variable_is_searched_only_once_per_token() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
     let root = format!("jde/1/robot/{}", link.about().id);
-    let stranger = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let raw_session = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
     let _tokens: Vec<_> = (0..100)
         .map(|number| {
             let token = format!("{root}/want/nobody/v{number}/full/x");
-            stranger.liveliness().declare_token(token).wait().unwrap()
+            raw_session.liveliness().declare_token(token).wait().unwrap()
         })
         .collect();
-    let remote = home.remote();
-    let mut writer = stage.writer("pioneer.bearing");
+    let remote = runtime.remote();
+    let mut writer = subject.writer("pioneer.bearing");
     write(&mut writer, 1.0, 1);
-    // Its value arrives after the earlier tokens were processed.
-    let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-    assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
-    let before = stage.looked.load(Ordering::Relaxed);
+    // A value arrives after the earlier tokens were processed.
+    let (_subscription, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+    assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(1.0));
+    let before = subject.board_accesses.load(Ordering::Relaxed);
     for _ in 0..10 {
-        let (_again, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-        assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
+        let (_again, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+        assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(1.0));
     }
-    let looks = stage.looked.load(Ordering::Relaxed) - before;
-    assert!(looks < 100, "{looks} looks at the board for ten more who watch");
+    let accesses = subject.board_accesses.load(Ordering::Relaxed) - before;
+    assert!(
+        accesses < 100,
+        "{accesses} accesses to the board for ten more subscriptions"
+    );
 }

@@ -10,7 +10,7 @@ use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
 use jde_records::{RecordKind, RunRecord};
 use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, number, socket, stranger, until, watch, write};
+use crate::common::{TIMEOUT, TestRuntime, TestSubject, number, raw_session, socket, until, watch, write};
 
 fn play(by: &str, schema: &str) -> Request {
     Request {
@@ -23,18 +23,18 @@ fn play(by: &str, schema: &str) -> Request {
 }
 
 #[test]
-fn an_application_is_found_and_says_what_it_is() {
-    let (home, stage) = (Home::new(), Stage::new());
-    assert!(home.client().applications().unwrap().is_empty());
-    let link = home.open("robot", &stage);
-    let found = home.client().applications().unwrap();
+fn an_application_is_found_and_describes_itself() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    assert!(runtime.client().applications().unwrap().is_empty());
+    let link = runtime.open("robot", &subject);
+    let found = runtime.client().applications().unwrap();
     assert_eq!(found, [link.about().clone()]);
     assert_eq!(
         (found[0].name.as_str(), found[0].pid),
         ("robot", std::process::id())
     );
     assert_eq!(found[0].network, Network::Closed);
-    let remote = home.remote();
+    let remote = runtime.remote();
     assert_eq!(remote.about(), link.about());
     assert!(remote.schemas().unwrap().schemas.is_empty());
     let names: Vec<_> = remote
@@ -49,40 +49,40 @@ fn an_application_is_found_and_says_what_it_is() {
 }
 
 #[test]
-fn whoever_leaves_is_gone_at_once_and_says_so() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
-    let remote = home.remote();
-    let (tell, told) = channel();
-    remote.on_gone(move || tell.send(()).unwrap_or_default());
+fn clients_learn_at_once_that_an_application_ended() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let (sender, received) = channel();
+    remote.on_gone(move || sender.send(()).unwrap_or_default());
     assert!(remote.is_alive());
     drop(link);
-    told.recv_timeout(SOON).unwrap();
+    received.recv_timeout(TIMEOUT).unwrap();
     assert!(!remote.is_alive());
     assert!(matches!(remote.hierarchy(), Err(Error::Disconnected(name)) if name == "robot"));
-    assert!(home.client().applications().unwrap().is_empty());
-    let left = std::fs::read_dir(home.folder.path()).unwrap().flatten();
-    let left: Vec<_> = left.map(|file| file.file_name()).collect();
-    assert_eq!(left, ["lock"], "nothing of it stays");
+    assert!(runtime.client().applications().unwrap().is_empty());
+    let remaining = std::fs::read_dir(runtime.folder.path()).unwrap().flatten();
+    let remaining: Vec<_> = remaining.map(|file| file.file_name()).collect();
+    assert_eq!(remaining, ["lock"], "its files are removed");
 }
 
 #[test]
-fn the_second_of_a_name_gets_a_number_unless_it_insists() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let first = home.open("robot", &stage);
-    let second = home.open("robot", &stage);
+fn the_second_application_of_a_name_gets_a_number_unless_it_requires_the_name() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let first = runtime.open("robot", &subject);
+    let second = runtime.open("robot", &subject);
     assert_eq!(first.about().name, "robot");
     assert_eq!(second.about().name, "robot-2");
-    let mut settings = home.settings("robot");
+    let mut settings = runtime.settings("robot");
     settings.require_name = true;
-    let refused = Link::open(&settings, stage.clone(), &Events::of_records())
+    let error = Link::open(&settings, subject.clone(), &Events::of_records())
         .err()
         .unwrap();
     assert!(
-        matches!(refused, Error::NameTaken { ref name, .. } if name == "robot"),
-        "{refused}"
+        matches!(error, Error::NameTaken { ref name, .. } if name == "robot"),
+        "{error}"
     );
-    let client = home.client();
+    let client = runtime.client();
     let error = client.application(None).err().unwrap().to_string();
     assert_eq!(error, "several applications run: robot, robot-2; name one");
     assert_eq!(
@@ -94,15 +94,15 @@ fn the_second_of_a_name_gets_a_number_unless_it_insists() {
 }
 
 #[test]
-fn a_value_arrives_with_all_that_is_known_of_it() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+fn a_value_arrives_with_its_attachment() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     assert!(
         remote.get("pioneer.bearing").unwrap().bytes.is_none(),
-        "there is none yet"
+        "no value was written yet"
     );
-    let mut writer = stage.writer("pioneer.bearing");
+    let mut writer = subject.writer("pioneer.bearing");
     write(&mut writer, 1.5, 4_000_000_000);
     let sample = remote.get("pioneer.bearing").unwrap();
     assert_eq!(number(&sample), Some(1.5));
@@ -125,33 +125,33 @@ fn a_value_arrives_with_all_that_is_known_of_it() {
 }
 
 #[test]
-fn values_come_while_somebody_wants_them_and_to_a_late_joiner_at_once() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    let mut writer = stage.writer("pioneer.bearing");
+fn values_arrive_while_a_client_subscribes_and_at_once_at_a_late_subscriber() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let mut writer = subject.writer("pioneer.bearing");
     write(&mut writer, 1.0, 1);
-    let (first, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-    assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
+    let (first, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+    assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(1.0));
     for value in [2.0, 3.0, 4.0] {
         write(&mut writer, value, 2);
-        assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(value));
+        assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(value));
     }
-    let other = home.remote();
-    let (_late, late) = watch(&other, "pioneer.bearing", Rate::Full);
-    assert_eq!(number(&late.recv_timeout(SOON).unwrap()), Some(4.0));
+    let other = runtime.remote();
+    let (late_subscription, late) = watch(&other, "pioneer.bearing", Rate::Full);
+    assert_eq!(number(&late.recv_timeout(TIMEOUT).unwrap()), Some(4.0));
     writer.retract();
-    assert!(late.recv_timeout(SOON).unwrap().bytes.is_none());
+    assert!(late.recv_timeout(TIMEOUT).unwrap().bytes.is_none());
     assert!(
-        told.recv_timeout(SOON).unwrap().bytes.is_none(),
-        "what came again was not told again"
+        received.recv_timeout(TIMEOUT).unwrap().bytes.is_none(),
+        "a value that is sent again is not reported again"
     );
     write(&mut writer, 5.0, 3);
-    assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(5.0));
-    let readers = || stage.board.get("pioneer.bearing").unwrap().status(0).readers;
+    assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(5.0));
+    let readers = || subject.board.get("pioneer.bearing").unwrap().status(0).readers;
     assert_eq!(readers(), ["link"]);
-    drop((first, told, _late, late));
-    until("nobody reads what nobody wants", || readers().is_empty());
+    drop((first, received, late_subscription, late));
+    until("the link closes its reader", || readers().is_empty());
 }
 
 /// A subscriber without a request of its own stands for one whose first message was lost.
@@ -171,148 +171,148 @@ fn a_value_that_was_lost_on_the_way_arrives_later_although_it_does_not_change() 
 }
 
 #[test]
-fn a_slow_rate_leaves_values_out_and_ends_with_the_newest() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    let mut writer = stage.writer("pioneer.bearing");
-    let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Hz(5));
-    assert!(told.recv_timeout(SOON).unwrap().bytes.is_none());
+fn a_slow_rate_skips_values_and_ends_with_the_newest() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let mut writer = subject.writer("pioneer.bearing");
+    let (_subscription, received) = watch(&remote, "pioneer.bearing", Rate::Hz(5));
+    assert!(received.recv_timeout(TIMEOUT).unwrap().bytes.is_none());
     for value in 1..=1000 {
         write(&mut writer, f64::from(value), 2);
     }
-    let mut came = 0;
-    while let Ok(sample) = told.recv_timeout(SOON) {
-        came += 1;
+    let mut count = 0;
+    while let Ok(sample) = received.recv_timeout(TIMEOUT) {
+        count += 1;
         if sample.sequence == 1000 {
             break;
         }
     }
-    assert!((1..1000).contains(&came), "{came}");
+    assert!((1..1000).contains(&count), "{count}");
 }
 
 #[test]
-fn events_come_in_order_after_those_that_were_before() {
-    let (home, stage) = (Home::new(), Stage::new());
+fn past_events_arrive_before_new_ones_in_order() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
     let events = Events::of_records();
-    let _link = Link::open(&home.settings("robot"), stage, &events).unwrap();
-    let line = |number: u64| RunRecord::retracted(number * 1_000_000, "pioneer.laser");
-    (1..=3).for_each(|number| events.push(line(number)));
-    let remote = home.remote();
-    let earlier = || {
-        let (tell, told) = channel();
-        let watching = remote.events(&[RecordKind::Event], 2, move |happened| drop(tell.send(happened)));
-        (watching.unwrap(), told)
+    let _link = Link::open(&runtime.settings("robot"), subject, &events).unwrap();
+    let record = |number: u64| RunRecord::retracted(number * 1_000_000, "pioneer.laser");
+    (1..=3).for_each(|number| events.push(record(number)));
+    let remote = runtime.remote();
+    let subscribe = || {
+        let (sender, received) = channel();
+        let subscription = remote.events(&[RecordKind::Event], 2, move |event| drop(sender.send(event)));
+        (subscription.unwrap(), received)
     };
     // Without subscribers, events are processed within a quarter of a second.
-    until("the third is known", || {
-        let (_watching, told) = earlier();
-        told.try_iter().any(|happened| happened.number == 3)
+    until("the third event is stored", || {
+        let (_subscription, received) = subscribe();
+        received.try_iter().any(|event| event.number == 3)
     });
-    let (_watching, told) = earlier();
-    events.push(line(4));
-    let heard: Vec<_> = (0..3).map(|_| told.recv_timeout(SOON).unwrap()).collect();
-    let numbers: Vec<_> = heard
-        .iter()
-        .map(|happened| (happened.number, happened.missed))
-        .collect();
+    let (_subscription, received) = subscribe();
+    events.push(record(4));
+    let events: Vec<_> = (0..3).map(|_| received.recv_timeout(TIMEOUT).unwrap()).collect();
+    let numbers: Vec<_> = events.iter().map(|event| (event.number, event.missed)).collect();
     assert_eq!(numbers, [(2, 0), (3, 0), (4, 0)]);
-    assert_eq!(heard[2].record, line(4));
+    assert_eq!(events[2].record, record(4));
 }
 
 #[test]
-fn a_snapshot_is_taken_for_those_who_look_and_for_nobody_else() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    assert_eq!(stage.snapshots.load(Ordering::Relaxed), 0);
+fn snapshots_are_taken_only_on_request() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    assert_eq!(subject.snapshots.load(Ordering::Relaxed), 0);
     assert_eq!(remote.hierarchy().unwrap().time, 5_000_000_000);
-    let (tell, told) = channel();
-    let watching = remote
-        .watch_hierarchy(move |snapshot| drop(tell.send(snapshot)))
+    let (sender, received) = channel();
+    let subscription = remote
+        .watch_hierarchy(move |snapshot| drop(sender.send(snapshot)))
         .unwrap();
     for _ in 0..3 {
-        told.recv_timeout(SOON).unwrap();
+        received.recv_timeout(TIMEOUT).unwrap();
     }
-    drop(watching);
+    drop(subscription);
     // A snapshot in progress still arrives.
-    while told.recv_timeout(SOON).is_ok() {}
-    let taken = stage.snapshots.load(Ordering::Relaxed);
+    while received.recv_timeout(TIMEOUT).is_ok() {}
+    let taken = subject.snapshots.load(Ordering::Relaxed);
     remote.variables(true).unwrap();
-    assert!(stage.snapshots.load(Ordering::Relaxed) <= taken + 1);
+    assert!(subject.snapshots.load(Ordering::Relaxed) <= taken + 1);
 }
 
 #[test]
 fn a_snapshot_that_follows_an_operation_shows_its_effect() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     for second in 6..20 {
         remote.hierarchy().unwrap();
-        stage.clock.store(second * 1_000_000_000, Ordering::Relaxed);
+        subject.clock.store(second * 1_000_000_000, Ordering::Relaxed);
         remote.operate(&play("ana", "goon")).unwrap();
         assert_eq!(remote.hierarchy().unwrap().time, second * 1_000_000_000);
     }
 }
 
 #[test]
-fn a_snapshot_taken_before_a_stop_answers_nobody_who_asks_after_it() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
-    let session = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+fn a_query_after_a_stop_is_not_answered_with_an_earlier_snapshot() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
+    let session = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
     let root = format!("jde/1/robot/{}", link.about().id);
-    let ask = |what: &str| {
-        let replies = session.get(format!("{root}/{what}")).wait().unwrap();
+    let query = |path: &str| {
+        let replies = session.get(format!("{root}/{path}")).wait().unwrap();
         move || {
-            let reply = replies.recv_timeout(SOON).unwrap().expect("a reply");
+            let reply = replies.recv_timeout(TIMEOUT).unwrap().expect("a reply");
             let sample = reply.into_result().unwrap();
             serde_json::from_slice::<serde_json::Value>(&sample.payload().to_bytes()).unwrap()
         }
     };
-    let held = stage.hold_snapshots.lock().unwrap();
-    let before = ask("hierarchy");
+    let guard = subject.snapshot_lock.lock().unwrap();
+    let before = query("hierarchy");
     until("a snapshot is being taken", || {
-        stage.snapshots.load(Ordering::Relaxed) == 1
+        subject.snapshots.load(Ordering::Relaxed) == 1
     });
-    stage.clock.store(6_000_000_000, Ordering::Relaxed);
+    subject.clock.store(6_000_000_000, Ordering::Relaxed);
     let stop = Request {
         by: "ana".to_owned(),
         action: Action::StopAll,
         lease_ms: None,
     };
-    let reach = Reach::Local(home.folder.clone());
-    jde_link::broadcast(&reach, None, &stop, &mut |what| {
-        assert!(what.outcome.is_ok(), "{what:?}")
+    let reach = Reach::Local(runtime.folder.clone());
+    jde_link::broadcast(&reach, None, &stop, &mut |outcome| {
+        assert!(outcome.outcome.is_ok(), "{outcome:?}")
     })
     .unwrap();
-    let after = ask("hierarchy");
+    let after = query("hierarchy");
     // Queries of one session are read in order.
-    ask("about")();
-    drop(held);
+    query("about")();
+    drop(guard);
     assert_eq!(before()["time"], 5_000_000_000_u64);
     assert_eq!(after()["time"], 6_000_000_000_u64);
 }
 
 #[test]
-fn r14_an_operator_acts_by_name_and_hears_why_not() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+fn r14_an_action_carries_its_operator_and_a_refusal_its_reason() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     remote.operate(&play("ana@laptop", "goon")).unwrap();
-    assert_eq!(stage.acts(), [("ana@laptop".to_owned(), play("", "goon").action)]);
+    assert_eq!(
+        subject.actions(),
+        [("ana@laptop".to_owned(), play("", "goon").action)]
+    );
     let error = remote
-        .operate(&play("ana@laptop", "nobody"))
+        .operate(&play("ana@laptop", "unknown"))
         .err()
         .unwrap()
         .to_string();
-    assert_eq!(error, "there is no schema `nobody`; did you mean `goon`?");
+    assert_eq!(error, "there is no schema `unknown`; did you mean `goon`?");
 }
 
 #[test]
-fn r14_a_hold_ends_with_whoever_holds() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+fn r14_a_hold_ends_with_its_client() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     let hold = remote
         .hold(&play("ana", "goon"), Duration::from_millis(300))
         .unwrap();
@@ -321,43 +321,43 @@ fn r14_a_hold_ends_with_whoever_holds() {
     let let_go = Action::LetGo {
         schema: "goon".to_owned(),
     };
-    assert_eq!(stage.acts().last().unwrap().1, let_go);
-    // A client that dies: its lease is not renewed.
+    assert_eq!(subject.actions().last().unwrap().1, let_go);
+    // The lease of a client that dies is not renewed.
     let mut request = play("ben", "goon");
     request.lease_ms = Some(100);
     remote.operate(&request).unwrap();
-    until("the lease runs out", || {
-        stage.acts().last() == Some(&("ben".to_owned(), let_go.clone()))
+    until("the lease expires", || {
+        subject.actions().last() == Some(&("ben".to_owned(), let_go.clone()))
     });
 }
 
 #[test]
-fn a_folder_that_others_could_have_made_is_refused() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let opened = |folder: &Folders| {
-        let mut settings = home.settings("robot");
+fn a_folder_that_others_could_have_created_is_refused() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let open = |folder: &Folders| {
+        let mut settings = runtime.settings("robot");
         settings.folder = folder.clone();
-        Link::open(&settings, stage.clone(), &Events::of_records()).map(drop)
+        Link::open(&settings, subject.clone(), &Events::of_records()).map(drop)
     };
     let files = tempfile::tempdir().unwrap();
     let open_to_all = files.path().join("open");
     std::fs::create_dir(&open_to_all).unwrap();
     std::fs::set_permissions(&open_to_all, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let error = opened(&Folders::at(&open_to_all)).err().unwrap().to_string();
+    let error = open(&Folders::at(&open_to_all)).err().unwrap().to_string();
     assert!(error.contains("others may enter it (mode 755)"), "{error}");
     let private = files.path().join("private");
-    opened(&Folders::at(&private)).unwrap();
+    open(&Folders::at(&private)).unwrap();
     let link = files.path().join("link");
     symlink(&private, &link).unwrap();
-    let error = opened(&Folders::at(&link)).err().unwrap().to_string();
-    assert!(error.contains("it is no folder"), "{error}");
-    let error = opened(&Folders::at(files.path().join("no/where")))
+    let error = open(&Folders::at(&link)).err().unwrap().to_string();
+    assert!(error.contains("it is not a folder"), "{error}");
+    let error = open(&Folders::at(files.path().join("no/where")))
         .err()
         .unwrap()
         .to_string();
     assert!(error.contains("cannot be used"), "{error}");
     assert!(Client::connect(&Reach::Local(Folders::at(&open_to_all))).is_err());
     let long = files.path().join("x".repeat(120));
-    let error = opened(&Folders::at(long)).err().unwrap().to_string();
-    assert!(error.contains("nearer to the root"), "{error}");
+    let error = open(&Folders::at(long)).err().unwrap().to_string();
+    assert!(error.contains("a shorter path"), "{error}");
 }

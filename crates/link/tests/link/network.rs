@@ -1,4 +1,4 @@
-//! Applications on the network: which clients are admitted, and what they may do.
+//! Applications on the network: which clients they admit, and what those may do.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use jde_link::{Access, Client, Error, Events, Link, Login, Rate, Reach, Settings
 use jde_panel::{Gesture, Touch};
 use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, number, stranger, watch, write};
+use crate::common::{TIMEOUT, TestRuntime, TestSubject, number, raw_session, watch, write};
 
-/// A free port.
-pub(crate) fn free() -> String {
+/// A local address with a free port.
+pub(crate) fn free_address() -> String {
     let port = TcpListener::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()
@@ -24,19 +24,19 @@ pub(crate) fn free() -> String {
 
 /// A networked application on a free port.
 pub(crate) fn open(
-    home: &Home,
+    runtime: &TestRuntime,
     protocol: &str,
-    change: impl Fn(&mut Settings),
-) -> (Link, std::sync::Arc<Stage>, String) {
-    let stage = Stage::new();
+    configure: impl Fn(&mut Settings),
+) -> (Link, std::sync::Arc<TestSubject>, String) {
+    let subject = TestSubject::new();
     loop {
-        let endpoint = format!("{protocol}/{}", free());
-        let mut settings = home.settings("robot");
+        let endpoint = format!("{protocol}/{}", free_address());
+        let mut settings = runtime.settings("robot");
         settings.listen = vec![endpoint.clone()];
         settings.insecure = protocol == "tcp";
-        change(&mut settings);
-        match Link::open(&settings, stage.clone(), &Events::of_records()) {
-            Ok(link) => return (link, stage, endpoint),
+        configure(&mut settings);
+        match Link::open(&settings, subject.clone(), &Events::of_records()) {
+            Ok(link) => return (link, subject, endpoint),
             // Another test has taken the port.
             Err(Error::Listen { .. }) => {}
             Err(error) => panic!("{error}"),
@@ -70,67 +70,67 @@ pub(crate) fn login(user: &str, password: &str) -> Login {
 }
 
 #[test]
-fn clients_from_the_network_look_and_operate_only_if_they_may() {
+fn clients_from_the_network_read_and_operate_only_with_permission() {
     for access in [Access::Read, Access::Operate] {
-        let home = Home::new();
-        let (link, stage, endpoint) = open(&home, "tcp", |settings| settings.access = access);
+        let runtime = TestRuntime::new();
+        let (link, subject, endpoint) = open(&runtime, "tcp", |settings| settings.access = access);
         let client = Client::connect(&reach(&endpoint, None, None)).unwrap();
         assert_eq!(client.applications().unwrap(), [link.about().clone()]);
         let remote = client.application(Some("robot")).unwrap();
-        let mut writer = stage.writer("pioneer.bearing");
+        let mut writer = subject.writer("pioneer.bearing");
         write(&mut writer, 1.5, 1);
         assert_eq!(number(&remote.get("pioneer.bearing").unwrap()), Some(1.5));
-        let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-        assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.5));
+        let (_subscription, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+        assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(1.5));
         match access {
             Access::Read => {
                 assert_eq!(link.about().network, Network::Read);
                 let error = remote.operate(&play()).err().unwrap().to_string();
-                assert!(error.contains("may only look"), "{error}");
+                assert!(error.contains("may only read"), "{error}");
                 let gesture = Gesture {
                     widget: "field".to_owned(),
                     touch: Touch::Pressed,
                 };
                 let touched = remote.touch("ana", "goon", gesture);
-                assert!(touched.err().unwrap().to_string().contains("may only look"));
-                assert_eq!(stage.acts(), []);
+                assert!(touched.err().unwrap().to_string().contains("may only read"));
+                assert_eq!(subject.actions(), []);
                 // The same user on the same machine may operate.
-                home.remote().operate(&play()).unwrap();
+                runtime.remote().operate(&play()).unwrap();
             }
             Access::Operate => remote.operate(&play()).unwrap(),
         }
-        assert_eq!(stage.acts().len(), 1);
+        assert_eq!(subject.actions().len(), 1);
         drop(link);
-        assert!(remote.wait_gone(SOON));
+        assert!(remote.wait_gone(TIMEOUT));
     }
 }
 
 #[test]
-fn whoever_has_not_the_password_stays_outside() {
-    let (home, files) = (Home::new(), tempfile::tempdir().unwrap());
-    let ours = authority(files.path(), "ours");
-    let (_link, _, endpoint) = open(&home, "tls", |settings| {
+fn a_client_without_the_password_is_refused() {
+    let (runtime, files) = (TestRuntime::new(), tempfile::tempdir().unwrap());
+    let trusted = authority(files.path(), "trusted");
+    let (_link, _, endpoint) = open(&runtime, "tls", |settings| {
         settings.login = Some(login("lab", "right"));
-        settings.tls = Some(ours.tls(true, false));
+        settings.tls = Some(trusted.tls(true, false));
     });
-    let connected = |login| {
-        let reach = reach(&endpoint, login, Some(ours.tls(false, false)));
+    let connect = |login| {
+        let reach = reach(&endpoint, login, Some(trusted.tls(false, false)));
         Client::connect(&reach).map(|client| client.applications())
     };
     for wrong in [None, Some(login("lab", "wrong")), Some(login("bal", "right"))] {
-        let error = connected(wrong.clone()).err();
+        let error = connect(wrong.clone()).err();
         assert!(
             matches!(error, Some(Error::Connect { .. })),
             "{wrong:?}: {error:?}"
         );
     }
-    let applications = connected(Some(login("lab", "right"))).unwrap().unwrap();
+    let applications = connect(Some(login("lab", "right"))).unwrap().unwrap();
     assert_eq!(applications.len(), 1);
-    let secrets = std::fs::read_dir(home.folder.path()).unwrap().flatten();
-    let secrets: Vec<_> = secrets
+    let secret_files = std::fs::read_dir(runtime.folder.path()).unwrap().flatten();
+    let secret_files: Vec<_> = secret_files
         .filter(|file| file.file_name().to_string_lossy().ends_with(".tmp"))
         .collect();
-    assert!(secrets.is_empty(), "no password stays in a file");
+    assert!(secret_files.is_empty(), "the file with the password is removed");
 }
 
 /// A certificate authority with a certificate for this machine, as files.
@@ -140,10 +140,11 @@ pub(crate) struct Authority {
 }
 
 impl Authority {
-    /// Settings that trust the authority; `shows` presents its certificate, `clients` requires one.
-    pub(crate) fn tls(&self, shows: bool, clients: bool) -> Tls {
+    /// Settings that trust the authority; `present` presents its certificate, `clients` requires one of each
+    /// client.
+    pub(crate) fn tls(&self, present: bool, clients: bool) -> Tls {
         Tls {
-            identity: shows.then(|| self.identity.clone()),
+            identity: present.then(|| self.identity.clone()),
             authority: Some(self.certificate.to_string_lossy().into_owned()),
             clients,
         }
@@ -162,8 +163,8 @@ pub(crate) fn authority(folder: &Path, name: &str) -> Authority {
         .unwrap()
         .signed_by(&own_key, &issuer)
         .unwrap();
-    let write = |what: &str, text: String| {
-        let path = folder.join(format!("{name}-{what}.pem"));
+    let write = |part: &str, text: String| {
+        let path = folder.join(format!("{name}-{part}.pem"));
         std::fs::write(&path, text).unwrap();
         path
     };
@@ -178,102 +179,105 @@ pub(crate) fn authority(folder: &Path, name: &str) -> Authority {
 }
 
 #[test]
-fn whoever_has_no_certificate_of_the_authority_stays_outside() {
-    let (home, files) = (Home::new(), tempfile::tempdir().unwrap());
-    let (ours, theirs) = (authority(files.path(), "ours"), authority(files.path(), "theirs"));
+fn an_end_without_a_certificate_of_the_authority_is_refused() {
+    let (runtime, files) = (TestRuntime::new(), tempfile::tempdir().unwrap());
+    let (trusted, foreign) = (
+        authority(files.path(), "trusted"),
+        authority(files.path(), "foreign"),
+    );
     let tls = |authority: &Authority, identity: Option<&Authority>| Tls {
         identity: identity.map(|identity| identity.identity.clone()),
         authority: Some(authority.certificate.to_string_lossy().into_owned()),
         clients: true,
     };
-    let own = tls(&ours, Some(&ours));
-    let (_link, _, endpoint) = open(&home, "tls", |settings| settings.tls = Some(own.clone()));
+    let valid = tls(&trusted, Some(&trusted));
+    let (_link, _, endpoint) = open(&runtime, "tls", |settings| settings.tls = Some(valid.clone()));
     let applications = |tls| {
         let client = Client::connect(&reach(&endpoint, None, Some(tls)))?;
         client.applications()
     };
-    assert_eq!(applications(own.clone()).unwrap().len(), 1);
-    for (what, wrong) in [
-        ("a server of another authority", tls(&theirs, Some(&ours))),
-        ("a client of another authority", tls(&ours, Some(&theirs))),
-        ("a client without a certificate", tls(&ours, None)),
+    assert_eq!(applications(valid.clone()).unwrap().len(), 1);
+    for (case, wrong) in [
+        ("a server of another authority", tls(&foreign, Some(&trusted))),
+        ("a client of another authority", tls(&trusted, Some(&foreign))),
+        ("a client without a certificate", tls(&trusted, None)),
     ] {
         let found = applications(wrong);
         assert!(
             !matches!(&found, Ok(found) if !found.is_empty()),
-            "{what} gets in: {found:?}"
+            "{case} is admitted: {found:?}"
         );
     }
     let plain = endpoint.replace("tls/", "tcp/");
     assert!(
         Client::connect(&reach(&plain, None, None)).is_err(),
-        "nor without TLS"
+        "a client without TLS is refused"
     );
 }
 
 #[test]
-fn a_port_in_use_and_one_where_nobody_listens_are_said() {
-    let home = Home::new();
+fn a_port_in_use_and_one_without_a_listener_are_reported() {
+    let runtime = TestRuntime::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let endpoint = format!("tcp/{}", taken.local_addr().unwrap());
-    let mut settings = home.settings("robot");
+    let mut settings = runtime.settings("robot");
     settings.listen = vec![endpoint.clone()];
     settings.insecure = true;
-    let error = Link::open(&settings, Stage::new(), &Events::of_records())
+    let error = Link::open(&settings, TestSubject::new(), &Events::of_records())
         .err()
         .unwrap();
     assert!(
-        matches!(&error, Error::Listen { endpoint: said, .. } if *said == endpoint),
+        matches!(&error, Error::Listen { endpoint: reported, .. } if *reported == endpoint),
         "{error}"
     );
     assert!(
-        home.client().applications().unwrap().is_empty(),
-        "it did not half open"
+        runtime.client().applications().unwrap().is_empty(),
+        "the failed application is not announced"
     );
-    let nobody = format!("tcp/{}", free());
-    let error = Client::connect(&reach(&nobody, None, None)).err().unwrap();
+    let unused = format!("tcp/{}", free_address());
+    let error = Client::connect(&reach(&unused, None, None)).err().unwrap();
     assert!(
-        matches!(&error, Error::Connect { endpoint, .. } if *endpoint == nobody),
+        matches!(&error, Error::Connect { endpoint, .. } if *endpoint == unused),
         "{error}"
     );
 }
 
 #[test]
 fn a_peer_of_another_version_is_named_with_both_versions() {
-    let home = Home::new();
-    let link = home.open("robot", &Stage::new());
+    let runtime = TestRuntime::new();
+    let link = runtime.open("robot", &TestSubject::new());
     let mut about = link.about().clone();
     (about.name, about.id) = ("robot9".to_owned(), "0123456789abcdef".to_owned());
     (about.protocol, about.version) = (9, "9.9.9".to_owned());
-    let path = home.folder.path().join(format!("{}.json", about.id));
+    let path = runtime.folder.path().join(format!("{}.json", about.id));
     std::fs::write(&path, serde_json::to_string(&about).unwrap()).unwrap();
-    let held = std::fs::File::open(&path).unwrap();
-    held.lock().unwrap();
-    let error = home
+    let lock = std::fs::File::open(&path).unwrap();
+    lock.lock().unwrap();
+    let error = runtime
         .client()
         .application(Some("robot9"))
         .err()
         .unwrap()
         .to_string();
-    let ours = env!("CARGO_PKG_VERSION");
+    let own_version = env!("CARGO_PKG_VERSION");
     assert_eq!(
         error,
         format!(
-            "`robot9` (jde 9.9.9) speaks link protocol 9, and this is protocol 1 (jde {ours}); use the same version of jde on both"
+            "`robot9` (jde 9.9.9) speaks link protocol 9, and this is protocol 1 (jde {own_version}); use the same version of jde on both"
         )
     );
-    drop(held);
+    drop(lock);
     assert_eq!(
-        home.client().applications().unwrap().len(),
+        runtime.client().applications().unwrap().len(),
         1,
-        "what nobody holds is cleared away"
+        "an announcement without a lock is removed"
     );
     assert!(!path.exists());
 }
 
-/// All answers to a query.
-fn answers(session: &zenoh::Session, key: &str) -> Vec<String> {
-    let (tell, told) = channel();
+/// The keys of all replies to a query.
+fn reply_keys(session: &zenoh::Session, key: &str) -> Vec<String> {
+    let (sender, received) = channel();
     session
         .get(key)
         .target(zenoh::query::QueryTarget::All)
@@ -281,35 +285,35 @@ fn answers(session: &zenoh::Session, key: &str) -> Vec<String> {
         .timeout(Duration::from_secs(20))
         .callback(move |reply| {
             if let Ok(sample) = reply.into_result() {
-                tell.send(sample.key_expr().to_string()).unwrap();
+                sender.send(sample.key_expr().to_string()).unwrap();
             }
         })
         .wait()
         .unwrap();
-    told.iter().collect()
+    received.iter().collect()
 }
 
 #[test]
-fn nobody_speaks_for_an_application_to_its_clients() {
-    let home = Home::new();
-    let (link, stage, endpoint) = open(&home, "tcp", |_| {});
+fn no_client_can_impersonate_an_application() {
+    let runtime = TestRuntime::new();
+    let (link, subject, endpoint) = open(&runtime, "tcp", |_| {});
     let client = Client::connect(&reach(&endpoint, None, None)).unwrap();
     let remote = client.application(None).unwrap();
-    let mut writer = stage.writer("pioneer.bearing");
+    let mut writer = subject.writer("pioneer.bearing");
     write(&mut writer, 1.0, 1);
-    let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
-    assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
+    let (_subscription, received) = watch(&remote, "pioneer.bearing", Rate::Full);
+    assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(1.0));
 
-    let (liar, puts) = (stranger(&endpoint), stranger(&endpoint));
+    let (impostor, publisher) = (raw_session(&endpoint), raw_session(&endpoint));
     let root = format!("jde/1/robot/{}", link.about().id);
-    let _answers = liar
+    let _queryable = impostor
         .declare_queryable("jde/**")
         .callback(|query| {
-            let _ = query.reply(query.key_expr().clone(), "mine").wait();
+            let _ = query.reply(query.key_expr().clone(), "forged").wait();
         })
         .wait()
         .unwrap();
-    let _token = liar
+    let _token = impostor
         .liveliness()
         .declare_token("jde/1/ghost/00/alive")
         .wait()
@@ -327,33 +331,34 @@ fn nobody_speaks_for_an_application_to_its_clients() {
         "jde/**".to_owned(),
         format!("{root}/**"),
     ] {
-        puts.put(key, forged.clone())
+        publisher
+            .put(key, forged.clone())
             .attachment(attachment.clone())
             .wait()
             .unwrap();
     }
-    // An answer implies that all earlier messages were processed.
+    // A reply implies that all earlier messages were processed.
     assert_eq!(
-        answers(&puts, &format!("{root}/about")),
+        reply_keys(&publisher, &format!("{root}/about")),
         [format!("{root}/about")]
     );
     write(&mut writer, 2.0, 2);
     assert_eq!(
-        number(&told.recv_timeout(SOON).unwrap()),
+        number(&received.recv_timeout(TIMEOUT).unwrap()),
         Some(2.0),
-        "and nothing forged"
+        "no forged value arrives"
     );
     assert_eq!(client.applications().unwrap(), [link.about().clone()]);
     assert_eq!(remote.schemas().unwrap().schemas.len(), 0);
 }
 
 #[test]
-fn nobody_gets_through_one_application_to_the_next() {
-    let home = Home::new();
-    let (link, _, endpoint) = open(&home, "tcp", |_| {});
-    let _private = home.open("private", &Stage::new());
-    let stranger = stranger(&endpoint);
+fn no_client_reaches_another_application_through_one() {
+    let runtime = TestRuntime::new();
+    let (link, _, endpoint) = open(&runtime, "tcp", |_| {});
+    let _private = runtime.open("private", &TestSubject::new());
+    let raw_session = raw_session(&endpoint);
     let about = format!("jde/1/robot/{}/about", link.about().id);
-    assert_eq!(answers(&stranger, "jde/*/*/*/about"), [about]);
-    assert_eq!(home.client().applications().unwrap().len(), 2);
+    assert_eq!(reply_keys(&raw_session, "jde/*/*/*/about"), [about]);
+    assert_eq!(runtime.client().applications().unwrap().len(), 2);
 }

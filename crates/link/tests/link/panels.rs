@@ -1,5 +1,5 @@
-//! Panels over the link: drawn while clients watch, the same for all of them, and touched by clients with
-//! permission.
+//! Panels over the link: they are drawn while clients watch, are the same for all clients, and receive the
+//! gestures of clients with permission.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -12,28 +12,28 @@ use jde_panel::PanelFrame;
 use jde_panel::{Button, Gesture, Item, List, Touch};
 use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, socket, stranger, until};
+use crate::common::{TIMEOUT, TestRuntime, TestSubject, raw_session, socket, until};
 use crate::network;
-use crate::processes::Actor;
+use crate::processes::ChildProcess;
 
 /// The panel of the schema `goon`, drawn by a test.
 #[derive(Default)]
-pub(crate) struct Easel {
+pub(crate) struct TestPanel {
     /// Whether the schema has a panel.
-    is_there: AtomicBool,
+    exists: AtomicBool,
     sequence: AtomicU64,
     next: AtomicU64,
     newest: Mutex<Option<Arc<PanelFrame>>>,
-    lookers: Mutex<Vec<(u64, f64, OnDrawn)>>,
+    viewers: Mutex<Vec<(u64, f64, OnDrawn)>>,
 }
 
-struct Look {
-    easel: Arc<Easel>,
+struct TestViewer {
+    panel: Arc<TestPanel>,
     number: u64,
 }
 
-impl Easel {
-    /// The schemas; `goon` has a panel once `is_there` is set.
+impl TestPanel {
+    /// The schemas; `goon` has a panel once `exists` is set.
     pub(crate) fn schemas(&self) -> Schemas {
         let schema = |name: &str, panel| SchemaInfo {
             name: name.to_owned(),
@@ -48,7 +48,7 @@ impl Easel {
             ports: Vec::new(),
             panel,
         };
-        if !self.is_there.load(Ordering::Relaxed) {
+        if !self.exists.load(Ordering::Relaxed) {
             return Schemas::default();
         }
         Schemas {
@@ -57,14 +57,14 @@ impl Easel {
         }
     }
 
-    pub(crate) fn look(easel: &Arc<Self>, rate: f64, news: OnDrawn) -> Box<dyn PanelViewer> {
-        let number = easel.next.fetch_add(1, Ordering::Relaxed);
-        easel.lookers.lock().unwrap().push((number, rate, news));
-        let easel = Arc::clone(easel);
-        Box::new(Look { easel, number })
+    pub(crate) fn view(panel: &Arc<Self>, rate: f64, on_drawn: OnDrawn) -> Box<dyn PanelViewer> {
+        let number = panel.next.fetch_add(1, Ordering::Relaxed);
+        panel.viewers.lock().unwrap().push((number, rate, on_drawn));
+        let panel = Arc::clone(panel);
+        Box::new(TestViewer { panel, number })
     }
 
-    /// Draws anew; returns the sequence number.
+    /// Draws a new frame and returns its sequence number.
     pub(crate) fn draw(&self, list: Result<List, &str>) -> u64 {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed) + 1;
         *self.newest.lock().unwrap() = Some(Arc::new(PanelFrame {
@@ -74,39 +74,39 @@ impl Easel {
             failed: 0,
             list: list.map_err(str::to_owned),
         }));
-        for (_, _, news) in &*self.lookers.lock().unwrap() {
-            news();
+        for (_, _, on_drawn) in &*self.viewers.lock().unwrap() {
+            on_drawn();
         }
         sequence
     }
 
     /// The rate that each viewer requests.
     fn rates(&self) -> Vec<f64> {
-        let lookers = self.lookers.lock().unwrap();
-        let mut rates: Vec<_> = lookers.iter().map(|(_, rate, _)| *rate).collect();
+        let viewers = self.viewers.lock().unwrap();
+        let mut rates: Vec<_> = viewers.iter().map(|(_, rate, _)| *rate).collect();
         rates.sort_by(f64::total_cmp);
         rates
     }
 }
 
-impl PanelViewer for Look {
+impl PanelViewer for TestViewer {
     fn newest(&self) -> Option<Arc<PanelFrame>> {
-        self.easel.newest.lock().unwrap().clone()
+        self.panel.newest.lock().unwrap().clone()
     }
 }
 
-impl Drop for Look {
+impl Drop for TestViewer {
     fn drop(&mut self) {
-        let mut lookers = self.easel.lookers.lock().unwrap();
-        lookers.retain(|(number, ..)| *number != self.number);
+        let mut viewers = self.panel.viewers.lock().unwrap();
+        viewers.retain(|(number, ..)| *number != self.number);
     }
 }
 
 /// An application with a panel.
-pub(crate) fn stage() -> Arc<Stage> {
-    let stage = Stage::new();
-    stage.easel.is_there.store(true, Ordering::Relaxed);
-    stage
+pub(crate) fn subject_with_panel() -> Arc<TestSubject> {
+    let subject = TestSubject::new();
+    subject.panel.exists.store(true, Ordering::Relaxed);
+    subject
 }
 
 /// A distinct list for each value.
@@ -121,12 +121,12 @@ pub(crate) fn list(value: u64) -> List {
     }
 }
 
-fn look(remote: &Remote, rate: Rate) -> (Subscription, Receiver<PanelSample>) {
-    let (tell, told) = channel();
-    let watching = remote
-        .watch_panel("goon", rate, move |panel| drop(tell.send(panel)))
+fn watch_panel(remote: &Remote, rate: Rate) -> (Subscription, Receiver<PanelSample>) {
+    let (sender, received) = channel();
+    let subscription = remote
+        .watch_panel("goon", rate, move |panel| drop(sender.send(panel)))
         .unwrap();
-    (watching, told)
+    (subscription, received)
 }
 
 fn click() -> Gesture {
@@ -140,90 +140,90 @@ fn click() -> Gesture {
 }
 
 #[test]
-fn a_panel_is_drawn_while_somebody_looks_and_all_see_the_same() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    assert!(stage.easel.rates().is_empty(), "nobody looks");
-    let (one, other) = (home.remote(), home.remote());
-    let (watching, told) = look(&one, Rate::Full);
-    let (slow, told_slowly) = look(&other, Rate::Hz(2));
-    until("both look", || stage.easel.rates() == [2.0, 30.0]);
-    let number = stage.easel.draw(Ok(list(1)));
-    for told in [&told, &told_slowly] {
-        let panel = told.recv_timeout(SOON).unwrap();
+fn a_panel_is_drawn_while_clients_watch_and_is_the_same_for_all() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    assert!(subject.panel.rates().is_empty(), "no client watches");
+    let (first_client, second_client) = (runtime.remote(), runtime.remote());
+    let (subscription, received) = watch_panel(&first_client, Rate::Full);
+    let (slow_subscription, received_slowly) = watch_panel(&second_client, Rate::Hz(2));
+    until("both clients watch", || subject.panel.rates() == [2.0, 30.0]);
+    let number = subject.panel.draw(Ok(list(1)));
+    for received in [&received, &received_slowly] {
+        let panel = received.recv_timeout(TIMEOUT).unwrap();
         assert_eq!((panel.list, panel.sequence), (Ok(list(1)), number));
         assert_eq!((panel.time, panel.age), (3_000_000_000, 2_000_000_000));
     }
     for value in 2..=50 {
-        let number = stage.easel.draw(Ok(list(value)));
+        let number = subject.panel.draw(Ok(list(value)));
         // Each drawing is sent before the next is drawn, so all arrive in order.
-        let panel = told.recv_timeout(SOON).unwrap();
+        let panel = received.recv_timeout(TIMEOUT).unwrap();
         assert_eq!((panel.list, panel.sequence), (Ok(list(value)), number));
     }
-    drop(watching);
-    until("one looks", || stage.easel.rates() == [2.0]);
-    drop(slow);
-    until("nobody looks", || stage.easel.rates().is_empty());
+    drop(subscription);
+    until("one client watches", || subject.panel.rates() == [2.0]);
+    drop(slow_subscription);
+    until("no client watches", || subject.panel.rates().is_empty());
 }
 
 #[test]
-fn whoever_wants_less_gets_less_and_the_newest_in_the_end() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+fn a_low_rate_skips_drawings_and_ends_with_the_newest() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     let start = Instant::now();
-    let (_watching, told) = look(&remote, Rate::Hz(10));
-    until("it looks", || !stage.easel.rates().is_empty());
-    let mut seen = 0;
+    let (_subscription, received) = watch_panel(&remote, Rate::Hz(10));
+    until("the client watches", || !subject.panel.rates().is_empty());
+    let mut count = 0;
     let mut last = 0;
     for value in 1..=200 {
-        last = stage.easel.draw(Ok(list(value)));
-        seen += told.try_iter().count();
+        last = subject.panel.draw(Ok(list(value)));
+        count += received.try_iter().count();
     }
     loop {
-        let panel = told.recv_timeout(SOON).unwrap();
-        seen += 1;
+        let panel = received.recv_timeout(TIMEOUT).unwrap();
+        count += 1;
         if panel.sequence == last {
             break;
         }
     }
-    let most = start.elapsed().as_secs_f64() * 10.0 + 2.0;
-    assert!(seen as f64 <= most, "{seen} in {:?}", start.elapsed());
+    let limit = start.elapsed().as_secs_f64() * 10.0 + 2.0;
+    assert!(count as f64 <= limit, "{count} in {:?}", start.elapsed());
 }
 
 #[test]
-fn a_late_comer_gets_the_newest_at_once_and_nobody_gets_it_twice() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    let (first, second) = (home.remote(), home.remote());
-    let (_watching, told) = look(&first, Rate::Hz(5));
-    until("it looks", || !stage.easel.rates().is_empty());
-    stage.easel.draw(Ok(list(1)));
-    assert_eq!(told.recv_timeout(SOON).unwrap().list, Ok(list(1)));
-    let (_late, told_late) = look(&second, Rate::Hz(5));
-    assert_eq!(told_late.recv_timeout(SOON).unwrap().list, Ok(list(1)));
-    stage.easel.draw(Ok(list(2)));
-    assert_eq!(told.recv_timeout(SOON).unwrap().list, Ok(list(2)));
+fn a_late_client_receives_the_newest_drawing_at_once_and_others_not_twice() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    let (first, second) = (runtime.remote(), runtime.remote());
+    let (_subscription, received) = watch_panel(&first, Rate::Hz(5));
+    until("the client watches", || !subject.panel.rates().is_empty());
+    subject.panel.draw(Ok(list(1)));
+    assert_eq!(received.recv_timeout(TIMEOUT).unwrap().list, Ok(list(1)));
+    let (_late_subscription, received_late) = watch_panel(&second, Rate::Hz(5));
+    assert_eq!(received_late.recv_timeout(TIMEOUT).unwrap().list, Ok(list(1)));
+    subject.panel.draw(Ok(list(2)));
+    assert_eq!(received.recv_timeout(TIMEOUT).unwrap().list, Ok(list(2)));
 }
 
 #[test]
-fn what_cannot_be_shown_comes_as_the_reason() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    let (_watching, told) = look(&remote, Rate::Full);
-    until("it looks", || !stage.easel.rates().is_empty());
-    stage.easel.draw(Err("it panicked: no laser"));
-    let panel = told.recv_timeout(SOON).unwrap();
+fn a_panel_that_cannot_be_shown_is_replaced_by_the_reason() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let (_subscription, received) = watch_panel(&remote, Rate::Full);
+    until("the client watches", || !subject.panel.rates().is_empty());
+    subject.panel.draw(Err("it panicked: no laser"));
+    let panel = received.recv_timeout(TIMEOUT).unwrap();
     assert_eq!(panel.list, Err("it panicked: no laser".to_owned()));
-    let mut broken = list(1);
-    broken.items.push(Item::Value {
+    let mut invalid = list(1);
+    invalid.items.push(Item::Value {
         label: "load".to_owned(),
         value: f64::INFINITY,
         unit: String::new(),
     });
-    stage.easel.draw(Ok(broken));
-    let reason = told.recv_timeout(SOON).unwrap().list.unwrap_err();
+    subject.panel.draw(Ok(invalid));
+    let reason = received.recv_timeout(TIMEOUT).unwrap().list.unwrap_err();
     assert!(reason.contains("load") && reason.contains("inf"), "{reason}");
     for (schema, part) in [("vff", "has no panel"), ("gon", "did you mean `goon`?")] {
         let refused = remote.watch_panel(schema, Rate::Full, |_| {});
@@ -233,16 +233,16 @@ fn what_cannot_be_shown_comes_as_the_reason() {
 }
 
 #[test]
-fn r14_gestures_are_handed_in_as_the_doings_of_whoever_did_them() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
+fn r14_a_gesture_carries_the_name_of_its_operator() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     remote.touch("ana@laptop", "goon", click()).unwrap();
     let touched = Action::Touch {
         schema: "goon".to_owned(),
         gesture: click(),
     };
-    assert_eq!(stage.acts(), [("ana@laptop".to_owned(), touched.clone())]);
+    assert_eq!(subject.actions(), [("ana@laptop".to_owned(), touched.clone())]);
     let leased = Request {
         by: "ana@laptop".to_owned(),
         action: touched,
@@ -250,26 +250,27 @@ fn r14_gestures_are_handed_in_as_the_doings_of_whoever_did_them() {
     };
     let error = remote.operate(&leased).err().unwrap().to_string();
     assert!(error.contains("no lease"), "{error}");
-    assert_eq!(stage.acts().len(), 1);
+    assert_eq!(subject.actions().len(), 1);
 }
 
 #[test]
-fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
-    let (home, stage) = (Home::new(), stage());
-    let link = home.open("robot", &stage);
-    let flood = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
-    keeps_no_operator_from_acting(&flood, &link, &stage);
-    let remote = home.remote();
+fn operators_can_act_during_a_local_flood_of_gestures() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let link = runtime.open("robot", &subject);
+    let flood = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
+    check_stop_during_flood(&flood, &link, &subject);
+    let remote = runtime.remote();
     for _ in 0..50 {
         remote.operate(&stop()).unwrap();
     }
 }
 
 #[test]
-fn r14_whoever_floods_across_the_network_keeps_no_operator_from_acting() {
-    let home = Home::new();
-    let (link, stage, endpoint) = network::open(&home, "tcp", |settings| settings.access = Access::Operate);
-    keeps_no_operator_from_acting(&stranger(&endpoint), &link, &stage);
+fn r14_operators_can_act_during_a_flood_of_gestures_over_the_network() {
+    let runtime = TestRuntime::new();
+    let (link, subject, endpoint) =
+        network::open(&runtime, "tcp", |settings| settings.access = Access::Operate);
+    check_stop_during_flood(&raw_session(&endpoint), &link, &subject);
 }
 
 fn stop() -> Request {
@@ -282,8 +283,8 @@ fn stop() -> Request {
     }
 }
 
-/// Sends more gestures than the queue permits and then a stop, through one door.
-fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Arc<Stage>) {
+/// Sends more gestures than the queue permits, and then a stop through the same session.
+fn check_stop_during_flood(flood: &zenoh::Session, link: &Link, subject: &Arc<TestSubject>) {
     let key = format!("jde/1/robot/{}/operate", link.about().id);
     let request = Request {
         by: "eva".to_owned(),
@@ -294,7 +295,7 @@ fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Ar
         lease_ms: None,
     };
     let request = serde_json::to_vec(&request).unwrap();
-    let held = stage.hold.lock().unwrap();
+    let guard = subject.gesture_lock.lock().unwrap();
     // More than the queue permits; the first is not finished before the stop is requested.
     let open = Arc::new(());
     for _ in 0..400 {
@@ -302,47 +303,54 @@ fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Ar
         let get = flood.get(key.as_str()).payload(request.clone());
         get.callback(move |_| drop(Arc::clone(&open))).wait().unwrap();
     }
-    until("most are refused", || Arc::strong_count(&open) < 100);
+    until("most requests are refused", || Arc::strong_count(&open) < 100);
     let stop = stop();
-    let (tell, told) = channel();
+    let (sender, received) = channel();
     let get = flood
         .get(key.as_str())
         .payload(serde_json::to_vec(&stop).unwrap());
-    get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
+    get.callback(move |reply| sender.send(reply.into_result().is_ok()).unwrap())
         .wait()
         .unwrap();
-    // Later and less urgent queries are answered later.
+    // Later queries of lower priority are answered later.
     let about = flood.get(key.replace("operate", "about")).wait().unwrap();
-    assert!(about.recv_timeout(SOON).unwrap().is_some());
-    drop(held);
-    assert_eq!(told.recv_timeout(SOON), Ok(true), "the stop was carried out");
-    until("both are done", || {
-        let acts = stage.acts();
-        acts.contains(&("ana".to_owned(), stop.action.clone())) && acts.iter().any(|(by, _)| by == "eva")
+    assert!(about.recv_timeout(TIMEOUT).unwrap().is_some());
+    drop(guard);
+    assert_eq!(
+        received.recv_timeout(TIMEOUT),
+        Ok(true),
+        "the stop was carried out"
+    );
+    until("both actions are carried out", || {
+        let actions = subject.actions();
+        actions.contains(&("ana".to_owned(), stop.action.clone()))
+            && actions.iter().any(|(by, _)| by == "eva")
     });
 }
 
 #[test]
-fn a_viewer_that_is_killed_looks_no_longer_and_the_others_still_see() {
-    let (home, stage) = (Home::new(), stage());
-    let _link = home.open("robot", &stage);
-    let remote = home.remote();
-    let (_watching, told) = look(&remote, Rate::Full);
-    until("it looks", || stage.easel.rates() == [30.0]);
-    let viewer = Actor::start("viewer", &home);
-    until("both look", || stage.easel.rates() == [5.0, 30.0]);
+fn a_killed_viewer_is_removed_and_the_others_still_receive() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    let (_subscription, received) = watch_panel(&remote, Rate::Full);
+    until("the client watches", || subject.panel.rates() == [30.0]);
+    let viewer = ChildProcess::start("viewer", &runtime);
+    until("both clients watch", || subject.panel.rates() == [5.0, 30.0]);
     drop(viewer);
-    until("its look ends", || stage.easel.rates() == [30.0]);
-    stage.easel.draw(Ok(list(1)));
-    assert_eq!(told.recv_timeout(SOON).unwrap().list, Ok(list(1)));
+    until("the killed viewer no longer watches", || {
+        subject.panel.rates() == [30.0]
+    });
+    subject.panel.draw(Ok(list(1)));
+    assert_eq!(received.recv_timeout(TIMEOUT).unwrap().list, Ok(list(1)));
 }
 
 #[test]
-fn a_look_at_what_is_nowhere_is_none() {
-    let (home, stage) = (Home::new(), stage());
-    let link = home.open("robot", &stage);
+fn invalid_panel_tokens_are_ignored() {
+    let (runtime, subject) = (TestRuntime::new(), subject_with_panel());
+    let link = runtime.open("robot", &subject);
     let root = format!("jde/1/robot/{}", link.about().id);
-    let stranger = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let raw_session = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
     let tokens = [
         "look",
         "look/vff/5hz/x",
@@ -353,17 +361,17 @@ fn a_look_at_what_is_nowhere_is_none() {
     let _tokens: Vec<_> = tokens
         .iter()
         .map(|token| {
-            stranger
+            raw_session
                 .liveliness()
                 .declare_token(format!("{root}/{token}"))
                 .wait()
                 .unwrap()
         })
         .collect();
-    let remote = home.remote();
-    let (_watching, told) = look(&remote, Rate::Full);
-    until("it looks", || !stage.easel.rates().is_empty());
-    stage.easel.draw(Ok(list(1)));
-    told.recv_timeout(SOON).unwrap();
-    assert_eq!(stage.easel.rates(), [30.0]);
+    let remote = runtime.remote();
+    let (_subscription, received) = watch_panel(&remote, Rate::Full);
+    until("the client watches", || !subject.panel.rates().is_empty());
+    subject.panel.draw(Ok(list(1)));
+    received.recv_timeout(TIMEOUT).unwrap();
+    assert_eq!(subject.panel.rates(), [30.0]);
 }

@@ -1,10 +1,10 @@
-"""Peers without credentials against an application of which every connection has to prove its other end.
+"""Peers without credentials against an application that authenticates both ends of every connection.
 
     rogue.py JDE APPLICATION FOLDER
 
 Runs APPLICATION with `jde run`, listening by TLS and connecting to whatever multicast discovers. Three peers try to stop everything:
-one that proves its identity succeeds, which shows that the order is right; one that multicast announces without TLS, and one that
-connects with a certificate of another authority, have to get no answer. FOLDER takes certificates and the file of the application.
+one with a valid certificate succeeds, which shows that the request is valid; one that multicast announces without TLS, and one that
+connects with a certificate of another authority, must get no reply. FOLDER receives the certificates and the application file.
 """
 
 import datetime
@@ -31,7 +31,7 @@ def write(path, data):
 
 
 def authority(folder, name):
-    """Makes an authority and a certificate for this machine; gives the paths of both and of the key."""
+    """Creates an authority and a certificate for this machine; returns the paths of both and of the key."""
     now = datetime.datetime.now(datetime.timezone.utc)
     day = datetime.timedelta(days=1)
     issuer, subject = (x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name + part)]) for part in ("-ca", ""))
@@ -42,13 +42,13 @@ def authority(folder, name):
         builder = builder.not_valid_before(now - day).not_valid_after(now + day).add_extension(extension, critical)
         return builder.sign(ca_key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
 
-    here = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
+    alternative_name = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
     private = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
     return {
         "authority": write(folder / f"{name}-ca.pem", signed(issuer, ca_key.public_key(), x509.BasicConstraints(True, None), True)),
-        "certificate": write(folder / f"{name}.pem", signed(subject, key.public_key(), here, False)),
+        "certificate": write(folder / f"{name}.pem", signed(subject, key.public_key(), alternative_name, False)),
         "key": write(folder / f"{name}.key", private),
     }
 
@@ -81,16 +81,16 @@ def client(endpoint, trusted, own):
 
 
 def stops(peer):
-    """Whether an application answers that it has stopped everything."""
+    """Whether an application replies that it has stopped everything."""
     replies = peer.get("jde/1/*/*/operate", payload=STOP, timeout=3.0)
     return any(reply.ok is not None for reply in replies)
 
 
-def until(what, good):
-    begun = time.monotonic()
-    while not good():
-        if time.monotonic() - begun > LIMIT:
-            sys.exit(f"{what} did not happen within {LIMIT:.0f} s")
+def until(expected, condition):
+    start = time.monotonic()
+    while not condition():
+        if time.monotonic() - start > LIMIT:
+            sys.exit(f"{expected} did not happen within {LIMIT:.0f} s")
         time.sleep(0.1)
 
 
@@ -104,31 +104,31 @@ def admitted(endpoint, trusted, own):
 
 def main(jde, application, folder):
     folder = Path(folder)
-    ours, theirs = authority(folder, "ours"), authority(folder, "theirs")
+    trusted, foreign = authority(folder, "trusted"), authority(folder, "foreign")
     port = free()
     endpoint = f"tls/127.0.0.1:{port}"
     announced = session(
         mode="peer", listen__endpoints=[f"tcp/0.0.0.0:{free()}"], scouting__multicast__enabled=True,
     )
-    file = folder / "proven.toml"
-    tls = ", ".join(f"{key} = {json.dumps(path)}" for key, path in ours.items())
+    file = folder / "authenticated.toml"
+    tls = ", ".join(f"{key} = {json.dumps(path)}" for key, path in trusted.items())
     link = f"[link]\nlisten = ['tls/0.0.0.0:{port}']\ndiscover = true\ntls = {{ {tls} }}\n"
     file.write_text(f"{Path(application).read_text()}\n{link}")
     robot = subprocess.Popen([jde, "run", "--plain", file], stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL)
     try:
-        until("a stop by a peer of the authority", lambda: admitted(endpoint, ours, ours))
-        if admitted(endpoint, ours, theirs):
+        until("a stop by a peer of the authority", lambda: admitted(endpoint, trusted, trusted))
+        if admitted(endpoint, trusted, foreign):
             sys.exit("a peer of another authority stopped the application")
-        # It has been announced since before the application began to discover.
+        # It was announced before the application began to discover.
         if stops(announced) or announced.info.peers_zid():
-            sys.exit("a peer that proved nothing was connected to")
+            sys.exit("the application connected to a peer without a certificate")
         if robot.poll() is not None:
-            sys.exit("`jde run` ended before it was asked to")
+            sys.exit("`jde run` ended early")
     finally:
         robot.terminate()
         robot.wait()
         announced.close()
-    print("a peer of the authority stops everything; of another authority, and without a certificate, none does")
+    print("only a peer with a certificate of the authority can stop everything")
 
 
 if __name__ == "__main__":

@@ -7,9 +7,9 @@ use jde_core::Policy;
 
 use super::PortMapping;
 
-/// How a build fits.
+/// The mapping of a build.
 pub struct BuildMapping {
-    /// Where each port of the build leads.
+    /// The mapping of each port of the build.
     pub ports: Vec<PortMapping>,
     /// For each role of the build, the application's role.
     pub roles: Vec<Option<usize>>,
@@ -38,25 +38,25 @@ pub fn map_build(
     let children = application.instances[number].schema.children.iter();
     let named = children.filter(|child| child.many);
     let new = &new.with_children(named.map(|child| (&*child.name, &*child.group)));
-    let mut fitting = CompatibilityCheck {
+    let mut check = CompatibilityCheck {
         application,
         number,
         new,
         errors: Vec::new(),
         notes: Vec::new(),
     };
-    fitting.check_type();
-    fitting.check_removed();
-    let roles: Vec<_> = new.children.iter().map(|child| fitting.map_role(child)).collect();
-    let ports = new.ports.iter().map(|port| fitting.map_port(port)).collect();
-    if fitting.errors.is_empty() {
+    check.check_type();
+    check.check_removed();
+    let roles: Vec<_> = new.children.iter().map(|child| check.map_role(child)).collect();
+    let ports = new.ports.iter().map(|port| check.map_port(port)).collect();
+    if check.errors.is_empty() {
         Ok(BuildMapping {
             ports,
             roles,
-            notes: fitting.notes,
+            notes: check.notes,
         })
     } else {
-        Err(fitting.errors)
+        Err(check.errors)
     }
 }
 
@@ -79,24 +79,25 @@ impl<'a> CompatibilityCheck<'a> {
         }
         let number = self.number;
         let groups = self.application.groups.iter();
-        let asked = groups.filter(|group| group.father == Some(number) && group.policy == Policy::FATHER);
+        let arbitrated =
+            groups.filter(|group| group.father == Some(number) && group.policy == Policy::FATHER);
         if !new.arbitrates && old.arbitrates {
-            for group in asked {
+            for group in arbitrated {
                 self.errors.push(format!(
-                    "the group {} is arbitrated by its own function, and it has none any more",
+                    "the group {} is arbitrated by the father's own function, which the new build does not have",
                     group.name
                 ));
             }
         }
         let budget = |schema: &Schema| schema.budget_ns.unwrap_or(schema.period_ns);
-        for (what, then, now) in [
+        for (name, old_ns, new_ns) in [
             ("period", old.period_ns, new.period_ns),
             ("budget", budget(old), budget(new)),
         ] {
-            if then != now {
+            if old_ns != new_ns {
                 self.notes.push(format!(
-                    "its {what} is {} ms by default now; the running one stays",
-                    now as f64 / 1e6
+                    "its default {name} is now {} ms; the running value is kept",
+                    new_ns as f64 / 1e6
                 ));
             }
         }
@@ -105,18 +106,18 @@ impl<'a> CompatibilityCheck<'a> {
     /// Finds removed ports and roles that the application needs.
     fn check_removed(&mut self) {
         let instance = self.instance();
-        for (place, port) in self.old().ports.iter().enumerate() {
+        for (index, port) in self.old().ports.iter().enumerate() {
             if self.new.ports.iter().any(|new| self.has_same_name(new, port)) {
                 continue;
             }
-            if let Some(need) = self.describe_need(place, &instance.bindings[place]) {
+            if let Some(need) = self.describe_need(index, &instance.bindings[index]) {
                 let name = self.port_name(port, &self.old().children);
                 self.errors.push(format!("{name} is gone, and {need}"));
             }
         }
-        for (place, child) in self.old().children.iter().enumerate() {
+        for (index, child) in self.old().children.iter().enumerate() {
             let gone = !self.new.children.iter().any(|new| new.name == child.name);
-            if let (true, Some(bound)) = (gone, instance.children[place]) {
+            if let (true, Some(bound)) = (gone, instance.children[index]) {
                 self.errors.push(format!(
                     "the child `{}` is gone, and {} has its role",
                     child.name,
@@ -127,8 +128,8 @@ impl<'a> CompatibilityCheck<'a> {
     }
 
     /// Describes why a port of the present build is needed; `None` if it is not.
-    fn describe_need(&self, place: usize, binding: &Binding) -> Option<String> {
-        let here = (self.number, place);
+    fn describe_need(&self, index: usize, binding: &Binding) -> Option<String> {
+        let variable = (self.number, index);
         match binding {
             Binding::Import { source, .. } => {
                 let source = self.application.source_name((*source)?);
@@ -141,16 +142,19 @@ impl<'a> CompatibilityCheck<'a> {
                     self.variable_name(*target)
                 ))
             }
-            // These are not bound by hand: if a father no longer writes one, the child keeps its value.
+            // The application file does not bind these: if a father no longer writes one, the child keeps its
+            // value.
             Binding::ChildModulation { .. } => None,
-            Binding::Export => self
-                .reader(here)
-                .or_else(|| (self.application.mission == Some(here)).then(|| "it is the mission".to_owned())),
-            Binding::Command => self.writer(here),
+            Binding::Export => self.reader(variable).or_else(|| {
+                (self.application.mission == Some(variable)).then(|| "it is the mission".to_owned())
+            }),
+            Binding::Command => self.writer(variable),
             Binding::Modulation { set, .. } => {
                 // The next start of the application would be refused, whatever the value.
                 let set = || set.then(|| "the application sets it".to_owned());
-                self.writer(here).or_else(|| self.reader(here)).or_else(set)
+                self.writer(variable)
+                    .or_else(|| self.reader(variable))
+                    .or_else(set)
             }
         }
     }
@@ -184,13 +188,13 @@ impl<'a> CompatibilityCheck<'a> {
         Some(user.name.clone())
     }
 
-    /// Returns the application's place of a role.
+    /// Returns the application's index of a role.
     fn map_role(&mut self, new: &Child) -> Option<usize> {
-        let place = self.old().children.iter().position(|old| old.name == new.name);
-        let bound = place.and_then(|place| self.instance().children[place]);
-        match place {
-            Some(place) => {
-                let old = &self.old().children[place];
+        let index = self.old().children.iter().position(|old| old.name == new.name);
+        let bound = index.and_then(|index| self.instance().children[index]);
+        match index {
+            Some(index) => {
+                let old = &self.old().children[index];
                 if bound.is_some() && (old.motor != new.motor || old.group != new.group) {
                     self.errors.push(format!(
                         "the child `{}` is {} now, and {} has its role as {}",
@@ -202,55 +206,55 @@ impl<'a> CompatibilityCheck<'a> {
                 }
             }
             None if new.optional => self.notes.push(format!(
-                "the child `{}` is new: nobody has its role before the application starts anew",
+                "the child `{}` is new: no schema has its role until the application restarts",
                 new.name
             )),
             None => {}
         }
         if bound.is_none() && !new.optional {
             self.errors.push(format!(
-                "the child `{}` is not optional, and nobody has its role in the application",
+                "the child `{}` is not optional, and no schema has its role in the application",
                 new.name
             ));
         }
-        place
+        index
     }
 
-    /// Returns where a port leads.
+    /// Returns the mapping of a port.
     fn map_port(&mut self, new: &Port) -> PortMapping {
-        let place = self
+        let index = self
             .old()
             .ports
             .iter()
             .position(|old| self.has_same_name(new, old));
-        let Some(place) = place else {
+        let Some(index) = index else {
             return self.map_new_port(new);
         };
         let instance = self.instance();
-        let old = &instance.schema.ports[place];
+        let old = &instance.schema.ports[index];
         let name = self.port_name(new, &self.new.children);
         let unbound = matches!(
-            instance.bindings[place],
+            instance.bindings[index],
             Binding::Import { source: None, .. }
                 | Binding::Actuator { target: None }
                 | Binding::ChildModulation { target: None }
         );
         if unbound && !new.optional {
             self.errors.push(format!(
-                "{name} is not optional any more, and the application leaves it unbound"
+                "{name} is no longer optional, and the application leaves it unbound"
             ));
         }
         if !unbound {
             self.check_port(&name, old, new);
         }
-        PortMapping::Bound(place)
+        PortMapping::Bound(index)
     }
 
     /// Checks that a bound port has not changed.
     fn check_port(&mut self, name: &str, old: &Port, new: &Port) {
         if !old.value_type.same_as(&new.value_type) {
             let what = if old.value_type.name == new.value_type.name {
-                "laid out otherwise".to_owned()
+                "laid out differently".to_owned()
             } else {
                 format!("a {} now", new.value_type.name)
             };
@@ -280,8 +284,8 @@ impl<'a> CompatibilityCheck<'a> {
             )),
             (Role::Import { trigger }, Role::Import { trigger: new_trigger }) if trigger != new_trigger => {
                 self.notes.push(format!(
-                    "{name} is {} trigger by default now; the application keeps it as it was",
-                    if *new_trigger { "a" } else { "no" }
+                    "{name} is {} a trigger by default; the application keeps its setting",
+                    if *new_trigger { "now" } else { "no longer" }
                 ));
             }
             (
@@ -298,18 +302,18 @@ impl<'a> CompatibilityCheck<'a> {
             ) => {
                 if default != new_default {
                     self.notes.push(format!(
-                        "{name} has another default now; the running value stays (`jde set`)"
+                        "{name} has a new default; the running value is kept (`jde set` changes it)"
                     ));
                 }
                 if fixed != new_fixed {
                     self.notes.push(format!(
-                        "{name} is {} on awakening now; it is so from when the application starts anew",
-                        if *new_fixed { "taken" } else { "no longer taken" }
+                        "{name} is {} read only on awakening; this takes effect when the application restarts",
+                        if *new_fixed { "now" } else { "no longer" }
                     ));
                 }
                 if limits != new_limits {
                     self.notes.push(format!(
-                        "{name} has other limits now; the old ones count before the application starts anew"
+                        "{name} has new limits; the old ones apply until the application restarts"
                     ));
                 }
             }
@@ -317,10 +321,10 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
-    /// Returns where a port leads that the application does not know.
+    /// Returns the mapping of a port that the application does not have.
     fn map_new_port(&mut self, new: &Port) -> PortMapping {
         let name = self.port_name(new, &self.new.children);
-        let way = match &new.role {
+        let mapping = match &new.role {
             Role::Import { .. } | Role::Actuator if !new.optional => {
                 self.errors.push(format!(
                     "{name} is new and not optional, and the application does not bind it"
@@ -342,21 +346,21 @@ impl<'a> CompatibilityCheck<'a> {
             Role::Command { neutral, .. } => PortMapping::fixed(neutral, true),
             Role::Export => PortMapping::Discarded(new.value_type.bytes),
         };
-        self.notes.push(match &way {
+        self.notes.push(match &mapping {
             PortMapping::Fixed { neutral: false, .. } => {
-                format!("{name} is new: it has its default before the application starts anew")
+                format!("{name} is new: it has its default until the application restarts")
             }
             PortMapping::Fixed { neutral: true, .. } => {
-                format!("{name} is new: nobody commands it before the application starts anew")
+                format!("{name} is new: no schema commands it until the application restarts")
             }
             PortMapping::Discarded(_) => {
-                format!("{name} is new: nobody sees it before the application starts anew")
+                format!("{name} is new: no schema reads it until the application restarts")
             }
             PortMapping::Unbound | PortMapping::Bound(_) => {
-                format!("{name} is new: it stays unbound before the application starts anew")
+                format!("{name} is new: it stays unbound until the application restarts")
             }
         });
-        way
+        mapping
     }
 
     /// Whether two ports agree in kind, name and child.
@@ -386,8 +390,8 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
-    fn schema_name(&self, place: usize) -> String {
-        self.application.instances[place].name.clone()
+    fn schema_name(&self, index: usize) -> String {
+        self.application.instances[index].name.clone()
     }
 
     fn variable_name(&self, (owner, port): (usize, usize)) -> String {

@@ -22,11 +22,11 @@ pub struct Build {
     pub table: SchemaFunctions,
     /// Its functions for saving and restoring memory, if it has them.
     pub state: Option<raw::State>,
-    /// The place of the type in its plugin.
+    /// The index of the type in its plugin.
     pub number: usize,
     /// The build's version and file.
     pub name: BuildName,
-    /// Where each of its ports leads.
+    /// The mapping of each of its ports.
     ports: Vec<PortMapping>,
     /// For each of its roles, the application's role.
     roles: Vec<Option<usize>>,
@@ -34,11 +34,11 @@ pub struct Build {
     pub plugin: LoadedPlugin,
 }
 
-/// Where a port of a build leads.
+/// The mapping of a port of a build.
 pub enum PortMapping {
     /// To the application's port of that number.
     Bound(usize),
-    /// Nowhere: it is new and optional.
+    /// To nothing: it is new and optional.
     Unbound,
     /// To a constant: a new modulation has its default, a new command its neutral value.
     Fixed {
@@ -52,24 +52,32 @@ pub enum PortMapping {
 }
 
 impl Build {
-    /// Returns the build against which the application was checked; `about` is the type as the application
+    /// Returns the build against which the application was checked; `schema` is the type as the application
     /// has it.
-    pub fn original(plugin: LoadedPlugin, number: usize, about: &describe::Schema) -> Self {
-        let fit = BuildMapping {
-            ports: (0..about.ports.len()).map(PortMapping::Bound).collect(),
-            roles: (0..about.children.len()).map(Some).collect(),
+    pub fn original(plugin: LoadedPlugin, number: usize, schema: &describe::Schema) -> Self {
+        let mapping = BuildMapping {
+            ports: (0..schema.ports.len()).map(PortMapping::Bound).collect(),
+            roles: (0..schema.children.len()).map(Some).collect(),
             notes: Vec::new(),
         };
         let table = plugin.schema(number);
         let state = memory_of(&table).unwrap_or_else(|wrong| {
-            tracing::warn!("`{}` remembers nothing from build to build: {wrong}", about.name);
+            tracing::warn!(
+                "the memory of `{}` is not kept across builds: {wrong}",
+                schema.name
+            );
             None
         });
-        Self::new(plugin, number, state, fit)
+        Self::new(plugin, number, state, mapping)
     }
 
-    /// Returns another build, mapped as `fit` states.
-    pub fn new(plugin: LoadedPlugin, number: usize, state: Option<raw::State>, fit: BuildMapping) -> Self {
+    /// Returns another build, mapped by `mapping`.
+    pub fn new(
+        plugin: LoadedPlugin,
+        number: usize,
+        state: Option<raw::State>,
+        mapping: BuildMapping,
+    ) -> Self {
         Self {
             table: plugin.schema(number),
             state,
@@ -78,8 +86,8 @@ impl Build {
                 version: plugin.description.version.clone(),
                 file: plugin.path.clone(),
             },
-            ports: fit.ports,
-            roles: fit.roles,
+            ports: mapping.ports,
+            roles: mapping.roles,
             plugin,
         }
     }
@@ -89,7 +97,7 @@ impl Build {
         self.ports.len()
     }
 
-    /// Returns where a port leads; `None` if the build has no such port.
+    /// Returns the mapping of a port; `None` if the build has no such port.
     pub fn mapping(&self, port: u32) -> Option<&PortMapping> {
         self.ports.get(port as usize)
     }
@@ -111,7 +119,7 @@ impl Build {
     }
 }
 
-/// Returns the place of a type in another build of its plugin.
+/// Returns the index of a type in another build of its plugin.
 pub fn schema_index(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
     plugin.schemas.iter().position(|other| other.name == schema)
 }

@@ -23,9 +23,9 @@ impl RobotSession {
                 }
             }
             Command::Close(_) => {
-                let out = self.take_bytes();
+                let output = self.take_bytes();
                 self.reset();
-                self.output = out;
+                self.output = output;
                 self.push_event(EventKind::Closed);
             }
             Command::Config(_) => self.send(self.configuration(world).to_packet()),
@@ -37,7 +37,7 @@ impl RobotSession {
                 self.motion.set_speed((left + right) / 2.0);
                 self.motion.set_turn_rate((right - left) / self.config.track);
             }
-            Command::Move(way) => self.motion.move_by(millimetres(way)),
+            Command::Move(distance) => self.motion.move_by(millimetres(distance)),
             Command::Heading(heading) => self.motion.turn_to(degrees(heading)),
             Command::DeltaHeading(turn) => self.motion.turn_to(self.pose(world).heading + degrees(turn)),
             Command::CompassHeading(turn) => {
@@ -47,13 +47,13 @@ impl RobotSession {
             Command::Stop | Command::EStop | Command::QStop => self.motion.stop(),
             Command::MaxVelocity(speed) => self.motion.limit(f64::from(speed) / 1000.0),
             Command::MaxRotVelocity(speed) => self.motion.limit_turns(f64::from(speed).to_radians()),
-            Command::SetOrigin(place) => {
-                let [x, y, th] = place.unwrap_or_default();
+            Command::SetOrigin(pose) => {
+                let [x, y, th] = pose.unwrap_or_default();
                 self.set_client_pose(world, Pose2::new(millimetres(x), millimetres(y), degrees(th)));
             }
             Command::Sonar(arrays) => self.sonars = arrays & 1 != 0,
-            Command::Encoder(often) => self.encoders = Subscription::of(often),
-            Command::SimStat(often) => self.state = Subscription::of(often),
+            Command::Encoder(mode) => self.encoders = Subscription::of(mode),
+            Command::SimStat(mode) => self.state = Subscription::of(mode),
             Command::Tty2(bytes) => self.camera.receive(&bytes, world.head(self.robot)),
             Command::GetAux(count) => self.camera.request(count),
             Command::LaserOn35(mode) => self.configure_laser(|laser| laser.set_mode(mode.into())),
@@ -72,11 +72,14 @@ impl RobotSession {
             Command::LrfResolution(step) if step.laser == 0 => {
                 self.configure_laser(|laser| laser.set_step(step.value.into()))
             }
-            Command::LrfEnable(of)
-            | Command::LrfStart(of)
-            | Command::LrfEnd(of)
-            | Command::LrfResolution(of) => {
-                self.refuse(format!("it has one laser, and none of number {}", of.laser));
+            Command::LrfEnable(command)
+            | Command::LrfStart(command)
+            | Command::LrfEnd(command)
+            | Command::LrfResolution(command) => {
+                self.refuse(format!(
+                    "the robot has one laser, and none with number {}",
+                    command.laser
+                ));
             }
             Command::SetOriginX(x) => {
                 self.move_robot(world, |pose| pose.x = millimetres(x));
@@ -99,12 +102,12 @@ impl RobotSession {
                     self.set_client_pose(world, Pose2::default());
                 }
             }
-            Command::Message(words) => {
-                let words = String::from_utf8_lossy(&words).into_owned();
-                // Escaped, so that a terminal takes nothing for a control sequence.
-                self.push_event(EventKind::Message(words.escape_debug().to_string()));
+            Command::Message(text) => {
+                let text = String::from_utf8_lossy(&text).into_owned();
+                // Escaped, so that a terminal does not interpret control sequences.
+                self.push_event(EventKind::Message(text.escape_debug().to_string()));
             }
-            Command::Exit(_) => self.refuse("no client may end this server".to_owned()),
+            Command::Exit(_) => self.refuse("clients cannot end this server".to_owned()),
             // These have no effect on a simulated robot: it has no such device, or no such setting.
             Command::Pulse
             | Command::Polling(_)
@@ -136,8 +139,8 @@ impl RobotSession {
 
     /// Changes the settings of the laser.
     fn configure_laser(&mut self, change: impl FnOnce(&mut Laser) -> Result<(), String>) {
-        if let Err(why) = change(&mut self.laser) {
-            self.refuse(why);
+        if let Err(reason) = change(&mut self.laser) {
+            self.refuse(reason);
         }
     }
 
@@ -156,8 +159,8 @@ impl RobotSession {
         placed.is_ok()
     }
 
-    fn refuse(&mut self, why: String) {
-        self.push_event(EventKind::Refused(why));
+    fn refuse(&mut self, reason: String) {
+        self.push_event(EventKind::Refused(reason));
     }
 }
 

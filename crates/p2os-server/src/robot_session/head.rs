@@ -1,4 +1,5 @@
-//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that executes and answers every frame.
+//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that executes every frame and replies to
+//! it.
 //!
 //! The camera's positive directions are right and up, the world's are left and down.
 
@@ -7,7 +8,7 @@ use std::collections::VecDeque;
 use jde_p2os::{AuxPort, HEAD_UNIT, HeadCommand, HeadFrame, HeadParser, HeadReply, MAX_ZOOM, SerialAux};
 use jde_sim::{Head, HeadConfig};
 
-/// Most bytes of answers that wait to be requested.
+/// Most bytes of replies that wait to be requested.
 const MAX_REPLY_BYTES: usize = 190;
 /// The status of an unknown command.
 const UNKNOWN: u8 = 0x35;
@@ -16,13 +17,13 @@ const UNKNOWN: u8 = 0x35;
 #[derive(Debug)]
 pub(crate) struct Camera {
     parser: HeadParser,
-    /// Bytes of answers that the client has not fetched.
+    /// Bytes of replies that the client has not fetched.
     reply_bytes: VecDeque<u8>,
     /// The number of bytes that the client has requested.
     requested: usize,
     on: bool,
     /// The last command to the head.
-    aim: jde_sim::HeadCommand,
+    target: jde_sim::HeadCommand,
     /// rad/s, as last set.
     speeds: [f64; 2],
     /// The least and the greatest tilt, units up, as last set.
@@ -39,7 +40,7 @@ impl Camera {
             reply_bytes: VecDeque::new(),
             requested: 0,
             on: false,
-            aim: jde_sim::HeadCommand::default(),
+            target: jde_sim::HeadCommand::default(),
             speeds: [config.max_pan_speed, config.max_tilt_speed],
             tilts: [units(-config.max_tilt_down), units(config.max_tilt_up)],
             zoom: 0,
@@ -51,17 +52,18 @@ impl Camera {
         let mut parser = std::mem::take(&mut self.parser);
         parser.receive(bytes, |frame| match frame {
             HeadFrame::Command(command) => {
-                let answer = self.execute(&command, head);
-                let room = MAX_REPLY_BYTES - self.reply_bytes.len();
+                let reply = self.execute(&command, head);
+                let capacity = MAX_REPLY_BYTES - self.reply_bytes.len();
                 // Bytes that exceed the buffer are lost, as in a real one.
-                self.reply_bytes.extend(answer.to_bytes().into_iter().take(room));
+                self.reply_bytes
+                    .extend(reply.to_bytes().into_iter().take(capacity));
             }
             HeadFrame::Reply(_) => {}
         });
         self.parser = parser;
     }
 
-    /// Requests `count` bytes of the answers; 0 discards all of them.
+    /// Requests `count` bytes of the replies; 0 discards all of them.
     pub(crate) fn request(&mut self, count: u16) {
         self.requested = usize::from(count).min(MAX_REPLY_BYTES);
         if count == 0 {
@@ -86,12 +88,12 @@ impl Camera {
 
     /// Returns the present command to the head.
     pub(crate) fn command(&self) -> jde_sim::HeadCommand {
-        self.aim
+        self.target
     }
 
-    /// Stops the head where it is.
+    /// Stops the head at its present angles.
     pub(crate) fn stop(&mut self) {
-        self.aim = jde_sim::HeadCommand::default();
+        self.target = jde_sim::HeadCommand::default();
     }
 
     fn execute(&mut self, command: &HeadCommand, head: Head) -> HeadReply {
@@ -102,24 +104,21 @@ impl Camera {
             }
             // A simulated world is always in focus.
             HeadCommand::Control | HeadCommand::Focus(_) => {}
-            HeadCommand::Init => self.aim_at(0.0, 0.0),
+            HeadCommand::Init => self.set_target(0.0, 0.0),
             HeadCommand::PanSpeed(speed) => {
                 self.speeds[0] = f64::from(*speed) * HEAD_UNIT;
-                self.aim.pan_speed = self.aim.pan_speed.min(self.speeds[0]);
+                self.target.pan_speed = self.target.pan_speed.min(self.speeds[0]);
             }
             HeadCommand::TiltSpeed(speed) => {
                 self.speeds[1] = f64::from(*speed) * HEAD_UNIT;
-                self.aim.tilt_speed = self.aim.tilt_speed.min(self.speeds[1]);
+                self.target.tilt_speed = self.target.tilt_speed.min(self.speeds[1]);
             }
             HeadCommand::Stop => self.stop(),
             HeadCommand::PanTilt { pan, tilt } => {
-                let [least, most] = self.tilts;
-                self.aim_at(-radians(*pan), -radians((*tilt).clamp(least, most)));
+                let [min, max] = self.tilts;
+                self.set_target(-radians(*pan), -radians((*tilt).clamp(min, max)));
             }
-            HeadCommand::TiltRange {
-                min: least,
-                max: most,
-            } => self.tilts = [*least, *most],
+            HeadCommand::TiltRange { min, max } => self.tilts = [*min, *max],
             HeadCommand::GetPanTilt => return HeadReply::position(units(-head.pan), units(-head.tilt)),
             HeadCommand::Zoom(zoom) => self.zoom = (*zoom).min(MAX_ZOOM),
             HeadCommand::GetZoom => return HeadReply::zoom(self.zoom),
@@ -134,9 +133,9 @@ impl Camera {
         HeadReply::success()
     }
 
-    fn aim_at(&mut self, pan: f64, tilt: f64) {
+    fn set_target(&mut self, pan: f64, tilt: f64) {
         if self.on {
-            self.aim = jde_sim::HeadCommand {
+            self.target = jde_sim::HeadCommand {
                 pan,
                 tilt,
                 pan_speed: self.speeds[0],
@@ -165,14 +164,14 @@ mod tests {
     }
 
     #[test]
-    fn to_the_right_and_up_of_the_camera_are_negative_for_the_world() {
+    fn right_and_up_of_the_camera_are_negative_in_the_world() {
         let mut camera = camera();
         let right_and_up = HeadCommand::PanTilt { pan: 400, tilt: 100 };
         camera.receive(&right_and_up.to_bytes(), Head::default());
-        let aim = camera.command();
-        assert!((aim.pan + 45f64.to_radians()).abs() < 1e-9, "{aim:?}");
-        assert!((aim.tilt + 11.25f64.to_radians()).abs() < 1e-9, "{aim:?}");
-        assert!(aim.pan_speed > 0.0 && aim.tilt_speed > 0.0);
+        let target = camera.command();
+        assert!((target.pan + 45f64.to_radians()).abs() < 1e-9, "{target:?}");
+        assert!((target.tilt + 11.25f64.to_radians()).abs() < 1e-9, "{target:?}");
+        assert!(target.pan_speed > 0.0 && target.tilt_speed > 0.0);
         camera.receive(&HeadCommand::Stop.to_bytes(), Head::default());
         assert_eq!(camera.command(), jde_sim::HeadCommand::default());
     }
@@ -186,25 +185,25 @@ mod tests {
     }
 
     #[test]
-    fn answers_come_when_they_are_asked_for_and_whole() {
+    fn replies_are_returned_complete_and_only_on_request() {
         let mut camera = camera();
         assert_eq!(camera.take_reply(), None);
         camera.request(0);
         camera.request(6);
-        assert_eq!(camera.take_reply(), None, "it was forgotten");
+        assert_eq!(camera.take_reply(), None, "the earlier reply was discarded");
         let [first, rest @ ..] = &HeadCommand::Control.to_bytes()[..] else {
             panic!("a frame has bytes")
         };
         camera.receive(&[*first], Head::default());
         assert_eq!(camera.take_reply(), None);
         camera.receive(rest, Head::default());
-        let answer = camera.take_reply().expect("six bytes");
-        assert_eq!(answer.bytes, [0xFE, 0x30, 0x30, 0x30, 0x00, 0xEF]);
-        assert_eq!(camera.take_reply(), None, "it was fetched");
+        let reply = camera.take_reply().expect("six bytes");
+        assert_eq!(reply.bytes, [0xFE, 0x30, 0x30, 0x30, 0x00, 0xEF]);
+        assert_eq!(camera.take_reply(), None, "the reply was already fetched");
     }
 
     #[test]
-    fn it_tells_where_it_looks() {
+    fn a_reply_contains_the_angles() {
         let mut camera = camera();
         camera.request(0);
         let head = Head {
@@ -214,45 +213,45 @@ mod tests {
         };
         camera.receive(&HeadCommand::GetPanTilt.to_bytes(), head);
         camera.request(14);
-        let bytes = camera.take_reply().expect("a place").bytes;
-        let Ok(HeadFrame::Reply(answer)) = HeadFrame::from_bytes(&bytes) else {
+        let bytes = camera.take_reply().expect("angles").bytes;
+        let Ok(HeadFrame::Reply(reply)) = HeadFrame::from_bytes(&bytes) else {
             panic!("{bytes:02x?}")
         };
-        assert_eq!(answer.pan_tilt(), Some((267, -80)));
+        assert_eq!(reply.pan_tilt(), Some((267, -80)));
     }
 
     #[test]
-    fn it_tilts_within_the_range_that_was_set() {
+    fn the_tilt_stays_within_the_configured_range() {
         let mut camera = camera();
         let range = HeadCommand::TiltRange { min: -100, max: 200 };
         camera.receive(&range.to_bytes(), Head::default());
-        for (wanted, allowed) in [(300, 200), (-150, -100), (50, 50)] {
-            let place = HeadCommand::PanTilt { pan: 0, tilt: wanted };
-            camera.receive(&place.to_bytes(), Head::default());
+        for (tilt, allowed) in [(300, 200), (-150, -100), (50, 50)] {
+            let command = HeadCommand::PanTilt { pan: 0, tilt };
+            camera.receive(&command.to_bytes(), Head::default());
             assert_eq!(units(-camera.command().tilt), allowed);
         }
     }
 
     #[test]
-    fn it_tells_how_far_it_zoomed_and_how_far_it_can() {
+    fn replies_contain_the_present_and_the_greatest_zoom() {
         let mut camera = camera();
-        let mut told = |first: HeadCommand, asked: HeadCommand| {
+        let mut reply_to = |first: HeadCommand, query: HeadCommand| {
             camera.receive(&first.to_bytes(), Head::default());
             camera.request(0);
-            camera.receive(&asked.to_bytes(), Head::default());
+            camera.receive(&query.to_bytes(), Head::default());
             camera.request(10);
             camera.take_reply().expect("ten bytes").bytes
         };
-        for (set, is) in [(0, 0), (700, 700), (9000, 1960)] {
-            let bytes = told(HeadCommand::Zoom(set), HeadCommand::GetZoom);
-            assert_eq!(bytes, HeadReply::zoom(is).to_bytes());
+        for (zoom, expected) in [(0, 0), (700, 700), (9000, 1960)] {
+            let bytes = reply_to(HeadCommand::Zoom(zoom), HeadCommand::GetZoom);
+            assert_eq!(bytes, HeadReply::zoom(expected).to_bytes());
         }
-        let bytes = told(HeadCommand::Control, HeadCommand::GetMaxZoom);
+        let bytes = reply_to(HeadCommand::Control, HeadCommand::GetMaxZoom);
         assert_eq!(bytes, HeadReply::zoom(1960).to_bytes());
     }
 
     #[test]
-    fn a_port_that_nobody_reads_holds_no_more_than_it_can() {
+    fn the_buffer_of_an_unread_port_is_bounded() {
         let mut camera = camera();
         for _ in 0..1000 {
             camera.receive(&HeadCommand::Control.to_bytes(), Head::default());

@@ -45,7 +45,7 @@ impl Laser {
             0 => Mode::Off,
             1 => Mode::Plain,
             2 => Mode::Extended,
-            other => return Err(format!("the laser has no mode {other}: 0, 1 and 2")),
+            other => return Err(format!("the laser has no mode {other}, only 0, 1 and 2")),
         };
         Ok(())
     }
@@ -85,7 +85,7 @@ impl Laser {
         let config = self.config();
         let mut ranges = vec![0.0; config.beams];
         if world.laser(robot, &config, &mut ranges).is_err() {
-            // This cannot happen: `change` accepts only what the world accepts.
+            // This cannot happen: `set_config` accepts only what the world accepts.
             return Vec::new();
         }
         let readings: Vec<Reading> = ranges.iter().map(|range| reading(*range)).collect();
@@ -101,17 +101,17 @@ impl Laser {
             .collect()
     }
 
-    fn set_config(&mut self, wanted: Self) -> Result<(), String> {
-        let turn = (wanted.end - wanted.start) * 100;
-        if wanted.step < 1 || !(1..=36_000).contains(&turn.abs()) || turn.abs() / wanted.step >= MAX_BEAMS {
+    fn set_config(&mut self, config: Self) -> Result<(), String> {
+        let turn = (config.end - config.start) * 100;
+        if config.step < 1 || !(1..=36_000).contains(&turn.abs()) || turn.abs() / config.step >= MAX_BEAMS {
             return Err(format!(
-                "a laser from {} to {} degrees by {:.2}: it has 1 to {MAX_BEAMS} beams over at most a turn",
-                wanted.start,
-                wanted.end,
-                f64::from(wanted.step) / 100.0
+                "a laser from {} to {} degrees by {:.2} is not possible: it has 1 to {MAX_BEAMS} beams over at most one turn",
+                config.start,
+                config.end,
+                f64::from(config.step) / 100.0
             ));
         }
-        *self = wanted;
+        *self = config;
         Ok(())
     }
 
@@ -179,23 +179,23 @@ mod tests {
     }
 
     #[track_caller]
-    fn near(is: u16, wanted: u16) {
-        assert!(is.abs_diff(wanted) < 30, "{is} mm is not {wanted}");
+    fn assert_near(actual: u16, expected: u16) {
+        assert!(actual.abs_diff(expected) < 30, "{actual} mm is not {expected} mm");
     }
 
     #[test]
-    fn half_a_turn_by_degrees_is_181_readings_from_the_right() {
+    fn half_a_turn_in_steps_of_a_degree_has_181_readings_from_the_right() {
         let mut laser = Laser::new();
         laser.set_mode(1).expect("a mode");
         let readings = readings(&laser);
         assert_eq!(readings.len(), 181);
-        near(readings[0], 1000);
-        near(readings[90], 3982);
-        near(readings[180], 3000);
+        assert_near(readings[0], 1000);
+        assert_near(readings[90], 3982);
+        assert_near(readings[180], 3000);
     }
 
     #[test]
-    fn a_part_to_the_left_looks_to_the_left() {
+    fn a_sector_on_the_left_measures_to_the_left() {
         let mut laser = Laser::new();
         laser.set_mode(2).expect("a mode");
         laser.set_end(90).expect("an angle");
@@ -203,16 +203,16 @@ mod tests {
         laser.set_step(50).expect("a step");
         let readings = readings(&laser);
         assert_eq!(readings.len(), 21);
-        near(readings[20], 3000);
+        assert_near(readings[20], 3000);
     }
 
     #[test]
-    fn off_it_sends_nothing() {
+    fn a_laser_that_is_off_sends_nothing() {
         assert!(readings(&Laser::new()).is_empty());
     }
 
     #[test]
-    fn what_no_laser_can_do_is_refused_and_changes_nothing() {
+    fn invalid_settings_are_refused_and_change_nothing() {
         let mut laser = Laser::new();
         let before = laser;
         laser.set_mode(7).expect_err("no mode");

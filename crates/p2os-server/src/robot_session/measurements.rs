@@ -88,7 +88,7 @@ impl RobotSession {
         Config {
             class: self.model.class.clone(),
             subclass: super::subclass(&self.model),
-            // The serial number tells clients that this is a simulator.
+            // The serial number identifies a simulator.
             serial: "SIM".to_owned(),
             name: world.robot_name(self.robot).to_owned(),
             rot_vel_top: degrees(config.max_angular),
@@ -123,16 +123,16 @@ impl RobotSession {
         if !self.sonars {
             return Vec::new();
         }
-        let ring = self.ring();
-        let mut ranges = vec![0.0; ring.mounts.len()];
-        if world.sonars(self.robot, &ring, &mut ranges).is_err() {
+        let sonar_config = self.sonar_config();
+        let mut ranges = vec![0.0; sonar_config.mounts.len()];
+        if world.sonars(self.robot, &sonar_config, &mut ranges).is_err() {
             return Vec::new();
         }
-        // No echo reads as the greatest range, and too near as 0.
+        // A missing echo is sent as the greatest range, and one that is too near as 0.
         let echoes = ranges.iter().enumerate();
         echoes
             .map(|(index, range)| {
-                let metres = f64::from(*range).clamp(0.0, ring.range_max);
+                let metres = f64::from(*range).clamp(0.0, sonar_config.range_max);
                 SonarReading {
                     index: index as u8,
                     range: (metres * 1000.0 / self.model.units.range_mm)
@@ -144,7 +144,7 @@ impl RobotSession {
     }
 
     /// Returns the model's sonars, for the world to measure.
-    fn ring(&self) -> SonarConfig {
+    fn sonar_config(&self) -> SonarConfig {
         let sonar = &self.model.sonar;
         let mount = |&[x, y, heading]: &[f64; 3]| Pose2::new(x / 1000.0, y / 1000.0, heading.to_radians());
         SonarConfig {
@@ -159,18 +159,18 @@ impl RobotSession {
     /// Returns the stalled wheels, and the pressed bumpers of those that the model has.
     fn stall_bumpers(&self, world: &World) -> u16 {
         let pressed = world.bumpers(self.robot);
-        let has = &self.model.bumpers;
-        let bits = |bumpers: &[bool], has: usize| {
+        let counts = &self.model.bumpers;
+        let bits = |bumpers: &[bool], count: usize| {
             bumpers
                 .iter()
-                .take(has.min(7))
+                .take(count.min(7))
                 .enumerate()
                 .fold(0u16, |bits, (number, on)| bits | u16::from(*on) << (number + 1))
         };
-        let mut all = bits(&pressed.rear, has.rear) | bits(&pressed.front, has.front) << 8;
+        let mut flags = bits(&pressed.rear, counts.rear) | bits(&pressed.front, counts.front) << 8;
         if world.truth(self.robot).stalled {
-            all |= 0x0101;
+            flags |= 0x0101;
         }
-        all
+        flags
     }
 }

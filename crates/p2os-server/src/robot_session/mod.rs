@@ -39,7 +39,7 @@ pub(crate) struct RobotSession {
     sonars: bool,
     encoders: Subscription,
     state: Subscription,
-    /// The pose in the client's frame at which the odometry of the world's robot is `zero`.
+    /// The pose in the client's frame at which the odometry of the world's robot is `odometry_origin`.
     client_pose: Pose2,
     odometry_origin: Pose2,
     last_received: Duration,
@@ -53,7 +53,7 @@ pub(crate) struct RobotSession {
 /// The progress of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// The station waits for this synchronisation.
+    /// The session waits for this synchronisation.
     Waiting(SyncStep),
     /// The handshake is complete, and the servers are not open yet.
     Ready,
@@ -61,7 +61,7 @@ enum Phase {
     Open,
 }
 
-/// How often a client wants a packet.
+/// How often a client has requested a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Subscription {
     No,
@@ -163,13 +163,14 @@ impl RobotSession {
         if self.phase != Phase::Open {
             return;
         }
-        if let Some(answer) = self.camera.take_reply() {
-            self.send(answer.to_packet());
+        if let Some(reply) = self.camera.take_reply() {
+            self.send(reply.to_packet());
         }
         if now < self.next_sip {
             return;
         }
-        // Absolute, so that the cycle does not drift. Missed packets are not made up for.
+        // Computed from the previous time, so that the cycle does not drift. Missed packets are not sent
+        // later.
         self.next_sip += CYCLE;
         if self.next_sip <= now {
             self.next_sip = now + CYCLE;
@@ -187,10 +188,10 @@ impl RobotSession {
         }
     }
 
-    /// Resets the station after the client has left.
-    pub(crate) fn end_session(&mut self, why: EventKind) {
+    /// Resets the session after the client has left.
+    pub(crate) fn end_session(&mut self, event: EventKind) {
         self.reset();
-        self.push_event(why);
+        self.push_event(event);
     }
 
     /// Switches the motors off, and resets everything that the client has set.
@@ -213,14 +214,14 @@ impl RobotSession {
     }
 
     /// Records the arrival of a client, and restarts the measurement of its silence.
-    pub(crate) fn begin_session(&mut self, who: EventKind, now: Duration) {
+    pub(crate) fn begin_session(&mut self, event: EventKind, now: Duration) {
         self.last_received = now;
-        self.push_event(who);
+        self.push_event(event);
     }
 
     /// Records an event.
-    pub(crate) fn push_event(&mut self, what: EventKind) {
-        self.events.push(what);
+    pub(crate) fn push_event(&mut self, event: EventKind) {
+        self.events.push(event);
     }
 
     /// Takes the bytes to send.
@@ -241,7 +242,7 @@ impl RobotSession {
         self.last_received = now;
         self.silent = false;
         match (self.phase, SyncStep::from_packet(packet)) {
-            // A client that starts again, or did not receive the answer.
+            // A client that starts again, or did not receive the reply.
             (Phase::Waiting(_), Some(SyncStep::Zero)) => self.echo(SyncStep::Zero, SyncStep::One),
             (Phase::Waiting(SyncStep::One | SyncStep::Two), Some(SyncStep::One)) => {
                 self.echo(SyncStep::One, SyncStep::Two)
@@ -249,10 +250,12 @@ impl RobotSession {
             (Phase::Waiting(SyncStep::Two), Some(SyncStep::Two)) => self.complete_handshake(world),
             // Other packets before the handshake belong to an older session.
             (Phase::Waiting(_), _) => {}
-            // The three are also PULSE, OPEN and CLOSE. No client opens an open session. So in this order
-            // they are the handshake of another client, whose predecessor left unnoticed.
+            // The three steps are also PULSE, OPEN and CLOSE. No client opens an open session. So in this
+            // order they are the handshake of another client, whose predecessor left unnoticed.
             (Phase::Open, Some(SyncStep::Two)) if self.next_sync == Some(SyncStep::Two) => {
-                self.end_session(EventKind::ClientLeft("another says hello on its line".to_owned()));
+                self.end_session(EventKind::ClientLeft(
+                    "another client starts a handshake on its line".to_owned(),
+                ));
                 self.send(Ok(SyncStep::Zero.to_packet()));
                 self.send(Ok(SyncStep::One.to_packet()));
                 self.complete_handshake(world);
@@ -290,22 +293,25 @@ impl RobotSession {
 
     /// Returns the pose of the odometry, in the client's frame.
     fn pose(&self, world: &World) -> Pose2 {
-        let is = world.odometry(self.robot).pose;
+        let odometry = world.odometry(self.robot).pose;
         let (sin, cos) = self.odometry_origin.heading.sin_cos();
-        let (dx, dy) = (is.x - self.odometry_origin.x, is.y - self.odometry_origin.y);
+        let (dx, dy) = (
+            odometry.x - self.odometry_origin.x,
+            odometry.y - self.odometry_origin.y,
+        );
         let local = Pose2::new(
             cos * dx + sin * dy,
             cos * dy - sin * dx,
-            is.heading - self.odometry_origin.heading,
+            odometry.heading - self.odometry_origin.heading,
         );
         self.client_pose.compose(local)
     }
 
-    /// Makes `named` the present pose of the robot in the client's frame.
-    fn set_client_pose(&mut self, world: &World, named: Pose2) {
+    /// Makes `new_pose` the present pose of the robot in the client's frame.
+    fn set_client_pose(&mut self, world: &World, new_pose: Pose2) {
         self.motion
-            .shift_heading(named.heading - self.pose(world).heading);
-        self.client_pose = named;
+            .shift_heading(new_pose.heading - self.pose(world).heading);
+        self.client_pose = new_pose;
         self.odometry_origin = world.odometry(self.robot).pose;
     }
 
@@ -318,20 +324,20 @@ impl RobotSession {
 }
 
 impl Subscription {
-    fn of(often: u16) -> Self {
-        match often {
+    fn of(mode: u16) -> Self {
+        match mode {
             0 => Self::No,
             1 => Self::Once,
             _ => Self::Always,
         }
     }
 
-    /// Returns whether the packet is wanted now.
+    /// Returns whether the packet is due now.
     fn take_due(&mut self) -> bool {
-        let wanted = *self != Self::No;
+        let is_due = *self != Self::No;
         if *self == Self::Once {
             *self = Self::No;
         }
-        wanted
+        is_due
     }
 }

@@ -1,7 +1,7 @@
 //! The commands of a robot's motors: speeds, or a distance or a heading to reach, within the limits that the
 //! client has set.
 //!
-//! It knows the robot's odometry, never its true pose.
+//! It uses the robot's odometry, never its true pose.
 
 use core::f64::consts::PI;
 
@@ -26,7 +26,7 @@ pub(crate) struct Motion {
 enum LinearTarget {
     /// m/s.
     Speed(f64),
-    /// Metres left to drive; negative is backwards.
+    /// The remaining distance, m; negative is backwards.
     Distance(f64),
 }
 
@@ -83,7 +83,7 @@ impl Motion {
         self.angular = AngularTarget::Heading(heading);
     }
 
-    /// Returns the wanted heading, if there is one.
+    /// Returns the target heading, if there is one.
     pub(crate) fn heading(&self) -> Option<f64> {
         match self.angular {
             AngularTarget::Heading(heading) => Some(heading),
@@ -91,7 +91,7 @@ impl Motion {
         }
     }
 
-    /// Adjusts the wanted heading to a change of the odometry's heading, so that its direction stays the
+    /// Adjusts the target heading to a change of the odometry's heading, so that its direction stays the
     /// same.
     pub(crate) fn shift_heading(&mut self, by: f64) {
         if let AngularTarget::Heading(heading) = &mut self.angular {
@@ -112,27 +112,29 @@ impl Motion {
         if !self.enabled {
             return Twist2::default();
         }
-        if let LinearTarget::Distance(left) = &mut self.linear {
-            *left -= twist.linear * dt;
+        if let LinearTarget::Distance(remaining) = &mut self.linear {
+            *remaining -= twist.linear * dt;
             // At rest, less than half a millimetre counts as reached.
-            if left.abs() < 0.0005 && twist.linear.abs() < 0.01 {
+            if remaining.abs() < 0.0005 && twist.linear.abs() < 0.01 {
                 self.linear = LinearTarget::Speed(0.0);
             }
         }
-        if let AngularTarget::Heading(wanted) = self.angular
-            && wrap(wanted - heading).abs() < POSITION_TOLERANCE
+        if let AngularTarget::Heading(target) = self.angular
+            && wrap(target - heading).abs() < POSITION_TOLERANCE
             && twist.angular.abs() < 0.02
         {
             self.angular = AngularTarget::Speed(0.0);
         }
         let linear = match self.linear {
             LinearTarget::Speed(speed) => speed,
-            LinearTarget::Distance(left) => approach(left, self.max_linear, config.linear_deceleration, dt),
+            LinearTarget::Distance(remaining) => {
+                approach(remaining, self.max_linear, config.linear_deceleration, dt)
+            }
         };
         let angular = match self.angular {
             AngularTarget::Speed(speed) => speed,
-            AngularTarget::Heading(wanted) => approach(
-                wrap(wanted - heading),
+            AngularTarget::Heading(target) => approach(
+                wrap(target - heading),
                 self.max_angular,
                 config.angular_deceleration,
                 dt,
@@ -142,11 +144,14 @@ impl Motion {
     }
 }
 
-/// Returns a speed that still allows braking within `left`, and does not overshoot within `dt`.
-fn approach(left: f64, most: f64, deceleration: f64, dt: f64) -> f64 {
+/// Returns a speed that still allows braking within `remaining`, and does not overshoot within `dt`.
+fn approach(remaining: f64, max_speed: f64, deceleration: f64, dt: f64) -> f64 {
     // Brakes with 80 % of the deceleration, so that rounding to steps never overshoots.
-    let braking = (2.0 * 0.8 * deceleration * left.abs()).sqrt();
-    braking.min(most).min(left.abs() / dt / 4.0).copysign(left)
+    let braking = (2.0 * 0.8 * deceleration * remaining.abs()).sqrt();
+    braking
+        .min(max_speed)
+        .min(remaining.abs() / dt / 4.0)
+        .copysign(remaining)
 }
 
 /// Normalizes an angle to -π to π rad.
@@ -164,16 +169,17 @@ mod tests {
     /// Drives a robot that follows commands within its accelerations; returns the distance and the heading.
     fn drive(motion: &mut Motion, seconds: f64) -> (f64, f64) {
         let config = RobotConfig::default();
-        let (mut way, mut heading, mut twist) = (0.0, 0.0, Twist2::default());
-        let toward = |is: f64, wanted: f64, most: f64| is + (wanted - is).clamp(-most * DT, most * DT);
+        let (mut distance, mut heading, mut twist) = (0.0, 0.0, Twist2::default());
+        let toward =
+            |value: f64, target: f64, rate: f64| value + (target - value).clamp(-rate * DT, rate * DT);
         for _ in 0..(seconds / DT) as usize {
-            let wanted = motion.command(&config, heading, twist, DT);
-            twist.linear = toward(twist.linear, wanted.linear, config.linear_deceleration);
-            twist.angular = toward(twist.angular, wanted.angular, config.angular_deceleration);
-            way += twist.linear * DT;
+            let target = motion.command(&config, heading, twist, DT);
+            twist.linear = toward(twist.linear, target.linear, config.linear_deceleration);
+            twist.angular = toward(twist.angular, target.angular, config.angular_deceleration);
+            distance += twist.linear * DT;
             heading += twist.angular * DT;
         }
-        (way, heading)
+        (distance, heading)
     }
 
     fn enabled() -> Motion {
@@ -199,31 +205,31 @@ mod tests {
     }
 
     #[test]
-    fn a_way_ends_where_it_was_to_end() {
-        for wanted in [1.0, -0.5, 0.01] {
+    fn a_commanded_distance_is_reached() {
+        for target in [1.0, -0.5, 0.01] {
             let mut motion = enabled();
-            motion.move_by(wanted);
-            let (way, _) = drive(&mut motion, 15.0);
-            assert!((way - wanted).abs() < 0.005, "{way} for {wanted}");
+            motion.move_by(target);
+            let (distance, _) = drive(&mut motion, 15.0);
+            assert!((distance - target).abs() < 0.005, "{distance} for {target}");
         }
     }
 
     #[test]
     fn a_heading_is_reached_by_the_shorter_turn() {
-        for (wanted, turned) in [(1.0, 1.0), (-2.0, -2.0), (5.0, 5.0 - 2.0 * PI)] {
+        for (target, turned) in [(1.0, 1.0), (-2.0, -2.0), (5.0, 5.0 - 2.0 * PI)] {
             let mut motion = enabled();
-            motion.turn_to(wanted);
+            motion.turn_to(target);
             let (_, heading) = drive(&mut motion, 10.0);
-            assert!((heading - turned).abs() < 0.01, "{heading} for {wanted}");
+            assert!((heading - turned).abs() < 0.01, "{heading} for {target}");
         }
     }
 
     #[test]
-    fn limits_hold_for_ways_and_headings() {
+    fn the_speed_limit_holds_while_driving_a_distance() {
         let mut motion = enabled();
         motion.limit(0.1);
         motion.move_by(5.0);
-        let (way, _) = drive(&mut motion, 10.0);
-        assert!(way < 1.0, "{way}");
+        let (distance, _) = drive(&mut motion, 10.0);
+        assert!(distance < 1.0, "{distance}");
     }
 }

@@ -1,7 +1,7 @@
-//! The common part of the server's tests: a served world, and a client that knows only the protocol. It waits
+//! Helpers of the server's tests: a served world, and a client that uses only the protocol. The client waits
 //! for the robot's packets, never for fixed times.
 
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "each test file uses only some of the helpers")]
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
@@ -28,7 +28,7 @@ pub(crate) const ROOM: &str = r#"
 "#;
 
 /// A world served by a thread.
-pub(crate) struct Served {
+pub(crate) struct RunningServer {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Vec<RobotStats>>>,
     events: Arc<Mutex<Vec<Event>>>,
@@ -37,25 +37,25 @@ pub(crate) struct Served {
     _watchdog: Watchdog,
 }
 
-impl Served {
+impl RunningServer {
     pub(crate) fn start(world: &str, mut options: Options) -> Self {
         if !options.terminal {
             options.tcp = Some("127.0.0.1:0".parse().expect("an address"));
         }
         let world = World::parse(world, "room.toml", 1).expect("a world");
-        let mut server = Server::open(world, &options).expect("it can be served");
-        let places: Vec<EndpointAddress> = server.addresses().map(|(_, place)| place).collect();
+        let mut server = Server::open(world, &options).expect("a server");
+        let addresses: Vec<EndpointAddress> = server.addresses().map(|(_, address)| address).collect();
         let stop = Arc::new(AtomicBool::new(false));
         let events: Arc<Mutex<Vec<Event>>> = Arc::default();
         let thread = std::thread::spawn({
             let (stop, events) = (Arc::clone(&stop), Arc::clone(&events));
             move || {
-                let hear = |event: &Event| lock(&events).push(event.clone());
-                server.run(&stop, None, hear).expect("it serves");
+                let record = |event: &Event| lock(&events).push(event.clone());
+                server.run(&stop, None, record).expect("the server runs");
                 server.stats()
             }
         });
-        let mut served = Self {
+        let mut server = Self {
             stop,
             thread: Some(thread),
             events,
@@ -63,65 +63,65 @@ impl Served {
             terminals: Vec::new(),
             _watchdog: Watchdog::for_test(),
         };
-        for place in places {
-            match place {
-                EndpointAddress::Tcp(address) => served.addresses.push(address),
-                EndpointAddress::Terminal(path) => served.terminals.push(path),
+        for address in addresses {
+            match address {
+                EndpointAddress::Tcp(address) => server.addresses.push(address),
+                EndpointAddress::Terminal(path) => server.terminals.push(path),
             }
         }
-        served
+        server
     }
 
     /// Stops the server, and returns the totals of the robots.
     pub(crate) fn end(mut self) -> Vec<RobotStats> {
         self.stop.store(true, Ordering::Relaxed);
-        let thread = self.thread.take().expect("it ends once");
-        thread.join().expect("it served to the end")
+        let thread = self.thread.take().expect("the server ends once");
+        thread.join().expect("the server thread ends")
     }
 
     /// Waits until this event of that robot has occurred.
-    pub(crate) fn until(&self, robot: &str, happened: impl Fn(&EventKind) -> bool) {
-        let found = |events: &[Event]| {
+    pub(crate) fn until(&self, robot: &str, matches: impl Fn(&EventKind) -> bool) {
+        let has_occurred = |events: &[Event]| {
             events
                 .iter()
-                .any(|event| event.robot == robot && happened(&event.kind))
+                .any(|event| event.robot == robot && matches(&event.kind))
         };
-        while !found(&lock(&self.events)) {
+        while !has_occurred(&lock(&self.events)) {
             std::thread::yield_now();
         }
     }
 
-    pub(crate) fn count(&self, happened: impl Fn(&EventKind) -> bool) -> usize {
+    pub(crate) fn count(&self, matches: impl Fn(&EventKind) -> bool) -> usize {
         let events = lock(&self.events);
-        events.iter().filter(|event| happened(&event.kind)).count()
+        events.iter().filter(|event| matches(&event.kind)).count()
     }
 }
 
-impl Drop for Served {
+impl Drop for RunningServer {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().expect("nobody panicked")
+    mutex.lock().expect("no thread panicked")
 }
 
 /// The stream of a client.
-pub(crate) trait Wire: Read + Write {}
-impl<T: Read + Write> Wire for T {}
+pub(crate) trait Stream: Read + Write {}
+impl<T: Read + Write> Stream for T {}
 
 /// A client of the protocol.
 pub(crate) struct Client {
-    wire: Box<dyn Wire>,
+    stream: Box<dyn Stream>,
     receiver: Receiver,
-    waiting: std::collections::VecDeque<Packet>,
-    begun: Instant,
+    packets: std::collections::VecDeque<Packet>,
+    start: Instant,
 }
 
 impl Client {
     pub(crate) fn tcp(address: SocketAddr) -> Self {
-        let stream = TcpStream::connect(address).expect("somebody listens");
+        let stream = TcpStream::connect(address).expect("the server listens");
         stream.set_nodelay(true).expect("an option of TCP");
         Self::on(stream)
     }
@@ -136,30 +136,30 @@ impl Client {
         Self::on(file)
     }
 
-    fn on(wire: impl Read + Write + 'static) -> Self {
+    fn on(stream: impl Read + Write + 'static) -> Self {
         Self {
-            wire: Box::new(wire),
+            stream: Box::new(stream),
             receiver: Receiver::new(),
-            waiting: std::collections::VecDeque::new(),
-            begun: Instant::now(),
+            packets: std::collections::VecDeque::new(),
+            start: Instant::now(),
         }
     }
 
     /// Returns the stream alone.
-    pub(crate) fn into_wire(self) -> Box<dyn Wire> {
-        self.wire
+    pub(crate) fn into_stream(self) -> Box<dyn Stream> {
+        self.stream
     }
 
-    /// Does the handshake, opens the servers and switches the motors on.
+    /// Completes the handshake, opens the robot's servers and switches the motors on.
     pub(crate) fn open(&mut self) -> Names {
-        let names = self.shake_hands();
-        self.say(&Command::Open(Form::One));
-        self.say(&Command::Enable(true));
+        let names = self.handshake();
+        self.send_command(&Command::Open(Form::One));
+        self.send_command(&Command::Enable(true));
         self.sip_with(|sip| sip.motors());
         names
     }
 
-    pub(crate) fn shake_hands(&mut self) -> Names {
+    pub(crate) fn handshake(&mut self) -> Names {
         for sync in [SyncStep::Zero, SyncStep::One] {
             self.send(&sync.to_packet().to_bytes());
             let echo = self.packet_with(|packet| SyncStep::from_packet(packet) == Some(sync));
@@ -167,47 +167,52 @@ impl Client {
         }
         self.send(&SyncStep::Two.to_packet().to_bytes());
         let packet = self.packet_with(|packet| packet.id() == 2);
-        Names::from_packet(&packet).expect("its names")
+        Names::from_packet(&packet).expect("names")
     }
 
-    pub(crate) fn say(&mut self, command: &Command) {
-        self.send(&command.to_packet().expect("it fits").to_bytes());
+    pub(crate) fn send_command(&mut self, command: &Command) {
+        self.send(
+            &command
+                .to_packet()
+                .expect("the command fits into a packet")
+                .to_bytes(),
+        );
     }
 
     pub(crate) fn send(&mut self, bytes: &[u8]) {
-        self.wire.write_all(bytes).expect("the robot is there");
+        self.stream.write_all(bytes).expect("the connection is open");
     }
 
     /// Returns the next packet.
     pub(crate) fn packet(&mut self) -> Packet {
-        self.try_packet().expect("the robot is there")
+        self.try_packet().expect("the connection is open")
     }
 
     /// Returns the next packet; `None` if the robot has closed the connection.
     pub(crate) fn try_packet(&mut self) -> Option<Packet> {
-        while self.waiting.is_empty() {
-            let mut room = [0; 512];
-            let count = match self.wire.read(&mut room) {
+        while self.packets.is_empty() {
+            let mut buffer = [0; 512];
+            let count = match self.stream.read(&mut buffer) {
                 Ok(0) => return None,
                 Ok(count) => count,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(_) => return None,
             };
             let Self {
-                receiver, waiting, ..
+                receiver, packets, ..
             } = self;
-            receiver.receive(&room[..count], self.begun.elapsed(), |packet| {
-                waiting.push_back(packet);
+            receiver.receive(&buffer[..count], self.start.elapsed(), |packet| {
+                packets.push_back(packet);
             });
         }
-        self.waiting.pop_front()
+        self.packets.pop_front()
     }
 
-    /// Returns the next packet for which `wanted` is true.
-    pub(crate) fn packet_with(&mut self, wanted: impl Fn(&Packet) -> bool) -> Packet {
+    /// Returns the next packet for which `is_wanted` is true.
+    pub(crate) fn packet_with(&mut self, is_wanted: impl Fn(&Packet) -> bool) -> Packet {
         loop {
             let packet = self.packet();
-            if wanted(&packet) {
+            if is_wanted(&packet) {
                 return packet;
             }
         }
@@ -216,17 +221,17 @@ impl Client {
     /// Returns the next server information packet.
     pub(crate) fn sip(&mut self) -> Sip {
         let packet = self.packet_with(|packet| matches!(packet.id(), 0x32 | 0x33));
-        Sip::from_packet(&packet).expect("a good one")
+        Sip::from_packet(&packet).expect("a valid SIP")
     }
 
-    /// Returns the next server information packet for which `wanted` is true, and sends PULSE meanwhile.
-    pub(crate) fn sip_with(&mut self, wanted: impl Fn(&Sip) -> bool) -> Sip {
+    /// Returns the next server information packet for which `is_wanted` is true, and sends PULSE meanwhile.
+    pub(crate) fn sip_with(&mut self, is_wanted: impl Fn(&Sip) -> bool) -> Sip {
         loop {
             let sip = self.sip();
-            if wanted(&sip) {
+            if is_wanted(&sip) {
                 return sip;
             }
-            self.say(&Command::Pulse);
+            self.send_command(&Command::Pulse);
         }
     }
 }
@@ -240,10 +245,10 @@ pub(crate) fn pose(sip: &Sip) -> [f64; 3] {
 
 /// Checks a value within a tolerance.
 #[track_caller]
-pub(crate) fn near(is: f64, wanted: f64, tolerance: f64) {
+pub(crate) fn assert_near(actual: f64, expected: f64, tolerance: f64) {
     assert!(
-        (is - wanted).abs() <= tolerance,
-        "{is} is not {wanted} ± {tolerance}"
+        (actual - expected).abs() <= tolerance,
+        "{actual} is not {expected} ± {tolerance}"
     );
 }
 

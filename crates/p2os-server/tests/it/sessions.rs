@@ -1,7 +1,7 @@
-//! Clients that arrive, leave, fall silent, send garbage or flood: no robot keeps driving, and other clients
-//! are not affected.
+//! Clients that connect, disconnect, fall silent, send garbage or flood: no robot keeps driving, and other
+//! clients are not affected.
 
-use crate::common::{Client, ROOM, Served, pose};
+use crate::common::{Client, ROOM, RunningServer, pose};
 use jde_p2os::{Command, Form, Packet, SyncStep, Wheels};
 use jde_p2os_server::{EventKind, Options, Server, ServerError};
 use jde_sim::World;
@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-fn served() -> Served {
-    Served::start(
+fn start_server() -> RunningServer {
+    RunningServer::start(
         ROOM,
         Options {
             speed: 4.0,
@@ -21,24 +21,24 @@ fn served() -> Served {
 
 #[test]
 fn robots_have_ports_and_clients_of_their_own() {
-    let served = served();
-    let mut first = Client::tcp(served.addresses[0]);
-    let mut second = Client::tcp(served.addresses[1]);
+    let server = start_server();
+    let mut first = Client::tcp(server.addresses[0]);
+    let mut second = Client::tcp(server.addresses[1]);
     assert_eq!(first.open().name, "pioneer");
     assert_eq!(second.open().name, "second");
-    first.say(&Command::Velocity(200));
+    first.send_command(&Command::Velocity(200));
     first.sip_with(|sip| pose(sip)[0] > 0.2);
     assert!(!second.sip().moving);
 }
 
 #[test]
-fn synchronisation_is_in_order_and_can_begin_anew() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
-    // Out of order, and packets that some clients send first: none is answered.
+fn synchronisation_requires_its_order_and_can_restart() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
+    // The robot ignores steps out of order, and packets that some clients send first.
     client.send(&SyncStep::Two.to_packet().to_bytes());
     client.send(&SyncStep::One.to_packet().to_bytes());
-    client.say(&Command::Close(Form::One));
+    client.send_command(&Command::Close(Form::One));
     client.send(&SyncStep::Zero.to_packet().to_bytes());
     assert_eq!(client.packet(), SyncStep::Zero.to_packet());
     client.send(&SyncStep::Two.to_packet().to_bytes());
@@ -48,118 +48,118 @@ fn synchronisation_is_in_order_and_can_begin_anew() {
 }
 
 #[test]
-fn a_client_that_closes_keeps_the_line_and_may_open_again() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
+fn a_client_that_closes_its_session_may_open_another() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
     client.open();
-    client.say(&Command::Velocity(300));
+    client.send_command(&Command::Velocity(300));
     client.sip_with(|sip| sip.left_velocity > 200);
-    client.say(&Command::Close(Form::Bare));
-    served.until("pioneer", |what| *what == EventKind::Closed);
+    client.send_command(&Command::Close(Form::Bare));
+    server.until("pioneer", |event| *event == EventKind::Closed);
     client.open();
-    let stopped = client.sip_with(|sip| sip.left_velocity == 0);
-    assert!(stopped.motors());
-    client.say(&Command::Velocity(100));
+    let sip = client.sip_with(|sip| sip.left_velocity == 0);
+    assert!(sip.motors());
+    client.send_command(&Command::Velocity(100));
     client.sip_with(|sip| sip.left_velocity > 80);
 }
 
 #[test]
-fn each_session_counts_from_where_it_was_opened() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
+fn each_session_counts_from_its_starting_pose() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
     for _ in 0..2 {
         client.open();
         let [x, y, _] = pose(&client.sip());
         assert!(x.abs() < 0.01 && y.abs() < 0.01, "{x} {y}");
-        client.say(&Command::Move(300));
+        client.send_command(&Command::Move(300));
         client.sip_with(|sip| pose(sip)[0] > 0.28 && sip.left_velocity == 0);
-        client.say(&Command::Close(Form::Bare));
+        client.send_command(&Command::Close(Form::Bare));
     }
 }
 
 #[test]
-fn a_client_that_leaves_stops_the_robot_and_another_may_come() {
-    let served = served();
+fn a_client_that_disconnects_stops_the_robot_and_another_may_connect() {
+    let server = start_server();
     for _ in 0..3 {
-        let mut client = Client::tcp(served.addresses[0]);
+        let mut client = Client::tcp(server.addresses[0]);
         client.open();
-        client.say(&Command::Velocity(200));
+        client.send_command(&Command::Velocity(200));
         client.sip_with(|sip| sip.left_velocity > 100);
     }
-    while served.count(|what| matches!(what, EventKind::ClientLeft(_))) < 3 {
+    while server.count(|event| matches!(event, EventKind::ClientLeft(_))) < 3 {
         std::thread::yield_now();
     }
-    let mut client = Client::tcp(served.addresses[0]);
+    let mut client = Client::tcp(server.addresses[0]);
     client.open();
     let before = pose(&client.sip_with(|sip| sip.left_velocity == 0));
     for _ in 0..5 {
         assert_eq!(pose(&client.sip()), before);
-        client.say(&Command::Pulse);
+        client.send_command(&Command::Pulse);
     }
-    let tally = served.end();
-    assert_eq!(tally[0].sessions, 4);
+    let stats = server.end();
+    assert_eq!(stats[0].sessions, 4);
 }
 
 #[test]
-fn a_silent_client_is_told_on_but_its_robot_stops() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
+fn a_silent_client_still_receives_packets_but_its_robot_stops() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
     client.open();
-    client.say(&Command::Velocity(200));
+    client.send_command(&Command::Velocity(200));
     while client.sip().left_velocity < 100 {}
-    // The client sends nothing from here on; the robot still sends its packets.
+    // The client sends nothing from now on; the robot still sends its packets.
     while client.sip().left_velocity != 0 {}
-    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 1);
+    assert_eq!(server.count(|event| matches!(event, EventKind::Silent(_))), 1);
     let before = pose(&client.sip());
-    client.say(&Command::Pulse);
+    client.send_command(&Command::Pulse);
     for _ in 0..5 {
-        assert_eq!(pose(&client.sip()), before, "it waits to be asked again");
-        client.say(&Command::Pulse);
+        assert_eq!(pose(&client.sip()), before, "the robot waits for a new command");
+        client.send_command(&Command::Pulse);
     }
 }
 
 #[test]
-fn a_second_client_is_turned_away_while_the_first_speaks() {
-    let served = served();
-    let mut first = Client::tcp(served.addresses[0]);
+fn a_second_client_is_refused_while_the_first_is_active() {
+    let server = start_server();
+    let mut first = Client::tcp(server.addresses[0]);
     first.open();
-    let mut second = Client::tcp(served.addresses[0]);
-    assert_eq!(second.try_packet(), None, "it is hung up on");
-    served.until("pioneer", |what| matches!(what, EventKind::ClientRefused(_)));
+    let mut second = Client::tcp(server.addresses[0]);
+    assert_eq!(second.try_packet(), None, "the connection is closed");
+    server.until("pioneer", |event| matches!(event, EventKind::ClientRefused(_)));
     assert!(first.sip().motors());
 }
 
 #[test]
-fn a_client_that_has_fallen_silent_makes_room() {
-    let served = served();
-    let mut first = Client::tcp(served.addresses[0]);
+fn a_silent_client_is_replaced_by_a_new_one() {
+    let server = start_server();
+    let mut first = Client::tcp(server.addresses[0]);
     first.open();
-    served.until("pioneer", |what| matches!(what, EventKind::Silent(_)));
-    let mut second = Client::tcp(served.addresses[0]);
+    server.until("pioneer", |event| matches!(event, EventKind::Silent(_)));
+    let mut second = Client::tcp(server.addresses[0]);
     assert_eq!(second.open().name, "pioneer");
     while first.try_packet().is_some() {}
 }
 
 #[test]
-fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
-    let served = on_terminals(4.0);
-    for turn in 0..2 {
-        let mut client = Client::serial(&served.terminals[0]);
-        // The robot ignores bytes that an earlier client left on the line.
-        client.say(&Command::Close(Form::Bare));
+fn successive_clients_on_a_serial_line_can_drive() {
+    let server = start_on_terminals(4.0);
+    for number in 0..2 {
+        let mut client = Client::serial(&server.terminals[0]);
+        // The robot ignores remaining bytes of an earlier client.
+        client.send_command(&Command::Close(Form::Bare));
         client.open();
-        client.say(&Command::Velocity(200));
+        client.send_command(&Command::Velocity(200));
         client.sip_with(|sip| sip.left_velocity > 150);
-        if turn == 0 {
-            client.say(&Command::Close(Form::Bare));
+        if number == 0 {
+            client.send_command(&Command::Close(Form::Bare));
         }
     }
     // The second client did not close its session.
-    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
+    server.until("pioneer", |event| matches!(event, EventKind::ClientLeft(_)));
 }
 
-fn on_terminals(speed: f64) -> Served {
-    Served::start(
+fn start_on_terminals(speed: f64) -> RunningServer {
+    RunningServer::start(
         ROOM,
         Options {
             terminal: true,
@@ -169,88 +169,89 @@ fn on_terminals(speed: f64) -> Served {
     )
 }
 
-/// Returns a client on a terminal, with a driving robot.
-fn driving(served: &Served) -> Client {
-    let mut client = Client::serial(&served.terminals[0]);
+/// Returns a client on a terminal whose robot drives.
+fn driving_client(server: &RunningServer) -> Client {
+    let mut client = Client::serial(&server.terminals[0]);
     client.open();
-    client.say(&Command::Velocity(200));
+    client.send_command(&Command::Velocity(200));
     client.sip_with(|sip| sip.left_velocity > 150);
     client
 }
 
 #[test]
-fn a_client_that_is_gone_from_a_terminal_is_noticed_before_it_has_been_silent() {
-    let served = on_terminals(1.0);
-    drop(driving(&served));
-    let gone = |what: &EventKind| matches!(what, EventKind::ClientLeft(why) if why.contains("closed"));
-    served.until("pioneer", gone);
-    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 0);
+fn a_client_that_closes_its_terminal_is_noticed_before_it_counts_as_silent() {
+    let server = start_on_terminals(1.0);
+    drop(driving_client(&server));
+    let left =
+        |event: &EventKind| matches!(event, EventKind::ClientLeft(reason) if reason.contains("closed"));
+    server.until("pioneer", left);
+    assert_eq!(server.count(|event| matches!(event, EventKind::Silent(_))), 0);
 }
 
 #[test]
-fn a_client_that_is_back_at_once_finds_a_robot_that_waits_for_its_hello() {
-    let served = on_terminals(1.0);
+fn a_client_that_reconnects_at_once_finds_a_robot_that_waits_for_its_handshake() {
+    let server = start_on_terminals(1.0);
     for round in 0..5 {
-        drop(driving(&served));
-        // Its first packet would count as a sign of life of the earlier client.
-        let mut next = Client::serial(&served.terminals[0]);
-        assert_eq!(next.shake_hands().name, "pioneer");
-        next.say(&Command::Open(Form::One));
-        let stopping = next.sip();
-        assert!(!stopping.motors(), "{round}: {stopping:?}");
+        drop(driving_client(&server));
+        // Otherwise its first packet would count as one of the earlier client.
+        let mut next = Client::serial(&server.terminals[0]);
+        assert_eq!(next.handshake().name, "pioneer");
+        next.send_command(&Command::Open(Form::One));
+        let sip = next.sip();
+        assert!(!sip.motors(), "{round}: {sip:?}");
     }
-    assert_eq!(served.count(|what| matches!(what, EventKind::Silent(_))), 0);
+    assert_eq!(server.count(|event| matches!(event, EventKind::Silent(_))), 0);
 }
 
 #[test]
-fn a_look_at_the_terminal_of_a_client_disturbs_nobody() {
-    let served = on_terminals(1.0);
-    let mut client = driving(&served);
+fn opening_the_terminal_of_a_client_does_not_end_its_session() {
+    let server = start_on_terminals(1.0);
+    let mut client = driving_client(&server);
     for _ in 0..3 {
-        drop(std::fs::File::open(&served.terminals[0]).expect("a terminal"));
-        client.say(&Command::Pulse);
+        drop(std::fs::File::open(&server.terminals[0]).expect("a terminal"));
+        client.send_command(&Command::Pulse);
         client.sip_with(|sip| sip.left_velocity > 150);
     }
-    assert_eq!(served.count(|what| matches!(what, EventKind::ClientLeft(_))), 0);
+    assert_eq!(server.count(|event| matches!(event, EventKind::ClientLeft(_))), 0);
 }
 
 #[test]
-fn a_whole_hello_in_an_open_session_is_that_of_another() {
-    let served = on_terminals(1.0);
-    let mut client = driving(&served);
-    // Another program has the terminal open too, so the server cannot notice that this client has left.
+fn a_complete_handshake_in_an_open_session_starts_another_session() {
+    let server = start_on_terminals(1.0);
+    let mut client = driving_client(&server);
+    // If another program has the terminal open too, the server cannot notice that a client has left.
     for sync in [SyncStep::Zero, SyncStep::One, SyncStep::Two] {
         client.send(&sync.to_packet().to_bytes());
     }
     let names = client.packet_with(|packet| packet.id() == 2);
     assert!(jde_p2os::Names::from_packet(&names).is_ok());
-    client.say(&Command::Open(Form::One));
-    assert!(!client.sip().motors(), "the other's motors are off");
-    assert_eq!(served.end()[0].sessions, 2);
+    client.send_command(&Command::Open(Form::One));
+    assert!(!client.sip().motors(), "the motors are off in the new session");
+    assert_eq!(server.end()[0].sessions, 2);
 }
 
 #[test]
-fn pulse_open_and_close_right_after_the_hello_are_what_they_say() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
-    client.shake_hands();
+fn pulse_open_and_close_after_the_handshake_are_commands_and_not_synchronisation() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
+    client.handshake();
     for command in [
         Command::Pulse,
         Command::Open(Form::Bare),
         Command::Close(Form::Bare),
     ] {
-        client.say(&command);
+        client.send_command(&command);
     }
-    served.until("pioneer", |what| {
-        *what == EventKind::Closed || matches!(what, EventKind::ClientLeft(_))
+    server.until("pioneer", |event| {
+        *event == EventKind::Closed || matches!(event, EventKind::ClientLeft(_))
     });
-    assert_eq!(served.count(|what| *what == EventKind::Closed), 1);
-    assert_eq!(served.end()[0].sessions, 1);
+    assert_eq!(server.count(|event| *event == EventKind::Closed), 1);
+    assert_eq!(server.end()[0].sessions, 1);
 }
 
-/// Serves a world whose robots have TCP and a terminal each.
-fn served_twice(speed: f64) -> Served {
-    Served::start(
+/// Serves a world whose robots are reachable both over TCP and on a terminal.
+fn start_on_tcp_and_terminals(speed: f64) -> RunningServer {
+    RunningServer::start(
         ROOM,
         Options {
             tcp: Some("127.0.0.1:0".parse().expect("an address")),
@@ -262,82 +263,82 @@ fn served_twice(speed: f64) -> Served {
 }
 
 #[test]
-fn what_a_client_said_that_was_turned_away_is_not_obeyed_later() {
-    let served = served_twice(1.0);
-    let mut first = Client::tcp(served.addresses[0]);
+fn commands_of_a_refused_client_are_never_executed() {
+    let server = start_on_tcp_and_terminals(1.0);
+    let mut first = Client::tcp(server.addresses[0]);
     first.open();
-    let mut second = Client::serial(&served.terminals[0]);
+    let mut second = Client::serial(&server.terminals[0]);
     for sync in [SyncStep::Zero, SyncStep::One, SyncStep::Two] {
         second.send(&sync.to_packet().to_bytes());
     }
-    second.say(&Command::Open(Form::One));
-    second.say(&Command::Enable(true));
-    second.say(&Command::Velocity(200));
-    served.until("pioneer", |what| matches!(what, EventKind::ClientRefused(_)));
-    first.say(&Command::Pulse);
+    second.send_command(&Command::Open(Form::One));
+    second.send_command(&Command::Enable(true));
+    second.send_command(&Command::Velocity(200));
+    server.until("pioneer", |event| matches!(event, EventKind::ClientRefused(_)));
+    first.send_command(&Command::Pulse);
     first.sip();
     drop(first);
-    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
-    let mut third = Client::tcp(served.addresses[0]);
+    server.until("pioneer", |event| matches!(event, EventKind::ClientLeft(_)));
+    let mut third = Client::tcp(server.addresses[0]);
     third.open();
     for _ in 0..5 {
-        third.say(&Command::Pulse);
+        third.send_command(&Command::Pulse);
         assert!(!third.sip().moving);
     }
-    assert_eq!(served.end()[0].sessions, 2);
+    assert_eq!(server.end()[0].sessions, 2);
 }
 
 #[test]
-fn a_silent_client_makes_room_on_a_serial_line_too() {
-    let served = served_twice(4.0);
-    let mut first = Client::tcp(served.addresses[0]);
+fn a_silent_client_is_replaced_by_a_new_one_on_a_serial_line() {
+    let server = start_on_tcp_and_terminals(4.0);
+    let mut first = Client::tcp(server.addresses[0]);
     first.open();
-    served.until("pioneer", |what| matches!(what, EventKind::Silent(_)));
-    let mut second = Client::serial(&served.terminals[0]);
+    server.until("pioneer", |event| matches!(event, EventKind::Silent(_)));
+    let mut second = Client::serial(&server.terminals[0]);
     assert_eq!(second.open().name, "pioneer");
     while first.try_packet().is_some() {}
 }
 
 #[test]
-fn a_client_that_says_much_is_told_of_little() {
-    let served = served();
-    let mut client = Client::tcp(served.addresses[0]);
+fn only_some_of_many_messages_of_a_client_are_reported() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
     client.open();
     for _ in 0..500 {
-        client.say(&Command::Message(b"look at me".to_vec()));
+        client.send_command(&Command::Message(b"a message".to_vec()));
     }
-    served.until("pioneer", |what| matches!(what, EventKind::EventsDropped(_)));
-    let told = served.count(|what| matches!(what, EventKind::Message(_)));
-    assert!((1..500).contains(&told), "{told}");
+    server.until("pioneer", |event| matches!(event, EventKind::EventsDropped(_)));
+    let reported = server.count(|event| matches!(event, EventKind::Message(_)));
+    assert!((1..500).contains(&reported), "{reported}");
 }
 
 #[test]
-fn a_client_that_reads_nothing_is_let_go() {
-    let served = served();
-    let mut deaf = Client::tcp(served.addresses[0]);
-    deaf.shake_hands();
-    deaf.say(&Command::Open(Form::One));
-    // Each is answered by a packet of a hundred bytes, which the client does not read.
-    let question = Command::Config(Form::One)
+fn a_client_that_reads_nothing_is_disconnected() {
+    let server = start_server();
+    let mut client = Client::tcp(server.addresses[0]);
+    client.handshake();
+    client.send_command(&Command::Open(Form::One));
+    // The reply to each is a packet of a hundred bytes, which the client does not read.
+    let query = Command::Config(Form::One)
         .to_packet()
-        .expect("it fits")
+        .expect("the command fits into a packet")
         .to_bytes();
-    let flood = question.repeat(100);
-    let mut stream = deaf.into_wire();
+    let flood = query.repeat(100);
+    let mut stream = client.into_stream();
     while stream.write_all(&flood).is_ok() {}
-    served.until("pioneer", |what| matches!(what, EventKind::ClientLeft(_)));
-    let mut next = Client::tcp(served.addresses[0]);
+    server.until("pioneer", |event| matches!(event, EventKind::ClientLeft(_)));
+    let mut next = Client::tcp(server.addresses[0]);
     next.open();
 }
 
 #[test]
-fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
-    let served = served();
-    let mut good = Client::tcp(served.addresses[1]);
+fn ten_thousand_random_and_mutated_packets_neither_crash_the_server_nor_move_a_robot() {
+    let server = start_server();
+    let mut good = Client::tcp(server.addresses[1]);
     good.open();
-    let mut bad = Client::tcp(served.addresses[0]);
-    bad.open();
-    let known = [
+    let mut fuzzer = Client::tcp(server.addresses[0]);
+    fuzzer.open();
+    let valid = [
         Command::Pulse,
         Command::Config(Form::One),
         Command::Tty2(HEAD.to_vec()),
@@ -346,97 +347,102 @@ fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
         Command::Velocities2(Wheels::default()),
         Command::Velocity(0),
     ]
-    .map(|command| command.to_packet().expect("it fits").to_bytes());
+    .map(|command| {
+        command
+            .to_packet()
+            .expect("the command fits into a packet")
+            .to_bytes()
+    });
     let random = proptest::collection::vec(any::<u8>(), 1..60);
-    let mutated = (0..known.len(), any::<prop::sample::Index>(), 1..=255u8);
+    let mutated = (0..valid.len(), any::<prop::sample::Index>(), 1..=255u8);
     let mut runner = TestRunner::deterministic();
     let mut sent = 0;
     while sent < 10_000 {
         let bytes = match sent % 2 {
             0 => random.new_tree(&mut runner).expect("bytes").current(),
             _ => {
-                let (which, place, flip) = mutated.new_tree(&mut runner).expect("a change").current();
-                let mut bytes = known[which].clone();
-                let place = place.index(bytes.len());
-                bytes[place] ^= flip;
+                let (index, position, flip) = mutated.new_tree(&mut runner).expect("a change").current();
+                let mut bytes = valid[index].clone();
+                let position = position.index(bytes.len());
+                bytes[position] ^= flip;
                 bytes
             }
         };
-        if asks_for_motion(&bytes) {
+        if may_move(&bytes) {
             continue;
         }
         sent += 1;
         if sent % 50 == 0 {
-            // Reads what has arrived, so that the server does not drop the client. The bytes may have started
-            // a packet that swallows the question, so the question is repeated.
-            bad.send(&bytes);
-            bad.say(&Command::SimStat(1));
+            // Read what has arrived, so that the server does not disconnect the client. The bytes may have
+            // started a packet that includes the query, so repeat the query.
+            fuzzer.send(&bytes);
+            fuzzer.send_command(&Command::SimStat(1));
             loop {
-                match bad.packet().id() {
+                match fuzzer.packet().id() {
                     0x62 => break,
-                    0x32 | 0x33 => bad.say(&Command::SimStat(1)),
+                    0x32 | 0x33 => fuzzer.send_command(&Command::SimStat(1)),
                     _ => {}
                 }
             }
-            good.say(&Command::Pulse);
+            good.send_command(&Command::Pulse);
             assert!(!good.sip().moving);
         } else {
-            bad.send(&bytes);
+            fuzzer.send(&bytes);
         }
     }
-    assert_eq!(served.count(|what| matches!(what, EventKind::ClientLeft(_))), 0);
-    let tally = served.end();
-    assert!(tally.iter().all(|tally| tally.travelled < 1e-9), "{tally:?}");
+    assert_eq!(server.count(|event| matches!(event, EventKind::ClientLeft(_))), 0);
+    let stats = server.end();
+    assert!(stats.iter().all(|stats| stats.travelled < 1e-9), "{stats:?}");
 }
 
 const HEAD: [u8; 6] = [0xFF, 0x30, 0x30, 0x00, 0x53, 0xEF];
 
 /// Returns whether these bytes may move the robot, change its pose, or end the session.
-fn asks_for_motion(bytes: &[u8]) -> bool {
-    let mut asks = false;
+fn may_move(bytes: &[u8]) -> bool {
+    let mut moves = false;
     jde_p2os::Receiver::new().receive(bytes, core::time::Duration::ZERO, |packet: Packet| {
         let command = Command::from_packet(&packet);
-        asks |= command.moves() || matches!(packet.id(), 2 | 66..=69 | 224 | 225);
+        moves |= command.moves() || matches!(packet.id(), 2 | 66..=69 | 224 | 225);
     });
-    asks
+    moves
 }
 
 #[test]
-fn what_cannot_be_served_is_refused_in_words() {
+fn worlds_and_addresses_that_cannot_be_served_are_refused_with_a_reason() {
     let world = || World::parse(ROOM, "room.toml", 1).expect("a world");
     let open = |world, options: &Options| match Server::open(world, options) {
-        Ok(_) => panic!("it is served"),
+        Ok(_) => panic!("the world is served"),
         Err(error) => error.to_string(),
     };
-    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = taken.local_addr().expect("an address");
-    let said = open(
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let error = open(
         world(),
         &Options {
             tcp: Some(address),
             ..Options::default()
         },
     );
-    assert!(said.contains("pioneer") && said.contains("in use"), "{said}");
-    assert!(open(world(), &Options::default()).contains("no client could reach it"));
+    assert!(error.contains("pioneer") && error.contains("in use"), "{error}");
+    assert!(open(world(), &Options::default()).contains("no client could connect"));
     let empty = World::parse(ROOM.split("[robots").next().expect("walls"), "empty.toml", 1).expect("a world");
-    let said = open(
+    let error = open(
         empty,
         &Options {
             terminal: true,
             ..Options::default()
         },
     );
-    assert!(said.contains("no robot"), "{said}");
+    assert!(error.contains("no robot"), "{error}");
     let long = ROOM.replace("second", &"a".repeat(150));
-    let said = open(
+    let error = open(
         World::parse(&long, "long.toml", 1).expect("a world"),
         &Options {
             terminal: true,
             ..Options::default()
         },
     );
-    assert!(said.contains("shorter name"), "{said}");
+    assert!(error.contains("shorter name"), "{error}");
     let last = Some("127.0.0.1:65535".parse().expect("an address"));
     // The port may be in use. Otherwise the second robot has no port.
     match Server::open(
@@ -449,6 +455,6 @@ fn what_cannot_be_served_is_refused_in_words() {
         Err(ServerError::NoPort(robot)) => assert_eq!(robot, "second"),
         Err(ServerError::Endpoint { .. }) => {}
         Err(other) => panic!("{other}"),
-        Ok(_) => panic!("it is served"),
+        Ok(_) => panic!("the world is served"),
     }
 }

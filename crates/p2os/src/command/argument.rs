@@ -1,4 +1,4 @@
-//! The argument of a command on the wire, and the types that it can hold. `command` knows which command takes
+//! The argument of a command on the wire, and the types that it can hold. `command` defines which command has
 //! which type.
 
 /// The bytes after the number of a command.
@@ -70,29 +70,29 @@ pub struct SimControl {
 }
 
 /// A type that an argument can hold.
-pub(super) trait Held: Sized {
-    fn put(&self) -> Argument;
+pub(super) trait ArgumentType: Sized {
+    fn encode(&self) -> Argument;
     /// Returns `None` if the argument is not of this type.
-    fn take(argument: &Argument) -> Option<Self>;
+    fn decode(argument: &Argument) -> Option<Self>;
 }
 
 impl Argument {
-    pub(super) fn write(&self, to: &mut Vec<u8>) {
+    pub(super) fn write(&self, output: &mut Vec<u8>) {
         match self {
             Self::None => {}
             Self::Positive(value) => {
-                to.push(POSITIVE);
-                to.extend(value.to_le_bytes());
+                output.push(POSITIVE);
+                output.extend(value.to_le_bytes());
             }
             Self::Negative(value) => {
-                to.push(NEGATIVE);
-                to.extend(value.to_le_bytes());
+                output.push(NEGATIVE);
+                output.extend(value.to_le_bytes());
             }
             Self::Text(bytes) => {
-                to.extend([TEXT, bytes.len() as u8]);
-                to.extend(bytes);
+                output.extend([TEXT, bytes.len() as u8]);
+                output.extend(bytes);
             }
-            Self::Raw(bytes) => to.extend(bytes),
+            Self::Raw(bytes) => output.extend(bytes),
         }
     }
 
@@ -114,8 +114,8 @@ impl Argument {
     }
 }
 
-impl Held for i16 {
-    fn put(&self) -> Argument {
+impl ArgumentType for i16 {
+    fn encode(&self) -> Argument {
         if *self < 0 {
             Argument::Negative(self.unsigned_abs())
         } else {
@@ -123,7 +123,7 @@ impl Held for i16 {
         }
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match argument {
             // Some clients send a negative number as the positive one with the same bits.
             Argument::Positive(value) => Some(value.cast_signed()),
@@ -133,12 +133,12 @@ impl Held for i16 {
     }
 }
 
-impl Held for u16 {
-    fn put(&self) -> Argument {
+impl ArgumentType for u16 {
+    fn encode(&self) -> Argument {
         Argument::Positive(*self)
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match argument {
             Argument::Positive(value) => Some(*value),
             Argument::None | Argument::Negative(_) | Argument::Text(_) | Argument::Raw(_) => None,
@@ -146,25 +146,25 @@ impl Held for u16 {
     }
 }
 
-impl Held for bool {
-    fn put(&self) -> Argument {
+impl ArgumentType for bool {
+    fn encode(&self) -> Argument {
         Argument::Positive(u16::from(*self))
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
-        u16::take(argument).map(|value| value != 0)
+    fn decode(argument: &Argument) -> Option<Self> {
+        u16::decode(argument).map(|value| value != 0)
     }
 }
 
-impl Held for Form {
-    fn put(&self) -> Argument {
+impl ArgumentType for Form {
+    fn encode(&self) -> Argument {
         match self {
             Self::Bare => Argument::None,
             Self::One => Argument::Positive(1),
         }
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match argument {
             Argument::None => Some(Self::Bare),
             Argument::Positive(_) | Argument::Negative(_) => Some(Self::One),
@@ -173,12 +173,12 @@ impl Held for Form {
     }
 }
 
-impl Held for Vec<u8> {
-    fn put(&self) -> Argument {
+impl ArgumentType for Vec<u8> {
+    fn encode(&self) -> Argument {
         Argument::Text(self.clone())
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match argument {
             Argument::Text(bytes) => Some(bytes.clone()),
             Argument::None | Argument::Positive(_) | Argument::Negative(_) | Argument::Raw(_) => None,
@@ -186,27 +186,27 @@ impl Held for Vec<u8> {
     }
 }
 
-impl Held for Wheels {
-    fn put(&self) -> Argument {
+impl ArgumentType for Wheels {
+    fn encode(&self) -> Argument {
         Argument::Positive(u16::from_le_bytes([
             self.right.cast_unsigned(),
             self.left.cast_unsigned(),
         ]))
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
-        let [right, left] = i16::take(argument)?.to_le_bytes().map(u8::cast_signed);
+    fn decode(argument: &Argument) -> Option<Self> {
+        let [right, left] = i16::decode(argument)?.to_le_bytes().map(u8::cast_signed);
         Some(Self { left, right })
     }
 }
 
 /// No argument. A number is accepted too.
-impl Held for () {
-    fn put(&self) -> Argument {
+impl ArgumentType for () {
+    fn encode(&self) -> Argument {
         Argument::None
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match argument {
             Argument::None | Argument::Positive(_) | Argument::Negative(_) => Some(()),
             Argument::Text(_) | Argument::Raw(_) => None,
@@ -216,13 +216,13 @@ impl Held for () {
 
 /// No argument for the origin, else x mm, y mm, th degrees. It is sent with the type byte: without it, one
 /// old robot reads past the end.
-impl Held for Option<[i16; 3]> {
-    fn put(&self) -> Argument {
+impl ArgumentType for Option<[i16; 3]> {
+    fn encode(&self) -> Argument {
         let numbers = self.iter().flatten().flat_map(|number| number.to_le_bytes());
         Argument::Raw(core::iter::once(POSITIVE).chain(numbers).collect())
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         match (argument, argument.raw()) {
             (Argument::None | Argument::Positive(_) | Argument::Negative(_), _) | (_, [_]) => Some(None),
             (_, [_, a, b, c, d, e, f]) => Some(Some([[*a, *b], [*c, *d], [*e, *f]].map(i16::from_le_bytes))),
@@ -231,31 +231,31 @@ impl Held for Option<[i16; 3]> {
     }
 }
 
-impl Held for ForLaser {
-    fn put(&self) -> Argument {
+impl ArgumentType for ForLaser {
+    fn encode(&self) -> Argument {
         let mut bytes = Vec::with_capacity(4);
-        self.value.put().write(&mut bytes);
+        self.value.encode().write(&mut bytes);
         bytes.push(self.laser);
         Argument::Raw(bytes)
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
-        if let Some(value) = i16::take(argument) {
+    fn decode(argument: &Argument) -> Option<Self> {
+        if let Some(value) = i16::decode(argument) {
             return Some(Self { value, laser: 0 });
         }
         let (laser, number) = argument.raw().split_last()?;
-        let value = i16::take(&Argument::read(number))?;
+        let value = i16::decode(&Argument::read(number))?;
         Some(Self { value, laser: *laser })
     }
 }
 
-impl Held for SimPose {
-    fn put(&self) -> Argument {
+impl ArgumentType for SimPose {
+    fn encode(&self) -> Argument {
         let numbers = [self.x, self.y, self.th].into_iter().flat_map(i32::to_le_bytes);
         Argument::Raw(core::iter::once(POSITIVE).chain(numbers).collect())
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
+    fn decode(argument: &Argument) -> Option<Self> {
         let (numbers, []) = argument.raw().get(1..)?.as_chunks::<4>() else {
             return None;
         };
@@ -265,17 +265,17 @@ impl Held for SimPose {
     }
 }
 
-impl Held for SimControl {
-    fn put(&self) -> Argument {
+impl ArgumentType for SimControl {
+    fn encode(&self) -> Argument {
         let mut bytes = Vec::with_capacity(3 + self.data.len());
-        self.code.put().write(&mut bytes);
+        self.code.encode().write(&mut bytes);
         bytes.extend(&self.data);
-        // Data that is empty leaves a bare number, which is one, so that reading returns the same argument.
+        // Without data the bytes are a plain number, so that reading returns the same argument.
         Argument::read(&bytes)
     }
 
-    fn take(argument: &Argument) -> Option<Self> {
-        if let Some(code) = u16::take(argument) {
+    fn decode(argument: &Argument) -> Option<Self> {
+        if let Some(code) = u16::decode(argument) {
             return Some(Self {
                 code,
                 data: Vec::new(),

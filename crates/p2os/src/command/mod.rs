@@ -1,14 +1,14 @@
 //! The commands of a client: one enum over all of them, from and to packets. It does not execute them.
 //!
 //! Numbers are the raw ones of the protocol: mm, mm/s, degrees. Some numbers of simulator commands are also
-//! rarely used commands of robots: 35 selects an analog port, 36 is the gripper's pressure, 67 asks the
-//! second serial port. Here they have the simulator's name; the bytes are the same.
+//! rarely used commands of robots: 35 selects an analog port, 36 is the gripper's pressure, 67 reads the
+//! second serial port. This module uses the simulator's names; the bytes are the same.
 
 mod argument;
 
 use crate::{Error, Packet};
 
-use argument::Held;
+use argument::ArgumentType;
 pub use argument::{Argument, ForLaser, Form, SimControl, SimPose, Wheels};
 
 macro_rules! commands {
@@ -31,7 +31,7 @@ macro_rules! commands {
             #[must_use]
             pub fn from_packet(packet: &Packet) -> Self {
                 let (id, argument) = (packet.id(), Argument::read(packet.data()));
-                $(if id == $id && let Some(_value) = <commands!(@held $($type)?) as Held>::take(&argument) {
+                $(if id == $id && let Some(_value) = <commands!(@argument_type $($type)?) as ArgumentType>::decode(&argument) {
                     return commands!(@make $name _value $($type)?);
                 })*
                 Self::Other { id, argument }
@@ -40,24 +40,24 @@ macro_rules! commands {
             fn parts(&self) -> (u8, Argument) {
                 match self {
                     $(commands!(@match $name value $($type)?) =>
-                        ($id, commands!(@put value $($type)?)),)*
+                        ($id, commands!(@encode value $($type)?)),)*
                     Self::Other { id, argument } => (*id, argument.clone()),
                 }
             }
         }
     };
-    (@held $type:ty) => { $type };
-    (@held) => { () };
+    (@argument_type $type:ty) => { $type };
+    (@argument_type) => { () };
     (@make $name:ident $value:ident $type:ty) => { Self::$name($value) };
     (@make $name:ident $value:ident) => { Self::$name };
     (@match $name:ident $value:ident $type:ty) => { Self::$name($value) };
     (@match $name:ident $value:ident) => { Self::$name };
-    (@put $value:ident $type:ty) => { <$type as Held>::put($value) };
-    (@put $value:ident) => { ().put() };
+    (@encode $value:ident $type:ty) => { <$type as ArgumentType>::encode($value) };
+    (@encode $value:ident) => { ().encode() };
 }
 
 commands! {
-    /// Shows that the client is there, which resets the watchdog.
+    /// Shows that the client is alive, which resets the watchdog.
     Pulse = 0,
     /// Starts the robot's servers: the robot starts to send SIPs.
     Open(Form) = 1,
@@ -87,9 +87,9 @@ commands! {
     DeltaHeading(i16) = 13,
     /// Plays notes: pairs of a duration of 20 ms and a half-cycle.
     Say(Vec<u8>) = 15,
-    /// Asks for a [`Config`](crate::Config).
+    /// Requests a [`Config`](crate::Config).
     Config(Form) = 18,
-    /// Asks for [`Encoders`](crate::Encoders): 0 stops them, 1 asks for one packet, 2 for one with every SIP.
+    /// Requests [`Encoders`](crate::Encoders): 0 stops them, 1 requests one packet, 2 one with every SIP.
     Encoder(u16) = 19,
     /// Turn rate, degrees/s counter-clockwise.
     RotVelocity(i16) = 21,
@@ -116,13 +116,13 @@ commands! {
     LaserEnd37(i16) = 37,
     /// Angle between readings of a simulator's laser, 0.01 degrees.
     LaserIncrement38(u16) = 38,
-    /// Asks for an input-output packet: 0 stops them, 1 asks for one, 2 for a continuous stream.
+    /// Requests input-output packets: 0 stops them, 1 requests one, 2 a continuous stream.
     IoRequest(u16) = 40,
     /// Position of a servo: high byte the servo, low byte the position.
     ServoPosition(u16) = 41,
     /// Bytes for the device at the first auxiliary port.
     Tty2(Vec<u8>) = 42,
-    /// Asks for this many bytes from the device at the first auxiliary port; 0 discards received bytes.
+    /// Requests this many bytes from the device at the first auxiliary port; 0 discards received bytes.
     GetAux(u16) = 43,
     /// Effect of the bumpers: 0 none, 1 front bumpers stop the robot, 2 rear bumpers, 3 both.
     BumpStall(u16) = 44,
@@ -140,10 +140,9 @@ commands! {
     Gyro(u16) = 58,
     /// Bytes for the device at the third auxiliary port.
     Tty4(Vec<u8>) = 60,
-    /// Asks for this many bytes from the device at the third auxiliary port.
+    /// Requests this many bytes from the device at the third auxiliary port.
     GetAux3(u16) = 61,
-    /// Asks for the state of the battery. For one old simulator it meant exit; no other simulator may exit
-    /// on it.
+    /// Requests the state of the battery. One old simulator exits on it; no other simulator may.
     BatteryInfo(u16) = 62,
     /// Bytes for the device at the second auxiliary port; 66 with a number is
     /// [`SetOriginX`](Self::SetOriginX).
@@ -180,8 +179,8 @@ commands! {
     LrfResolution(ForLaser) = 233,
     /// A request to a simulator.
     SimCtrl(SimControl) = 236,
-    /// Asks a simulator for its [`SimState`](crate::SimState): 0 stops it, 1 asks for one packet, 2 for one
-    /// with every SIP.
+    /// Requests a simulator's [`SimState`](crate::SimState): 0 stops it, 1 requests one packet, 2 one with
+    /// every SIP.
     SimStat(u16) = 237,
     /// A text for the display of a simulator.
     Message(Vec<u8>) = 238,

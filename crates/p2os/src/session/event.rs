@@ -13,7 +13,7 @@ pub enum State {
     Opening(Names),
     /// The robot can be driven.
     Connected(Names),
-    /// The robot is silent or sent invalid data. Start again over a new connection.
+    /// The robot is silent or sent invalid data. Start again with a new connection.
     Lost(String),
     /// This session cannot drive the robot; a person must correct the configuration.
     Refused(String),
@@ -35,14 +35,14 @@ pub enum Event {
         /// Right wheel.
         right: i64,
     },
-    /// The angles of the head: measured, or computed from the commands if the head cannot answer.
+    /// The angles of the head: measured, or computed from the commands if the head cannot reply.
     Head {
         /// To the left, rad.
         pan: f64,
         /// Down, rad.
         tilt: f64,
     },
-    /// A problem that does not end the session, in words.
+    /// The description of a problem that does not end the session.
     Warning(String),
 }
 

@@ -1,5 +1,5 @@
 //! The handshake: three synchronisations in order, OPEN, CONFIG, and the commands that switch the robot on.
-//! Nothing here moves it.
+//! No step moves the robot.
 
 use core::time::Duration;
 
@@ -12,11 +12,11 @@ use crate::{Command, Config, Form, Model, Names, Packet, SyncStep};
 
 /// An unanswered synchronisation or OPEN is repeated after this time.
 const RETRY: Duration = Duration::from_secs(1);
-/// The same for CONFIG, which old robots never answer.
+/// The same for CONFIG, to which old robots never reply.
 const CONFIG_RETRY: Duration = Duration::from_millis(300);
-const CONFIG_TRIES: u32 = 3;
+const MAX_CONFIG_ATTEMPTS: u32 = 3;
 /// Unanswered attempts after which the session is lost.
-const TRIES: u32 = 10;
+const MAX_ATTEMPTS: u32 = 10;
 /// Time between two CLOSEs to a robot that is still open: SIPs in transit are no reason for another.
 const CLOSE_RETRY: Duration = Duration::from_millis(500);
 
@@ -36,7 +36,7 @@ enum Step {
 pub(super) struct Handshake {
     step: Step,
     sent_at: Duration,
-    tries: u32,
+    attempts: u32,
     close_sent_at: Option<Duration>,
 }
 
@@ -45,14 +45,14 @@ impl Handshake {
         Self {
             step: Step::Sync(SyncStep::Zero),
             sent_at: now,
-            tries: 0,
+            attempts: 0,
             close_sent_at: None,
         }
     }
 
     /// Sends the packet of the present step.
     pub(super) fn send_step(&mut self, output: &mut Vec<u8>) {
-        self.tries += 1;
+        self.attempts += 1;
         match self.step {
             Step::Sync(sync) => output.extend(sync.to_packet().to_bytes()),
             Step::Open => send_command(output, &Command::Open(Form::One)),
@@ -61,7 +61,7 @@ impl Handshake {
     }
 
     fn go_to(&mut self, step: Step, now: Duration, output: &mut Vec<u8>) {
-        (self.step, self.sent_at, self.tries) = (step, now, 0);
+        (self.step, self.sent_at, self.attempts) = (step, now, 0);
         self.send_step(output);
     }
 }
@@ -82,14 +82,14 @@ impl Session {
                 {
                     handshake.close_sent_at = Some(now);
                     send_command(&mut self.output, &Command::Close(Form::One));
-                    let tries = handshake.tries;
+                    let attempts = handshake.attempts;
                     handshake.go_to(Step::Sync(SyncStep::Zero), now, &mut self.output);
-                    handshake.tries += tries;
+                    handshake.attempts += attempts;
                 }
             }
             Step::Sync(SyncStep::Two) => {
                 if packet.data().is_empty() {
-                    // An echo without names comes from the line, not from a robot.
+                    // An echo without names is caused by the line, not by a robot.
                 } else if let Ok(names) = Names::from_packet(packet)
                     && !self.accept_names(names, &mut handshake, now)
                 {
@@ -126,19 +126,19 @@ impl Session {
         let Some(mut handshake) = self.handshake.take() else {
             return;
         };
-        let (again, tries) = match handshake.step {
-            Step::Sync(_) | Step::Open => (RETRY, TRIES),
-            Step::Config => (CONFIG_RETRY, CONFIG_TRIES),
+        let (interval, max_attempts) = match handshake.step {
+            Step::Sync(_) | Step::Open => (RETRY, MAX_ATTEMPTS),
+            Step::Config => (CONFIG_RETRY, MAX_CONFIG_ATTEMPTS),
         };
-        if now.saturating_sub(handshake.sent_at) >= again {
+        if now.saturating_sub(handshake.sent_at) >= interval {
             handshake.sent_at = now;
             match handshake.step {
-                Step::Config if handshake.tries >= tries => {
+                Step::Config if handshake.attempts >= max_attempts => {
                     self.switch_on(now);
                     return;
                 }
-                Step::Sync(_) | Step::Open if handshake.tries >= tries => {
-                    self.lost("nobody answers as a Pioneer does: is it switched on, and at this speed?");
+                Step::Sync(_) | Step::Open if handshake.attempts >= max_attempts => {
+                    self.lost("no reply from a Pioneer robot: is it switched on, and is the speed of the line right?");
                     return;
                 }
                 Step::Sync(_) | Step::Open | Step::Config => handshake.send_step(&mut self.output),
@@ -168,7 +168,7 @@ impl Session {
         true
     }
 
-    /// Switches everything on. From here on, a wish drives the robot.
+    /// Switches everything on. From then on, setpoints drive the robot.
     fn switch_on(&mut self, now: Duration) {
         let State::Opening(names) = &self.state else {
             return;

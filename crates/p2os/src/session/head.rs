@@ -1,4 +1,4 @@
-//! The head: one command to the camera at a time, then its answer, or a pause if it cannot answer.
+//! The head: one command to the camera at a time, then its reply, or a pause if it cannot reply.
 
 use core::time::Duration;
 
@@ -6,18 +6,17 @@ use super::{Event, HeadSetpoint};
 use crate::head::{HeadCommand, HeadFrame, HeadParser, HeadReply, UNIT};
 use crate::{AuxPort, Command, SerialAux};
 
-/// How long an answer may take: the camera's tenth of a second, and the way there and back over a slow serial
-/// line.
-const PATIENCE: Duration = Duration::from_millis(400);
-/// Time between two commands to a camera that cannot answer.
-const PACE: Duration = Duration::from_millis(150);
+/// How long a reply may take: the camera's tenth of a second, and the round trip over a slow serial line.
+const REPLY_TIMEOUT: Duration = Duration::from_millis(400);
+/// Time between two commands to a camera that cannot reply.
+const ONE_WAY_PAUSE: Duration = Duration::from_millis(150);
 /// Time between two requests for the angles. Each takes 50 bytes of a line that carries 960 a second and also
 /// the robot's state.
 const QUERY_PERIOD: Duration = Duration::from_millis(200);
-/// Pause after power-on, and after an answer that reports busy or another error.
-const REST: Duration = Duration::from_millis(500);
-/// Unanswered commands after which the camera counts as one that cannot answer.
-const SILENCE: u32 = 6;
+/// Pause after power-on, and after a reply that reports busy or another error.
+const RECOVERY_PAUSE: Duration = Duration::from_millis(500);
+/// Unanswered commands after which the camera counts as one that cannot reply.
+const MAX_UNANSWERED: u32 = 6;
 
 /// Greatest angles of the camera, units right and left, down and up.
 const PAN: (f64, f64) = (-875.0, 875.0);
@@ -43,9 +42,9 @@ pub(super) struct HeadChannel {
     has_replies: bool,
     parser: HeadParser,
     /// The commands of the initialization that are still to be sent.
-    first: &'static [HeadCommand],
+    initialization: &'static [HeadCommand],
     pending: Option<(HeadCommand, Duration)>,
-    rest_until: Duration,
+    paused_until: Duration,
     query_at: Duration,
     unanswered: u32,
     pan: Axis,
@@ -55,16 +54,16 @@ pub(super) struct HeadChannel {
 }
 
 /// Power on, control by the line, zero positions.
-const FIRST: &[HeadCommand] = &[HeadCommand::Power(true), HeadCommand::Control, HeadCommand::Init];
+const INITIALIZATION: &[HeadCommand] = &[HeadCommand::Power(true), HeadCommand::Control, HeadCommand::Init];
 
 impl HeadChannel {
-    pub(super) fn new(answers: bool, now: Duration) -> Self {
+    pub(super) fn new(has_replies: bool, now: Duration) -> Self {
         Self {
-            has_replies: answers,
+            has_replies,
             parser: HeadParser::default(),
-            first: FIRST,
+            initialization: INITIALIZATION,
             pending: None,
-            rest_until: now,
+            paused_until: now,
             query_at: now,
             unanswered: 0,
             pan: Axis::default(),
@@ -76,50 +75,54 @@ impl HeadChannel {
     /// Sends the next command, if it is time for one.
     pub(super) fn drive(
         &mut self,
-        wish: &HeadSetpoint,
+        setpoint: &HeadSetpoint,
         now: Duration,
-        mut say: impl FnMut(Command),
+        mut send: impl FnMut(Command),
     ) -> Option<Event> {
         self.estimate(now);
         let mut warning = None;
         if let Some((_, since)) = &self.pending {
-            if now.saturating_sub(*since) < PATIENCE {
+            if now.saturating_sub(*since) < REPLY_TIMEOUT {
                 return None;
             }
             self.pending = None;
             self.unanswered += 1;
-            if self.unanswered >= SILENCE {
+            if self.unanswered >= MAX_UNANSWERED {
                 self.has_replies = false;
-                let words =
-                    "the camera does not answer; it is told where to look, and where it looks is reckoned";
-                warning = Some(Event::Warning(words.to_owned()));
+                let message = "the camera does not reply; it is commanded without confirmation, and its angles are computed";
+                warning = Some(Event::Warning(message.to_owned()));
             }
         }
-        if now < self.rest_until {
+        if now < self.paused_until {
             return warning;
         }
-        let Some(next) = self.next(wish, now) else {
+        let Some(next) = self.next(setpoint, now) else {
             if self.has_replies {
                 return warning;
             }
-            self.rest_until = now + PACE;
+            self.paused_until = now + ONE_WAY_PAUSE;
             return warning.or(Some(self.event()));
         };
         if self.has_replies {
-            // Discard unread bytes, then request as many bytes as the answer will have. Both precede the
-            // command: its answer may arrive at once, and must not be discarded.
-            say(Command::GetAux(0));
-            say(Command::GetAux(if next == HeadCommand::GetPanTilt {
+            // Discard unread bytes, then request as many bytes as the reply will have. Both precede the
+            // command: its reply may arrive at once, and must not be discarded.
+            send(Command::GetAux(0));
+            send(Command::GetAux(if next == HeadCommand::GetPanTilt {
                 14
             } else {
                 6
             }));
         }
-        say(Command::Tty2(next.to_bytes()));
+        send(Command::Tty2(next.to_bytes()));
         if self.has_replies {
             self.pending = Some((next, now));
         } else {
-            self.rest_until = now + if self.first.is_empty() { PACE } else { REST };
+            self.paused_until = now
+                + if self.initialization.is_empty() {
+                    ONE_WAY_PAUSE
+                } else {
+                    RECOVERY_PAUSE
+                };
             self.apply(&next);
         }
         warning
@@ -130,26 +133,26 @@ impl HeadChannel {
         if aux.port != AuxPort::One {
             return None;
         }
-        let mut heard = Vec::new();
-        self.parser.receive(&aux.bytes, |frame| heard.push(frame));
+        let mut frames = Vec::new();
+        self.parser.receive(&aux.bytes, |frame| frames.push(frame));
         let mut event = None;
-        for frame in heard {
-            let HeadFrame::Reply(answer) = frame else {
+        for frame in frames {
+            let HeadFrame::Reply(reply) = frame else {
                 continue;
             };
             let Some((command, _)) = self.pending.take() else {
                 continue;
             };
             self.unanswered = 0;
-            if answer.status != HeadReply::OK {
-                self.rest_until = now + REST;
+            if reply.status != HeadReply::OK {
+                self.paused_until = now + RECOVERY_PAUSE;
                 continue;
             }
             self.apply(&command);
             if command == HeadCommand::Power(true) {
-                self.rest_until = now + REST;
+                self.paused_until = now + RECOVERY_PAUSE;
             }
-            if let Some((pan, tilt)) = answer.pan_tilt() {
+            if let Some((pan, tilt)) = reply.pan_tilt() {
                 (self.pan.position, self.tilt.position) = (pan.into(), tilt.into());
                 self.estimated_at = now;
                 event = Some(self.event());
@@ -165,15 +168,15 @@ impl HeadChannel {
         }
     }
 
-    /// Returns the next command: first the initialization, then the changes of the wish, then a request for
-    /// the angles.
-    fn next(&mut self, wish: &HeadSetpoint, now: Duration) -> Option<HeadCommand> {
-        if let Some(first) = self.first.first() {
-            return Some(first.clone());
+    /// Returns the next command: first the initialization, then the changes of the setpoint, then a request
+    /// for the angles.
+    fn next(&mut self, setpoint: &HeadSetpoint, now: Duration) -> Option<HeadCommand> {
+        if let Some(initialization) = self.initialization.first() {
+            return Some(initialization.clone());
         }
-        let pan = aim(self.pan, -wish.pan, wish.pan_speed, PAN, PAN_SPEED);
-        let tilt = aim(self.tilt, -wish.tilt, wish.tilt_speed, TILT, TILT_SPEED);
-        let place = HeadCommand::PanTilt {
+        let pan = aim(self.pan, -setpoint.pan, setpoint.pan_speed, PAN, PAN_SPEED);
+        let tilt = aim(self.tilt, -setpoint.tilt, setpoint.tilt_speed, TILT, TILT_SPEED);
+        let pan_tilt = HeadCommand::PanTilt {
             pan: pan.sent,
             tilt: tilt.sent,
         };
@@ -184,9 +187,9 @@ impl HeadChannel {
             return Some(HeadCommand::TiltSpeed(tilt.speed));
         }
         if (pan.sent, tilt.sent) != (self.pan.sent, self.tilt.sent) {
-            return Some(place);
+            return Some(pan_tilt);
         }
-        // A camera that cannot answer gets no requests: its angles are computed.
+        // A camera that cannot reply receives no requests: its angles are computed.
         if !self.has_replies || now < self.query_at {
             return None;
         }
@@ -201,7 +204,7 @@ impl HeadChannel {
             HeadCommand::TiltSpeed(speed) => self.tilt.speed = *speed,
             HeadCommand::PanTilt { pan, tilt } => (self.pan.sent, self.tilt.sent) = (*pan, *tilt),
             HeadCommand::Power(_) | HeadCommand::Control | HeadCommand::Init => {
-                self.first = self.first.get(1..).unwrap_or_default();
+                self.initialization = self.initialization.get(1..).unwrap_or_default();
             }
             HeadCommand::Stop
             | HeadCommand::TiltRange { .. }
@@ -219,8 +222,8 @@ impl HeadChannel {
         let elapsed = now.saturating_sub(self.estimated_at).as_secs_f64();
         self.estimated_at = now;
         for axis in [&mut self.pan, &mut self.tilt] {
-            let most = f64::from(axis.speed) * elapsed;
-            axis.position += (f64::from(axis.sent) - axis.position).clamp(-most, most);
+            let largest_step = f64::from(axis.speed) * elapsed;
+            axis.position += (f64::from(axis.sent) - axis.position).clamp(-largest_step, largest_step);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The client's end of a connection: handshake, driving, close. It has no clock, no thread and no socket; its
 //! owner transfers the bytes and supplies the time.
 //!
-//! Once connected, only [`Session::drive`] and [`Session::close`] send anything. So a robot whose application
-//! hangs receives nothing, and its watchdog stops it.
+//! Once connected, only [`Session::drive`] and [`Session::close`] send anything. If the application
+//! hangs, the robot receives nothing, and its watchdog stops it.
 
 mod base;
 mod event;
@@ -102,7 +102,7 @@ impl Session {
         self.handshake = Some(handshake);
     }
 
-    /// Ends the session after a loss of the connection, with the reason in words.
+    /// Ends the session after a loss of the connection, with the reason.
     pub fn lost(&mut self, reason: &str) {
         if !matches!(self.state, State::Refused(_)) {
             self.state = State::Lost(reason.to_owned());
@@ -124,11 +124,12 @@ impl Session {
         }
     }
 
-    /// Continues the handshake, or drives as wished. Only its owner calls it, in every iteration.
-    pub fn drive(&mut self, wish: &Setpoint, now: Duration) {
+    /// Continues the handshake, or drives according to the setpoint. Only its owner calls it, in every
+    /// iteration.
+    pub fn drive(&mut self, setpoint: &Setpoint, now: Duration) {
         match self.state {
             State::Syncing | State::Opening(_) => self.retry_handshake(now),
-            State::Connected(_) => self.drive_connected(wish, now),
+            State::Connected(_) => self.drive_connected(setpoint, now),
             State::Idle | State::Lost(_) | State::Refused(_) => {}
         }
     }
@@ -145,7 +146,7 @@ impl Session {
 
     /// Ends the session. Returns the bytes that stop the robot and switch it off; send them last.
     pub fn close(&mut self) -> Vec<u8> {
-        let mut farewell = Vec::new();
+        let mut closing_bytes = Vec::new();
         let commands: &[Command] = match self.state {
             State::Connected(_) | State::Opening(_) => &[
                 Command::Velocity(0),
@@ -158,12 +159,12 @@ impl Session {
             State::Idle | State::Lost(_) | State::Refused(_) => &[],
         };
         for command in commands {
-            send_command(&mut farewell, command);
+            send_command(&mut closing_bytes, command);
         }
         self.output.clear();
         self.handshake = None;
         self.state = State::Idle;
-        farewell
+        closing_bytes
     }
 
     /// Returns the state of the session.
@@ -206,16 +207,18 @@ impl Session {
         self.receiver.dropped()
     }
 
-    fn drive_connected(&mut self, wish: &Setpoint, now: Duration) {
+    fn drive_connected(&mut self, setpoint: &Setpoint, now: Duration) {
         if now.saturating_sub(self.last_received) > SILENCE {
-            self.lost("the robot has said nothing for a second: is it switched on, and the cable in?");
+            self.lost(
+                "the robot has sent nothing for a second: is it switched on, and is the cable connected?",
+            );
             return;
         }
         let Some(model) = &self.model else { return };
         let limits = base::limits(model, self.config.as_ref());
         let output = &mut self.output;
         self.base
-            .drive(wish, limits, now, |command| send_command(output, &command));
+            .drive(setpoint, limits, now, |command| send_command(output, &command));
         let mut events = Vec::new();
         if let Some(sip) = &self.sip {
             events.extend(
@@ -228,7 +231,7 @@ impl Session {
                 .poll(now, |command| send_command(output, &command)),
         );
         if let Some(head) = &mut self.head {
-            events.extend(head.drive(&wish.head, now, |command| send_command(output, &command)));
+            events.extend(head.drive(&setpoint.head, now, |command| send_command(output, &command)));
         }
         for event in events {
             self.push_event(event);
@@ -253,12 +256,12 @@ impl Session {
                 self.push_event(Event::Laser(sweep));
             }
         } else if packet.id() == encoders::KIND {
-            let Ok(heard) = Encoders::from_packet(packet) else {
+            let Ok(encoders) = Encoders::from_packet(packet) else {
                 return;
             };
-            let last = self.last_encoders.replace(heard).unwrap_or(heard);
-            self.ticks[0] += i64::from(heard.left.wrapping_sub(last.left));
-            self.ticks[1] += i64::from(heard.right.wrapping_sub(last.right));
+            let last = self.last_encoders.replace(encoders).unwrap_or(encoders);
+            self.ticks[0] += i64::from(encoders.left.wrapping_sub(last.left));
+            self.ticks[1] += i64::from(encoders.right.wrapping_sub(last.right));
             let [left, right] = self.ticks;
             self.push_event(Event::Encoders { left, right });
         } else if let Ok(config) = Config::from_packet(packet) {

@@ -1,4 +1,4 @@
-//! The settings of a session, and the wishes of an application.
+//! The settings of a session, and the setpoints of an application.
 
 use crate::Model;
 
@@ -44,24 +44,24 @@ pub enum HeadKind {
     /// None.
     #[default]
     None,
-    /// A Canon VC-C4 that answers. If it does not answer, it is treated as one that cannot.
+    /// A Canon VC-C4 that replies. If it does not reply, it is treated as one that cannot.
     VcC4,
-    /// A Canon VC-C4 without a wire for its answers.
+    /// A Canon VC-C4 without a wire for its replies.
     VcC4OneWay,
 }
 
-/// The present wishes of the application.
+/// The motion that the application requests at present.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Setpoint {
     /// Speed ahead, m/s.
     pub linear: f64,
     /// Turn rate, rad/s counter-clockwise.
     pub angular: f64,
-    /// The wish for the head.
+    /// The setpoint of the head.
     pub head: HeadSetpoint,
 }
 
-/// The wanted angles of a head, and the speeds to get there. An axis without a speed stays at its angle.
+/// The requested angles of a head, and the speeds to reach them. An axis without a speed stays at its angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeadSetpoint {
     /// To the left, rad.

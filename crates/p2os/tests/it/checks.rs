@@ -1,5 +1,5 @@
-//! Properties for any bytes: nothing panics, nothing grows, decoding after encoding returns the same, and no
-//! robot moves without a wish.
+//! Properties that hold for any bytes: nothing panics, memory stays bounded, decoding after encoding returns
+//! the same value, and no robot moves without a request.
 
 use core::fmt::Debug;
 use core::time::Duration;
@@ -8,19 +8,19 @@ use jde_p2os::*;
 
 /// A stream gives the same packets however it is split. Every byte is in a packet, discarded or held.
 pub(crate) fn receiver(data: &[u8]) {
-    let found = |cut: usize| {
-        let (mut receiver, mut found) = (Receiver::new(), Vec::new());
-        for part in data.chunks(cut.max(1)) {
-            receiver.receive(part, Duration::ZERO, |packet| found.push(packet));
+    let receive = |chunk_size: usize| {
+        let (mut receiver, mut packets) = (Receiver::new(), Vec::new());
+        for chunk in data.chunks(chunk_size.max(1)) {
+            receiver.receive(chunk, Duration::ZERO, |packet| packets.push(packet));
         }
-        let taken: usize = found.iter().map(|packet| packet.to_bytes().len()).sum();
-        let known = taken as u64 + receiver.dropped().bytes;
-        assert!(known <= data.len() as u64 && data.len() as u64 - known <= 203);
-        (found, receiver.dropped())
+        let in_packets: usize = packets.iter().map(|packet| packet.to_bytes().len()).sum();
+        let accounted = in_packets as u64 + receiver.dropped().bytes;
+        assert!(accounted <= data.len() as u64 && data.len() as u64 - accounted <= 203);
+        (packets, receiver.dropped())
     };
-    let whole = found(data.len());
-    assert_eq!(whole, found(1));
-    assert_eq!(whole, found(7));
+    let whole = receive(data.len());
+    assert_eq!(whole, receive(1));
+    assert_eq!(whole, receive(7));
 }
 
 /// Any payload is a command, and its packet decodes to the same command.
@@ -34,23 +34,23 @@ pub(crate) fn command(data: &[u8]) {
     }
 }
 
-/// Any answer that can be decoded is the same after encoding and decoding.
+/// Any reply that can be decoded is the same after encoding and decoding.
 pub(crate) fn answer(data: &[u8]) {
     let Ok(packet) = Packet::new(data) else { return };
-    again(&packet, Names::from_packet, Names::to_packet);
-    again(&packet, Sip::from_packet, Sip::to_packet);
-    again(&packet, Config::from_packet, Config::to_packet);
-    again(&packet, LaserPacket::from_packet, LaserPacket::to_packet);
-    again(&packet, SimState::from_packet, SimState::to_packet);
-    again(&packet, SerialAux::from_packet, SerialAux::to_packet);
-    again(
+    check_round_trip(&packet, Names::from_packet, Names::to_packet);
+    check_round_trip(&packet, Sip::from_packet, Sip::to_packet);
+    check_round_trip(&packet, Config::from_packet, Config::to_packet);
+    check_round_trip(&packet, LaserPacket::from_packet, LaserPacket::to_packet);
+    check_round_trip(&packet, SimState::from_packet, SimState::to_packet);
+    check_round_trip(&packet, SerialAux::from_packet, SerialAux::to_packet);
+    check_round_trip(
         &packet,
         Encoders::from_packet,
         |encoders| Ok(encoders.to_packet()),
     );
 }
 
-fn again<T: PartialEq + Debug>(
+fn check_round_trip<T: PartialEq + Debug>(
     packet: &Packet,
     read: impl Fn(&Packet) -> Result<T, Error>,
     write: impl Fn(&T) -> Result<Packet, Error>,
@@ -73,14 +73,14 @@ pub(crate) fn head(data: &[u8]) {
     for frame in frames(data) {
         let bytes = match &frame {
             HeadFrame::Command(command) => command.to_bytes(),
-            HeadFrame::Reply(answer) => answer.to_bytes(),
+            HeadFrame::Reply(reply) => reply.to_bytes(),
         };
         assert_eq!(frames(&bytes), [frame]);
     }
 }
 
-/// Runs a session against a robot that follows the script of `data`. Whatever it sends, the session moves it
-/// only on a wish and within its limits, and sends only packets.
+/// Runs a session against a robot that follows the script of `data`. Whatever the robot sends, the session
+/// moves it only on request and within its limits, and sends only valid packets.
 pub(crate) fn session(data: &[u8]) {
     let [first, script @ ..] = data else { return };
     let options = Options {
@@ -101,28 +101,28 @@ pub(crate) fn session(data: &[u8]) {
     session.connected(now);
     let mut output = session.output();
     let mut rest = script;
-    let mut wished = false;
-    while let [what, length, tail @ ..] = rest {
+    let mut motion_requested = false;
+    while let [kind, length, tail @ ..] = rest {
         let (bytes, tail) = tail.split_at(tail.len().min((*length).into()));
         rest = tail;
         now += Duration::from_millis(u64::from(*length) * 2);
-        match what % 8 {
+        match kind % 8 {
             0 => session.receive(bytes, now),
             1 | 2 => {
                 if let Ok(packet) = Packet::new(bytes) {
                     session.receive(&packet.to_bytes(), now);
                 }
             }
-            3 => hello(&mut session, now),
+            3 => complete_handshake(&mut session, now),
             4 => {
-                wished = true;
-                let number = |place: usize| f64::from(*bytes.get(place).unwrap_or(&0)) - 128.0;
-                let wish = Setpoint {
+                motion_requested = true;
+                let number = |index: usize| f64::from(*bytes.get(index).unwrap_or(&0)) - 128.0;
+                let setpoint = Setpoint {
                     linear: number(0),
                     angular: number(1),
                     ..Setpoint::default()
                 };
-                session.drive(&wish, now);
+                session.drive(&setpoint, now);
             }
             5 => session.connected(now),
             _ => session.drive(&Setpoint::default(), now),
@@ -137,7 +137,9 @@ pub(crate) fn session(data: &[u8]) {
     let mut receiver = Receiver::new();
     receiver.receive(&output, Duration::ZERO, |packet| {
         match Command::from_packet(&packet) {
-            command if command.moves() && !wished => panic!("it moves by itself: {command:?}"),
+            command if command.moves() && !motion_requested => {
+                panic!("the robot moves without a request: {command:?}")
+            }
             Command::Velocity(speed) => assert!(speed.abs() <= 2200),
             Command::RotVelocity(speed) => assert!(speed.abs() <= 500),
             _ => {}
@@ -146,21 +148,21 @@ pub(crate) fn session(data: &[u8]) {
     assert_eq!(receiver.dropped(), Dropped::default());
 }
 
-/// The robot's side of a handshake, until it can be driven.
-fn hello(session: &mut Session, now: Duration) {
+/// Sends the robot's side of a handshake, after which the robot can be driven.
+fn complete_handshake(session: &mut Session, now: Duration) {
     let names = Names {
         name: "a".into(),
         class: "Pioneer".into(),
         subclass: "p3dx".into(),
     };
-    let says = [
+    let replies = [
         SyncStep::Zero.to_packet(),
         SyncStep::One.to_packet(),
         names.to_packet().expect("short names"),
         Sip::default().to_packet().expect("a SIP"),
         Config::default().to_packet().expect("short names"),
     ];
-    for packet in says {
+    for packet in replies {
         session.receive(&packet.to_bytes(), now);
     }
 }

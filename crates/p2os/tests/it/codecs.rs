@@ -4,52 +4,56 @@ use core::time::Duration;
 use std::fs;
 use std::path::Path;
 
-use crate::common::{again, again_command, hex, vectors};
+use crate::common::{hex, reencode, reencode_command, vectors};
 use jde_p2os::*;
 
 const COMMANDS: &str = include_str!("../vectors/commands.txt");
 const ANSWERS: &str = include_str!("../vectors/answers.txt");
 
 fn packet(bytes: &[u8]) -> Packet {
-    let mut found = Vec::new();
-    Receiver::new().receive(bytes, Duration::ZERO, |packet| found.push(packet));
-    assert_eq!(found.len(), 1, "one packet in {bytes:02x?}");
-    found[0]
+    let mut packets = Vec::new();
+    Receiver::new().receive(bytes, Duration::ZERO, |packet| packets.push(packet));
+    assert_eq!(packets.len(), 1, "one packet in {bytes:02x?}");
+    packets[0]
 }
 
-fn command(words: &str) -> Command {
+fn command(description: &str) -> Command {
     let (bytes, _) = vectors(COMMANDS)
-        .find(|(_, name)| *name == words)
+        .find(|(_, name)| *name == description)
         .expect("a vector");
     Command::from_packet(&packet(&bytes))
 }
 
-fn answer(words: &str) -> Packet {
+fn reply(description: &str) -> Packet {
     let (bytes, _) = vectors(ANSWERS)
-        .find(|(_, name)| *name == words)
+        .find(|(_, name)| *name == description)
         .expect("a vector");
     packet(&bytes)
 }
 
 #[test]
-fn every_vector_is_read_and_written_again_to_the_byte() {
-    for (bytes, words) in vectors(COMMANDS) {
+fn every_vector_is_decoded_and_encoded_to_the_same_bytes() {
+    for (bytes, description) in vectors(COMMANDS) {
         assert_eq!(
-            again_command(&packet(&bytes)).unwrap().to_bytes(),
+            reencode_command(&packet(&bytes)).unwrap().to_bytes(),
             bytes,
-            "{words}"
+            "{description}"
         );
     }
-    for (bytes, words) in vectors(ANSWERS) {
-        assert_eq!(again(&packet(&bytes)).unwrap().to_bytes(), bytes, "{words}");
+    for (bytes, description) in vectors(ANSWERS) {
+        assert_eq!(
+            reencode(&packet(&bytes)).unwrap().to_bytes(),
+            bytes,
+            "{description}"
+        );
     }
 }
 
 #[test]
-fn what_independent_programs_said_is_read_and_written_again_to_the_byte() {
+fn captures_of_independent_programs_are_decoded_and_encoded_to_the_same_bytes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/p2os/captures");
     let Ok(files) = fs::read_dir(&folder) else {
-        eprintln!("SKIPPED: no recordings beside the project; the vectors of its own hold the forms");
+        eprintln!("SKIPPED: the captures are not next to the project; its own vectors cover the formats");
         return;
     };
     let mut count = 0;
@@ -60,9 +64,9 @@ fn what_independent_programs_said_is_read_and_written_again_to_the_byte() {
             let bytes = hex(line["hex"].as_str().unwrap());
             let packet = packet(&bytes);
             let written = if line["dir"] == "C>S" {
-                again_command(&packet)
+                reencode_command(&packet)
             } else {
-                again(&packet)
+                reencode(&packet)
             };
             let written = written.unwrap();
             if packet.id() == 0x32 && packet.payload()[19] == 16 && packet.payload().len() == 36 {
@@ -79,7 +83,7 @@ fn what_independent_programs_said_is_read_and_written_again_to_the_byte() {
 }
 
 #[test]
-fn commands_mean_what_the_protocol_says() {
+fn commands_are_decoded_according_to_the_protocol() {
     assert_eq!(command("open"), Command::Open(Form::One));
     assert_eq!(command("sync 1, or open"), Command::Open(Form::Bare));
     assert_eq!(command("vel 200"), Command::Velocity(200));
@@ -108,19 +112,19 @@ fn commands_mean_what_the_protocol_says() {
         Command::SimCtrl(SimControl { code: 1, data })
     );
     let Command::Tty2(bytes) = command("tty2") else {
-        panic!("bytes for the camera")
+        panic!("expected bytes for the camera")
     };
     assert_eq!(bytes, HeadCommand::Power(true).to_bytes());
 }
 
 #[test]
-fn a_negative_number_sent_as_a_positive_one_of_the_same_bits_is_understood() {
+fn a_negative_number_sent_as_a_positive_one_with_the_same_bits_is_accepted() {
     let packet = Packet::new(&[11, 0x3B, 0x38, 0xFF]).unwrap();
     assert_eq!(Command::from_packet(&packet), Command::Velocity(-200));
 }
 
 #[test]
-fn a_speed_without_its_number_is_no_speed() {
+fn a_speed_command_without_a_number_is_not_a_speed() {
     for payload in [
         &[11u8][..],
         &[11, 0x3B],
@@ -135,8 +139,8 @@ fn a_speed_without_its_number_is_no_speed() {
 }
 
 #[test]
-fn a_sip_means_what_the_protocol_says() {
-    let sip = Sip::from_packet(&answer("newest sip")).unwrap();
+fn a_sip_is_decoded_according_to_the_protocol() {
+    let sip = Sip::from_packet(&reply("newest sip")).unwrap();
     assert!(sip.moving && sip.motors() && sip.stalled());
     assert_eq!((sip.x, sip.y, sip.th), (65530, 12, -1024));
     assert_eq!((sip.left_velocity, sip.right_velocity), (200, -200));
@@ -153,7 +157,7 @@ fn a_sip_means_what_the_protocol_says() {
         (13.1, Some(-250), Some(-127))
     );
     assert_eq!(sip.state_of_charge, Some(88));
-    let old = Sip::from_packet(&answer("oldest sip")).unwrap();
+    let old = Sip::from_packet(&reply("oldest sip")).unwrap();
     assert_eq!(
         (old.volts(), old.gripper, old.state_of_charge),
         (12.8, None, None)
@@ -161,14 +165,14 @@ fn a_sip_means_what_the_protocol_says() {
 }
 
 #[test]
-fn a_sip_of_every_length_is_read_and_written_again() {
-    let newest = answer("newest sip");
-    let oldest = answer("oldest sip").payload().len();
+fn a_sip_of_every_firmwares_length_is_decoded_and_encoded() {
+    let newest = reply("newest sip");
+    let oldest = reply("oldest sip").payload().len();
     for length in oldest..=newest.payload().len() {
         let packet = Packet::new(&newest.payload()[..length]).unwrap();
         let sip = Sip::from_packet(&packet).unwrap();
         let written = sip.to_packet().unwrap();
-        // A number that is cut off counts as missing.
+        // A truncated number counts as missing.
         assert!(length - written.payload().len() < 2, "{length}");
         assert_eq!(Sip::from_packet(&written).unwrap(), sip);
     }
@@ -183,20 +187,23 @@ fn a_sip_of_every_length_is_read_and_written_again() {
 }
 
 #[test]
-fn a_sip_that_counts_sonars_it_leaves_out_has_none() {
-    let sip = Sip::from_packet(&answer("newest sip")).unwrap();
-    let silent = Sip {
+fn a_sip_that_counts_sonars_but_omits_their_readings_has_none() {
+    let sip = Sip::from_packet(&reply("newest sip")).unwrap();
+    let without_sonars = Sip {
         sonars: Vec::new(),
         ..sip
     };
-    let mut payload = silent.to_packet().unwrap().payload().to_vec();
+    let mut payload = without_sonars.to_packet().unwrap().payload().to_vec();
     payload[19] = 16;
-    assert_eq!(Sip::from_packet(&Packet::new(&payload).unwrap()), Ok(silent));
+    assert_eq!(
+        Sip::from_packet(&Packet::new(&payload).unwrap()),
+        Ok(without_sonars)
+    );
 }
 
 #[test]
-fn an_old_configuration_is_read_as_far_as_it_goes() {
-    let whole = answer("configuration");
+fn fields_that_an_old_configuration_lacks_are_empty() {
+    let whole = reply("configuration");
     let config = Config::from_packet(&whole).unwrap();
     assert_eq!(
         (config.subclass.as_str(), config.watchdog, config.trans_vel_max),
@@ -204,8 +211,8 @@ fn an_old_configuration_is_read_as_far_as_it_goes() {
     );
     assert_eq!((config.ticks_per_mm, config.firmware.as_str()), (138, "2.6"));
     assert!(!config.is_simulator());
-    let cut = Packet::new(&whole.payload()[..60]).unwrap();
-    let old = Config::from_packet(&cut).unwrap();
+    let truncated = Packet::new(&whole.payload()[..60]).unwrap();
+    let old = Config::from_packet(&truncated).unwrap();
     assert_eq!(
         (old.watchdog, old.trans_vel_max, old.firmware.as_str()),
         (2000, 0, "")
@@ -223,7 +230,7 @@ fn a_laser_reading_beyond_the_sweep_is_refused() {
 }
 
 #[test]
-fn a_sweep_survives_repeated_packets_and_a_lost_one_costs_no_other_sweep() {
+fn repeated_packets_do_not_affect_a_sweep_and_a_lost_one_drops_only_its_own_sweep() {
     let form = LaserForm::Extended { device: 0, flags: 0 };
     let sweep = |offset: u16| -> Vec<Reading> {
         let reading = |range| Reading {
@@ -235,7 +242,7 @@ fn a_sweep_survives_repeated_packets_and_a_lost_one_costs_no_other_sweep() {
     let parts = |offset| LaserPacket::sweep(form, &sweep(offset)).collect::<Vec<_>>();
     assert_eq!(parts(0).len(), 6);
     let mut assembler = Assembler::default();
-    let mut all = |packets: &[LaserPacket]| {
+    let mut sweeps = |packets: &[LaserPacket]| {
         packets
             .iter()
             .filter_map(|part| assembler.add(part))
@@ -245,23 +252,23 @@ fn a_sweep_survives_repeated_packets_and_a_lost_one_costs_no_other_sweep() {
         .into_iter()
         .flat_map(|part| [part.clone(), part])
         .collect();
-    assert_eq!(all(&doubled), [sweep(0)]);
+    assert_eq!(sweeps(&doubled), [sweep(0)]);
     let mut lossy = parts(1);
     lossy.remove(3);
-    assert!(all(&lossy).is_empty());
-    assert_eq!(all(&parts(2)), [sweep(2)]);
-    let mut beheaded = parts(3);
-    beheaded.remove(0);
-    assert!(all(&beheaded).is_empty());
+    assert!(sweeps(&lossy).is_empty());
+    assert_eq!(sweeps(&parts(2)), [sweep(2)]);
+    let mut headless = parts(3);
+    headless.remove(0);
+    assert!(sweeps(&headless).is_empty());
     lossy = parts(4);
     lossy.pop();
-    assert!(all(&lossy).is_empty());
-    assert_eq!(all(&parts(5)), [sweep(5)]);
+    assert!(sweeps(&lossy).is_empty());
+    assert_eq!(sweeps(&parts(5)), [sweep(5)]);
     assert_eq!(assembler.incomplete(), 2);
 }
 
 #[test]
-fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
+fn camera_commands_are_encoded_according_to_its_protocol() {
     let frames = [
         (HeadCommand::Power(true), "ff303000a031ef"),
         (HeadCommand::Control, "ff3030009030ef"),
@@ -297,46 +304,52 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
     for (command, bytes) in frames {
         let bytes = hex(bytes);
         assert_eq!(command.to_bytes(), bytes);
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         // Garbage before a frame, and a frame that never ends, have no effect.
-        parser.receive(&[0xEF, 7, 0xFE, 0x30], |frame| heard.push(frame));
+        parser.receive(&[0xEF, 7, 0xFE, 0x30], |frame| received.push(frame));
         for byte in bytes {
-            parser.receive(&[byte], |frame| heard.push(frame));
+            parser.receive(&[byte], |frame| received.push(frame));
         }
-        assert_eq!(heard, [HeadFrame::Command(command)]);
+        assert_eq!(received, [HeadFrame::Command(command)]);
     }
 }
 
 #[test]
-fn the_camera_tells_where_it_looks() {
-    let answer = HeadReply::position(-875, 790);
-    assert_eq!(answer.to_bytes().len(), 14);
-    let HeadFrame::Reply(read) = HeadFrame::from_bytes(&answer.to_bytes()).unwrap() else {
-        panic!("an answer")
+fn a_reply_of_the_camera_contains_its_angles() {
+    let reply = HeadReply::position(-875, 790);
+    assert_eq!(reply.to_bytes().len(), 14);
+    let HeadFrame::Reply(decoded) = HeadFrame::from_bytes(&reply.to_bytes()).unwrap() else {
+        panic!("expected a reply")
     };
-    assert_eq!((read.status, read.pan_tilt()), (HeadReply::OK, Some((-875, 790))));
+    assert_eq!(
+        (decoded.status, decoded.pan_tilt()),
+        (HeadReply::OK, Some((-875, 790)))
+    );
     assert_eq!(HeadReply::success().to_bytes(), hex("fe30303000ef"));
 }
 
 #[test]
-fn the_camera_tells_how_far_it_zooms() {
-    let answer = HeadReply::zoom(1960);
-    assert_eq!(answer.to_bytes(), hex("fe3030300030374138ef"));
-    assert_eq!(answer.zoomed(), Some(1960));
+fn a_reply_of_the_camera_contains_its_zoom() {
+    let reply = HeadReply::zoom(1960);
+    assert_eq!(reply.to_bytes(), hex("fe3030300030374138ef"));
+    assert_eq!(reply.zoomed(), Some(1960));
     assert_eq!(HeadReply::position(0, 0).zoomed(), None);
 }
 
 #[test]
-fn a_range_that_ends_before_it_begins_is_none() {
+fn a_range_with_crossed_limits_is_not_a_range() {
     let crossed = HeadCommand::TiltRange { min: 10, max: -10 };
-    let Ok(HeadFrame::Command(read)) = HeadFrame::from_bytes(&crossed.to_bytes()) else {
-        panic!("a command")
+    let Ok(HeadFrame::Command(decoded)) = HeadFrame::from_bytes(&crossed.to_bytes()) else {
+        panic!("expected a command")
     };
-    assert!(matches!(read, HeadCommand::Other { code: 0x64, .. }), "{read:?}");
+    assert!(
+        matches!(decoded, HeadCommand::Other { code: 0x64, .. }),
+        "{decoded:?}"
+    );
 }
 
 #[test]
-fn packets_are_found_whatever_is_between_them() {
+fn packets_are_found_among_arbitrary_bytes() {
     let good = Command::Velocity(100).to_packet().unwrap();
     let mut wrong = good.to_bytes();
     *wrong.last_mut().unwrap() ^= 1;
@@ -351,11 +364,11 @@ fn packets_are_found_whatever_is_between_them() {
     .concat();
     let stream = [stream, vec![0; 200]].concat();
     let mut receiver = Receiver::new();
-    let mut found = Vec::new();
+    let mut packets = Vec::new();
     for byte in &stream {
-        receiver.receive(&[*byte], Duration::ZERO, |packet| found.push(packet));
+        receiver.receive(&[*byte], Duration::ZERO, |packet| packets.push(packet));
     }
-    assert_eq!(found, [good, good]);
+    assert_eq!(packets, [good, good]);
     assert_eq!(
         receiver.dropped().bytes,
         stream.len() as u64 - 2 * good.to_bytes().len() as u64
@@ -367,13 +380,13 @@ fn packets_are_found_whatever_is_between_them() {
 fn a_gap_within_a_packet_aborts_it() {
     let bytes = Command::Velocity(100).to_packet().unwrap().to_bytes();
     let (head, tail) = bytes.split_at(4);
-    let found = |gap| {
+    let receive = |gap| {
         let mut receiver = Receiver::new();
         let mut count = 0;
         receiver.receive(head, Duration::from_secs(5), |_| count += 1);
         receiver.receive(tail, Duration::from_secs(5) + gap, |_| count += 1);
         (count, receiver.dropped().gaps)
     };
-    assert_eq!(found(MAX_GAP), (1, 0));
-    assert_eq!(found(MAX_GAP + Duration::from_millis(1)), (0, 1));
+    assert_eq!(receive(MAX_GAP), (1, 0));
+    assert_eq!(receive(MAX_GAP + Duration::from_millis(1)), (0, 1));
 }

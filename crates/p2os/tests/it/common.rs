@@ -1,13 +1,12 @@
-//! The common part of the tests: hexadecimal vectors, and decoding and encoding of any packet. No test is
-//! here.
+//! Helpers of the tests: hexadecimal vectors, and decoding and encoding of any packet.
 
 use jde_p2os::{Command, Config, Encoders, Error, LaserPacket, Names, Packet, SerialAux, SimState, Sip};
 
 /// Returns the lines of a vector file: bytes in hexadecimal, then a description.
 pub(crate) fn vectors(text: &str) -> impl Iterator<Item = (Vec<u8>, &str)> {
     text.lines().map(|line| {
-        let (bytes, words) = line.split_once("  ").expect("bytes, two blanks, words");
-        (hex(bytes), words)
+        let (bytes, description) = line.split_once("  ").expect("bytes, two blanks, a description");
+        (hex(bytes), description)
     })
 }
 
@@ -20,7 +19,7 @@ pub(crate) fn hex(text: &str) -> Vec<u8> {
 }
 
 /// Decodes a robot's packet by its kind, and encodes it again.
-pub(crate) fn again(packet: &Packet) -> Result<Packet, Error> {
+pub(crate) fn reencode(packet: &Packet) -> Result<Packet, Error> {
     match packet.id() {
         0..=1 => Ok(*packet),
         2 => Names::from_packet(packet)?.to_packet(),
@@ -34,6 +33,6 @@ pub(crate) fn again(packet: &Packet) -> Result<Packet, Error> {
 }
 
 /// Decodes a client's packet, and encodes it again.
-pub(crate) fn again_command(packet: &Packet) -> Result<Packet, Error> {
+pub(crate) fn reencode_command(packet: &Packet) -> Result<Packet, Error> {
     Command::from_packet(packet).to_packet()
 }

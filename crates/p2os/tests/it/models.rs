@@ -6,7 +6,7 @@ use core::time::Duration;
 use jde_p2os::*;
 
 #[test]
-fn every_model_that_comes_along_is_whole() {
+fn every_model_of_the_library_is_valid() {
     for name in Model::names() {
         let model = Model::named(name).unwrap();
         assert_eq!(model.name, name);
@@ -25,39 +25,39 @@ fn every_model_that_comes_along_is_whole() {
 }
 
 #[test]
-fn what_is_wrong_in_a_file_is_said_with_file_line_and_key() {
+fn an_error_in_a_model_file_names_file_line_and_key() {
     let text = include_str!("../../models/p3dx.toml");
-    let said = |from: &str, to: &str| {
+    let error = |from: &str, to: &str| {
         Model::parse(&text.replacen(from, to, 1), "mine.toml")
             .unwrap_err()
             .to_string()
     };
     let line = |key: &str| 1 + text.lines().position(|line| line.starts_with(key)).unwrap();
-    let place = |key| format!("mine.toml:{}: ", line(key));
-    let words = said("distance_mm = 0.485", "distance_mm = -1");
+    let location = |key| format!("mine.toml:{}: ", line(key));
+    let message = error("distance_mm = 0.485", "distance_mm = -1");
     assert!(
-        words.starts_with(&place("distance_mm")) && words.contains("greater than 0"),
-        "{words}"
+        message.starts_with(&location("distance_mm")) && message.contains("greater than 0"),
+        "{message}"
     );
-    let words = said("distance_mm = 0.485", "distance_mm = \"far\"");
+    let message = error("distance_mm = 0.485", "distance_mm = \"far\"");
     assert!(
-        words.starts_with(&place("distance_mm")) && words.contains("`distance_mm = \"far\"`"),
-        "{words}"
+        message.starts_with(&location("distance_mm")) && message.contains("`distance_mm = \"far\"`"),
+        "{message}"
     );
-    let words = said("cone_deg", "cone");
+    let message = error("cone_deg", "cone");
     assert!(
-        words.starts_with(&place("cone_deg")) && words.contains("cone"),
-        "{words}"
+        message.starts_with(&location("cone_deg")) && message.contains("cone"),
+        "{message}"
     );
-    let words = said("front = 5", "front = 8");
+    let message = error("front = 5", "front = 8");
     assert!(
-        words.starts_with(&place("front")) && words.contains("0 to 7"),
-        "{words}"
+        message.starts_with(&location("front")) && message.contains("0 to 7"),
+        "{message}"
     );
-    let words = said("full_v = 13", "full_v = 9");
+    let message = error("full_v = 13", "full_v = 9");
     assert!(
-        words.starts_with(&place("full_v")) && words.contains("`empty_v`"),
-        "{words}"
+        message.starts_with(&location("full_v")) && message.contains("`empty_v`"),
+        "{message}"
     );
 }
 
@@ -82,24 +82,24 @@ fn follow(positions: &[(u16, u16, i16)]) -> (Pose, u64) {
 }
 
 fn assert_near(pose: Pose, x: f64, y: f64, heading: f64) {
-    let far = (pose.x - x).hypot(pose.y - y) + (pose.heading - heading).abs();
-    assert!(far < 1e-9, "{pose:?} is not {x} {y} {heading}");
+    let error = (pose.x - x).hypot(pose.y - y) + (pose.heading - heading).abs();
+    assert!(error < 1e-9, "{pose:?} is not {x} {y} {heading}");
 }
 
 #[test]
-fn positions_go_on_where_they_wrap_forwards_and_backwards() {
+fn positions_are_continuous_across_wrapping_in_both_directions() {
     for wrap in [32768u32, 65536] {
         // A counter of 15 or of 16 bits.
         let count = |millimetres: i32| (millimetres.rem_euclid(wrap as i32)) as u16;
-        let forth: Vec<_> = (0..2000).map(|step| (count(100 * step), 0, 0)).collect();
-        assert_near(follow(&forth).0, 1.0, 2.0 + 199.9, FRAC_PI_2);
-        let back: Vec<_> = (0..2000).map(|step| (0, count(-100 * step), 0)).collect();
-        assert_near(follow(&back).0, 1.0 + 199.9, 2.0, FRAC_PI_2);
+        let forwards: Vec<_> = (0..2000).map(|step| (count(100 * step), 0, 0)).collect();
+        assert_near(follow(&forwards).0, 1.0, 2.0 + 199.9, FRAC_PI_2);
+        let backwards: Vec<_> = (0..2000).map(|step| (0, count(-100 * step), 0)).collect();
+        assert_near(follow(&backwards).0, 1.0 + 199.9, 2.0, FRAC_PI_2);
     }
 }
 
 #[test]
-fn another_origin_is_no_motion() {
+fn a_changed_origin_is_not_a_motion() {
     let (pose, jumps) = follow(&[(0, 0, 0), (100, 0, 0), (5000, 0, 1024), (5000, 100, 1024)]);
     assert_eq!(jumps, 1);
     // It drove 100 ahead, its origin changed, and it drove 100 ahead again.
@@ -107,8 +107,8 @@ fn another_origin_is_no_motion() {
 }
 
 #[test]
-fn headings_go_on_where_they_wrap() {
-    let turns: Vec<_> = (0..100i32)
+fn headings_are_continuous_across_wrapping() {
+    let positions: Vec<_> = (0..100i32)
         .map(|step| (0, 0, ((step * 200 + 2048).rem_euclid(4096) - 2048) as i16))
         .collect();
     let turned = 99.0 * 200.0 / 4096.0;
@@ -116,5 +116,5 @@ fn headings_go_on_where_they_wrap() {
         (FRAC_PI_2 + (turned - f64::floor(turned)) * core::f64::consts::TAU + core::f64::consts::PI)
             .rem_euclid(core::f64::consts::TAU)
             - core::f64::consts::PI;
-    assert_near(follow(&turns).0, 1.0, 2.0, heading);
+    assert_near(follow(&positions).0, 1.0, 2.0, heading);
 }

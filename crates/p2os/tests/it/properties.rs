@@ -1,4 +1,4 @@
-//! Decoding after encoding returns the same, for every command and every answer, whatever its numbers.
+//! Decoding after encoding returns the same value, for every command and every reply.
 
 use jde_p2os::*;
 use proptest::collection::vec;
@@ -73,19 +73,19 @@ const BARE: &[Command] = &[
     Command::SimReset,
 ];
 
-fn one<T: Copy + core::fmt::Debug + 'static>(of: &'static [T]) -> impl Strategy<Value = T> {
-    proptest::sample::select(of)
+fn any_of<T: Copy + core::fmt::Debug + 'static>(items: &'static [T]) -> impl Strategy<Value = T> {
+    proptest::sample::select(items)
 }
 
 fn commands() -> impl Strategy<Value = Command> {
     prop_oneof![
-        (one(SIGNED), any::<i16>()).prop_map(|(make, value)| make(value)),
-        (one(UNSIGNED), any::<u16>()).prop_map(|(make, value)| make(value)),
-        (one(BYTES), vec(any::<u8>(), 0..190)).prop_map(|(make, value)| make(value)),
-        (one(LASERS), any::<i16>(), any::<u8>())
+        (any_of(SIGNED), any::<i16>()).prop_map(|(make, value)| make(value)),
+        (any_of(UNSIGNED), any::<u16>()).prop_map(|(make, value)| make(value)),
+        (any_of(BYTES), vec(any::<u8>(), 0..190)).prop_map(|(make, value)| make(value)),
+        (any_of(LASERS), any::<i16>(), any::<u8>())
             .prop_map(|(make, value, laser)| make(ForLaser { value, laser })),
-        (one(FORMS), any::<bool>()).prop_map(|(make, one)| make(if one { Form::One } else { Form::Bare })),
-        (one(FLAGS), any::<bool>()).prop_map(|(make, value)| make(value)),
+        (any_of(FORMS), any::<bool>()).prop_map(|(make, one)| make(if one { Form::One } else { Form::Bare })),
+        (any_of(FLAGS), any::<bool>()).prop_map(|(make, value)| make(value)),
         proptest::sample::select(BARE),
         (any::<i8>(), any::<i8>()).prop_map(|(left, right)| Command::Velocities2(Wheels { left, right })),
         option::of(any::<[i16; 3]>()).prop_map(Command::SetOrigin),
@@ -112,12 +112,12 @@ fn sips() -> impl Strategy<Value = Sip> {
         0_usize..13,
     );
     (head, sonars, tail).prop_map(
-        |((moving, a, b, c, flags), sonars, (d, e, f, temperature, known))| {
-            // The firmware knows only this many fields of the tail.
-            let mut place = 0;
-            let mut knows = || {
-                place += 1;
-                place <= known
+        |((moving, a, b, c, flags), sonars, (d, e, f, temperature, field_count))| {
+            // The firmware sends only this many fields of the tail.
+            let mut field = 0;
+            let mut is_sent = || {
+                field += 1;
+                field <= field_count
             };
             Sip {
                 moving,
@@ -135,18 +135,18 @@ fn sips() -> impl Strategy<Value = Sip> {
                     .into_iter()
                     .map(|(index, range)| SonarReading { index, range })
                     .collect(),
-                gripper: knows().then_some(d[0]),
-                analog_port: knows().then_some(d[1]),
-                analog: knows().then_some(d[2]),
-                digital_in: knows().then_some(d[3]),
-                digital_out: knows().then_some(d[4]),
-                battery_tenths: knows().then_some(e[0]),
-                charge: knows().then_some(d[5]),
-                rotation: knows().then_some(f[0]),
-                faults: knows().then_some(e[1]),
-                lateral: knows().then_some(f[1]),
-                temperature: knows().then_some(temperature),
-                state_of_charge: knows().then_some(d[6]),
+                gripper: is_sent().then_some(d[0]),
+                analog_port: is_sent().then_some(d[1]),
+                analog: is_sent().then_some(d[2]),
+                digital_in: is_sent().then_some(d[3]),
+                digital_out: is_sent().then_some(d[4]),
+                battery_tenths: is_sent().then_some(e[0]),
+                charge: is_sent().then_some(d[5]),
+                rotation: is_sent().then_some(f[0]),
+                faults: is_sent().then_some(e[1]),
+                lateral: is_sent().then_some(f[1]),
+                temperature: is_sent().then_some(temperature),
+                state_of_charge: is_sent().then_some(d[6]),
             }
         },
     )
@@ -154,19 +154,19 @@ fn sips() -> impl Strategy<Value = Sip> {
 
 proptest! {
     #[test]
-    fn every_command_is_read_as_it_was_written(command in commands()) {
+    fn every_command_survives_encoding_and_decoding(command in commands()) {
         let packet = command.to_packet().unwrap();
         // Without an argument, OPEN and similar commands are synchronisations too.
         prop_assert_eq!(Command::from_packet(&packet), command);
     }
 
     #[test]
-    fn every_sip_is_read_as_it_was_written(sip in sips()) {
+    fn every_sip_survives_encoding_and_decoding(sip in sips()) {
         prop_assert_eq!(Sip::from_packet(&sip.to_packet().unwrap()).unwrap(), sip);
     }
 
     #[test]
-    fn every_configuration_is_read_as_it_was_written(
+    fn every_configuration_survives_encoding_and_decoding(
         names in any::<[u8; 4]>(), watchdog in any::<u16>(), drift_factor in any::<i16>(), charge_threshold in any::<u16>(),
     ) {
         let name = |number: u8| format!("robot {number}");
@@ -184,30 +184,30 @@ proptest! {
     }
 
     #[test]
-    fn every_simulators_state_is_read_as_it_was_written(flags in any::<u32>(), numbers in any::<[i32; 4]>()) {
+    fn every_simulator_state_survives_encoding_and_decoding(flags in any::<u32>(), numbers in any::<[i32; 4]>()) {
         let [x, y, th, error_th] = numbers;
         let state = SimState { flags, x, y, th, error_th, ..SimState::default() };
         prop_assert_eq!(SimState::from_packet(&state.to_packet().unwrap()).unwrap(), state);
     }
 
     #[test]
-    fn every_sweep_comes_out_as_it_went_in(
+    fn every_sweep_survives_splitting_and_reassembly(
         readings in vec((any::<u16>(), any::<u8>()), 1..1000), device in any::<u8>(), flags in any::<u8>(),
     ) {
         let reading = |(range, reflectance)| Reading { range, reflectance };
         let sweep: Vec<Reading> = readings.into_iter().map(reading).collect();
         let mut assembler = Assembler::default();
-        let mut out = Vec::new();
+        let mut sweeps = Vec::new();
         for part in LaserPacket::sweep(LaserForm::Extended { device, flags }, &sweep) {
             let read = LaserPacket::from_packet(&part.to_packet().unwrap()).unwrap();
             prop_assert_eq!(&read, &part);
-            out.extend(assembler.add(&read));
+            sweeps.extend(assembler.add(&read));
         }
-        prop_assert_eq!(out, [sweep]);
+        prop_assert_eq!(sweeps, [sweep]);
     }
 
     #[test]
-    fn every_word_to_and_from_the_camera_is_read_as_it_was_written(
+    fn every_camera_frame_survives_encoding_and_decoding(
         pan in -875_i16..=875, tilt in -267_i16..=790, speed in 0_u16..0x1000, zoom in any::<u16>(),
     ) {
         let commands = [
@@ -219,8 +219,8 @@ proptest! {
         for command in commands {
             prop_assert_eq!(HeadFrame::from_bytes(&command.to_bytes()).unwrap(), HeadFrame::Command(command));
         }
-        let answer = HeadReply::position(pan, tilt);
-        prop_assert_eq!(answer.pan_tilt(), Some((pan, tilt)));
-        prop_assert_eq!(HeadFrame::from_bytes(&answer.to_bytes()).unwrap(), HeadFrame::Reply(answer));
+        let reply = HeadReply::position(pan, tilt);
+        prop_assert_eq!(reply.pan_tilt(), Some((pan, tilt)));
+        prop_assert_eq!(HeadFrame::from_bytes(&reply.to_bytes()).unwrap(), HeadFrame::Reply(reply));
     }
 }

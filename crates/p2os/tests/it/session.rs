@@ -4,7 +4,7 @@
 use core::f64::consts::PI;
 use core::time::Duration;
 
-use crate::robot::{Robot, Talk, wish};
+use crate::robot::{Dialogue, Robot, setpoint};
 use jde_p2os::*;
 
 fn p3dx() -> Robot {
@@ -15,18 +15,18 @@ fn simulator() -> Robot {
     Robot::new("AMRISim", "p3dx")
 }
 
-fn speeds(heard: &[Command]) -> Vec<i16> {
+fn speeds(commands: &[Command]) -> Vec<i16> {
     let speed = |command: &Command| match command {
         Command::Velocity(speed) => Some(*speed),
         _ => None,
     };
-    heard.iter().filter_map(speed).collect()
+    commands.iter().filter_map(speed).collect()
 }
 
 #[test]
-fn it_says_hello_in_order_and_switches_on() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    let heard = talk.heard();
+fn the_handshake_runs_in_order_and_switches_the_robot_on() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    let commands = dialogue.commands();
     let expected = [
         Command::Pulse,
         Command::Open(Form::Bare),
@@ -37,20 +37,20 @@ fn it_says_hello_in_order_and_switches_on() {
         Command::Enable(true),
         Command::Encoder(2),
     ];
-    assert_eq!(heard[..8], expected);
-    assert!(!heard.iter().any(Command::moves));
-    let State::Connected(names) = talk.session.state() else {
-        panic!("connected")
+    assert_eq!(commands[..8], expected);
+    assert!(!commands.iter().any(Command::moves));
+    let State::Connected(names) = dialogue.session.state() else {
+        panic!("the session is not connected")
     };
     assert_eq!(names.name, "Emma");
     assert_eq!(
-        talk.session.model().map(|model| model.name.as_str()),
+        dialogue.session.model().map(|model| model.name.as_str()),
         Some("p3dx")
     );
 }
 
 #[test]
-fn what_is_not_answered_is_said_again_each_second_and_given_up_in_the_end() {
+fn an_unanswered_step_is_repeated_each_second_and_finally_given_up() {
     let mut session = Session::new(Options::default());
     session.connected(Duration::ZERO);
     let zero = SyncStep::Zero.to_packet().to_bytes();
@@ -63,16 +63,16 @@ fn what_is_not_answered_is_said_again_each_second_and_given_up_in_the_end() {
     session.receive(&SyncStep::One.to_packet().to_bytes(), Duration::from_secs(1));
     assert!(session.output().is_empty());
     for second in 2..=10 {
-        session.drive(&wish(1.0, 1.0), Duration::from_secs(second));
+        session.drive(&setpoint(1.0, 1.0), Duration::from_secs(second));
     }
     assert!(matches!(session.state(), State::Lost(_)));
 }
 
 #[test]
-fn a_robot_left_open_is_closed_first() {
-    let mut talk = Talk::connected(p3dx().left_open(), Options::default());
-    let heard = talk.heard();
-    let closed = heard
+fn an_open_robot_is_closed_first() {
+    let mut dialogue = Dialogue::connected(p3dx().already_open(), Options::default());
+    let commands = dialogue.commands();
+    let closed = commands
         .iter()
         .position(|command| *command == Command::Close(Form::One))
         .unwrap();
@@ -82,9 +82,9 @@ fn a_robot_left_open_is_closed_first() {
         Command::Close(Form::Bare),
         Command::Open(Form::One),
     ];
-    assert_eq!(heard[closed + 1..closed + 5], rest);
+    assert_eq!(commands[closed + 1..closed + 5], rest);
     assert_eq!(
-        heard
+        commands
             .iter()
             .filter(|command| **command == Command::Close(Form::One))
             .count(),
@@ -93,29 +93,32 @@ fn a_robot_left_open_is_closed_first() {
 }
 
 #[test]
-fn it_goes_on_with_a_robot_that_never_tells_its_configuration() {
+fn a_robot_that_never_sends_its_configuration_can_be_driven() {
     let mut robot = p3dx();
     robot.config = None;
-    let mut talk = Talk::connected(robot, Options::default());
-    let asked = talk
-        .heard()
+    let mut dialogue = Dialogue::connected(robot, Options::default());
+    let requests = dialogue
+        .commands()
         .iter()
         .filter(|command| **command == Command::Config(Form::One))
         .count();
-    assert_eq!(asked, 3);
-    assert_eq!(talk.session.config(), None);
+    assert_eq!(requests, 3);
+    assert_eq!(dialogue.session.config(), None);
 }
 
 #[test]
-fn a_robot_of_an_unknown_kind_is_refused_unless_its_model_is_given() {
-    let mut talk = Talk::new(Robot::new("Emma", "roomba"), Options::default());
-    talk.run(&wish(1.0, 0.0), 2.0);
-    let State::Refused(words) = talk.session.state() else {
-        panic!("refused")
+fn a_robot_of_an_unknown_subclass_is_refused_unless_a_model_is_configured() {
+    let mut dialogue = Dialogue::new(Robot::new("Emma", "roomba"), Options::default());
+    dialogue.run(&setpoint(1.0, 0.0), 2.0);
+    let State::Refused(reason) = dialogue.session.state() else {
+        panic!("the robot is not refused")
     };
-    assert!(words.contains("`roomba`") && words.contains("`p3dx`"), "{words}");
+    assert!(
+        reason.contains("`roomba`") && reason.contains("`p3dx`"),
+        "{reason}"
+    );
     let model = Some(Model::named("p3at").unwrap());
-    Talk::connected(
+    Dialogue::connected(
         Robot::new("Emma", "roomba"),
         Options {
             model,
@@ -125,38 +128,41 @@ fn a_robot_of_an_unknown_kind_is_refused_unless_its_model_is_given() {
 }
 
 #[test]
-fn speeds_are_said_when_they_change_and_every_200_ms() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    talk.heard();
-    talk.run(&wish(0.25, -0.5), 1.0);
-    let heard = talk.heard();
-    assert_eq!(speeds(&heard), [250; 5]);
-    assert!(heard.contains(&Command::RotVelocity(-29)));
-    talk.step(Some(&wish(-0.1, 0.0)));
-    assert_eq!(talk.heard(), [Command::Velocity(-100), Command::RotVelocity(0)]);
+fn speeds_are_sent_when_they_change_and_every_200_ms() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    dialogue.commands();
+    dialogue.run(&setpoint(0.25, -0.5), 1.0);
+    let commands = dialogue.commands();
+    assert_eq!(speeds(&commands), [250; 5]);
+    assert!(commands.contains(&Command::RotVelocity(-29)));
+    dialogue.step(Some(&setpoint(-0.1, 0.0)));
+    assert_eq!(
+        dialogue.commands(),
+        [Command::Velocity(-100), Command::RotVelocity(0)]
+    );
 }
 
 #[test]
-fn nothing_is_said_to_a_robot_whose_application_hangs() {
+fn nothing_is_sent_while_the_application_hangs() {
     let options = Options {
         laser: LaserMode::Auto(Beams::spread(180, PI)),
         head: HeadKind::VcC4,
         ..Options::default()
     };
-    let mut talk = Talk::connected(simulator(), options);
-    talk.run(&wish(0.3, 0.0), 1.0);
-    talk.heard();
-    talk.hang(10.0);
-    assert_eq!(talk.heard(), []);
+    let mut dialogue = Dialogue::connected(simulator(), options);
+    dialogue.run(&setpoint(0.3, 0.0), 1.0);
+    dialogue.commands();
+    dialogue.hang(10.0);
+    assert_eq!(dialogue.commands(), []);
 }
 
 #[test]
-fn speeds_stay_within_what_the_model_and_the_robot_allow() {
+fn speeds_stay_within_the_limits_of_the_model_and_the_robot() {
     let last = |robot| {
-        let mut talk = Talk::connected(robot, Options::default());
-        talk.heard();
-        talk.run(&wish(50.0, -50.0), 0.1);
-        talk.heard()
+        let mut dialogue = Dialogue::connected(robot, Options::default());
+        dialogue.commands();
+        dialogue.run(&setpoint(50.0, -50.0), 0.1);
+        dialogue.commands()
     };
     assert_eq!(
         last(p3dx()),
@@ -172,15 +178,15 @@ fn speeds_stay_within_what_the_model_and_the_robot_allow() {
 }
 
 #[test]
-fn a_wish_that_is_no_number_is_no_wish() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
+fn a_setpoint_that_is_not_finite_moves_nothing() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
     let head = HeadSetpoint {
         pan: f64::NAN,
         tilt: f64::INFINITY,
         pan_speed: f64::NAN,
         tilt_speed: 1.0,
     };
-    talk.run(
+    dialogue.run(
         &Setpoint {
             linear: f64::NAN,
             angular: f64::NAN,
@@ -188,63 +194,63 @@ fn a_wish_that_is_no_number_is_no_wish() {
         },
         1.0,
     );
-    assert!(!talk.heard().iter().any(Command::moves));
+    assert!(!dialogue.commands().iter().any(Command::moves));
 }
 
 #[test]
-fn motors_that_went_off_are_switched_on_for_a_motion_and_not_for_ever() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    talk.robot.motors_broken = true;
-    talk.robot.sip.flags = 0;
-    talk.heard();
-    talk.run(&wish(0.0, 0.0), 3.0);
-    assert!(!talk.heard().contains(&Command::Enable(true)));
-    talk.run(&wish(0.2, 0.0), 20.0);
-    let tries = talk
-        .heard()
+fn motors_that_are_off_are_switched_on_for_a_motion_a_limited_number_of_times() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    dialogue.robot.motors_broken = true;
+    dialogue.robot.sip.flags = 0;
+    dialogue.commands();
+    dialogue.run(&setpoint(0.0, 0.0), 3.0);
+    assert!(!dialogue.commands().contains(&Command::Enable(true)));
+    dialogue.run(&setpoint(0.2, 0.0), 20.0);
+    let attempts = dialogue
+        .commands()
         .iter()
         .filter(|command| **command == Command::Enable(true))
         .count();
-    assert_eq!(tries, 5);
-    let warnings = talk.warnings();
+    assert_eq!(attempts, 5);
+    let warnings = dialogue.warnings();
     assert!(
         warnings.len() == 1 && warnings[0].contains("motors"),
         "{warnings:?}"
     );
-    talk.robot.motors_broken = false;
-    talk.run(&wish(0.0, 0.0), 0.2);
-    talk.run(&wish(0.2, 0.0), 2.0);
-    assert!(talk.robot.sip.motors());
+    dialogue.robot.motors_broken = false;
+    dialogue.run(&setpoint(0.0, 0.0), 0.2);
+    dialogue.run(&setpoint(0.2, 0.0), 2.0);
+    assert!(dialogue.robot.sip.motors());
 }
 
 #[test]
-fn a_robot_that_is_silent_for_a_second_is_lost_and_found_again_where_it_was() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    talk.robot.sip.x = 1000;
-    talk.run(&wish(0.2, 0.0), 2.0);
-    let pose = talk.session.pose();
-    talk.robot.mute = true;
-    talk.run(&wish(0.2, 0.0), 1.0);
-    assert!(talk.session.state().is_connected());
-    talk.run(&wish(0.2, 0.0), 0.2);
-    assert!(matches!(talk.session.state(), State::Lost(_)));
-    let mut again = p3dx();
-    again.sip.x = 7;
-    talk.robot = again;
-    talk.session.connected(talk.now);
-    assert_eq!(talk.events(), [], "what was heard before is no news");
-    talk.run(&Setpoint::default(), 2.0);
-    assert!(talk.session.state().is_connected());
-    assert_eq!(talk.session.pose(), pose);
+fn a_robot_that_is_silent_for_a_second_is_lost_and_keeps_its_pose_after_reconnection() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    dialogue.robot.sip.x = 1000;
+    dialogue.run(&setpoint(0.2, 0.0), 2.0);
+    let pose = dialogue.session.pose();
+    dialogue.robot.silent = true;
+    dialogue.run(&setpoint(0.2, 0.0), 1.0);
+    assert!(dialogue.session.state().is_connected());
+    dialogue.run(&setpoint(0.2, 0.0), 0.2);
+    assert!(matches!(dialogue.session.state(), State::Lost(_)));
+    let mut restarted = p3dx();
+    restarted.sip.x = 7;
+    dialogue.robot = restarted;
+    dialogue.session.connected(dialogue.now);
+    assert_eq!(dialogue.events(), [], "earlier events are discarded");
+    dialogue.run(&Setpoint::default(), 2.0);
+    assert!(dialogue.session.state().is_connected());
+    assert_eq!(dialogue.session.pose(), pose);
 }
 
 #[test]
-fn goodbye_stops_everything() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    talk.run(&wish(0.2, 0.1), 0.5);
-    talk.heard();
-    let farewell = talk.session.close();
-    talk.robot.take(&farewell, talk.now);
+fn closing_stops_the_robot_and_switches_it_off() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    dialogue.run(&setpoint(0.2, 0.1), 0.5);
+    dialogue.commands();
+    let closing_bytes = dialogue.session.close();
+    dialogue.robot.receive(&closing_bytes, dialogue.now);
     let expected = [
         Command::Velocity(0),
         Command::RotVelocity(0),
@@ -252,66 +258,69 @@ fn goodbye_stops_everything() {
         Command::Sonar(0),
         Command::Close(Form::One),
     ];
-    assert_eq!(talk.heard(), expected);
-    assert!(talk.session.close().is_empty());
-    talk.run(&wish(0.2, 0.1), 1.0);
-    assert_eq!(talk.heard(), []);
+    assert_eq!(dialogue.commands(), expected);
+    assert!(dialogue.session.close().is_empty());
+    dialogue.run(&setpoint(0.2, 0.1), 1.0);
+    assert_eq!(dialogue.commands(), []);
 }
 
 #[test]
-fn a_laser_is_asked_for_in_the_old_words_and_then_in_the_new_ones() {
+fn a_laser_is_requested_with_the_old_commands_and_then_with_the_new_ones() {
     let laser = LaserMode::Auto(Beams::spread(180, PI));
-    let mut talk = Talk::connected(
+    let mut dialogue = Dialogue::connected(
         simulator(),
         Options {
             laser,
             ..Options::default()
         },
     );
-    let heard = talk.heard();
-    let old = [
+    let commands = dialogue.commands();
+    let old_commands = [
         Command::LaserStart36(-90),
         Command::LaserEnd37(89),
         Command::LaserIncrement38(100),
         Command::LaserOn35(2),
     ];
-    assert!(heard.windows(4).any(|commands| commands == old), "{heard:?}");
-    talk.run(&Setpoint::default(), 2.0);
+    assert!(
+        commands.windows(4).any(|commands| commands == old_commands),
+        "{commands:?}"
+    );
+    dialogue.run(&Setpoint::default(), 2.0);
     let first = |value| ForLaser { value, laser: 0 };
-    assert!(talk.heard().contains(&Command::LrfEnable(first(2))));
-    talk.run(&Setpoint::default(), 3.0);
-    assert!(talk.warnings()[0].contains("laser"));
+    assert!(dialogue.commands().contains(&Command::LrfEnable(first(2))));
+    dialogue.run(&Setpoint::default(), 3.0);
+    assert!(dialogue.warnings()[0].contains("laser"));
 }
 
 #[test]
-fn a_robot_is_not_asked_for_a_laser_unless_told_so() {
+fn a_laser_is_requested_from_a_robot_only_if_configured() {
     let beams = Beams::spread(180, PI);
-    let asked = |laser| {
-        let mut talk = Talk::connected(
+    let requests = |laser| {
+        let mut dialogue = Dialogue::connected(
             p3dx(),
             Options {
                 laser,
                 ..Options::default()
             },
         );
-        talk.heard().contains(&Command::LaserOn35(2))
+        dialogue.commands().contains(&Command::LaserOn35(2))
     };
-    assert!(!asked(LaserMode::Auto(beams)));
-    assert!(!asked(LaserMode::Off));
-    assert!(asked(LaserMode::On(beams)));
+    assert!(!requests(LaserMode::Auto(beams)));
+    assert!(!requests(LaserMode::Off));
+    assert!(requests(LaserMode::On(beams)));
 }
 
 #[test]
-fn sweeps_and_ticks_come_whole_and_without_wrapping() {
+fn sweeps_arrive_complete_and_ticks_without_wrapping() {
     let laser = LaserMode::Auto(Beams::spread(180, PI));
-    let mut talk = Talk::connected(
+    let mut dialogue = Dialogue::connected(
         simulator(),
         Options {
             laser,
             ..Options::default()
         },
     );
-    talk.events();
+    dialogue.events();
     let sweep: Vec<_> = (0..180)
         .map(|range| Reading {
             range,
@@ -320,49 +329,57 @@ fn sweeps_and_ticks_come_whole_and_without_wrapping() {
         .collect();
     let form = LaserForm::Extended { device: 0, flags: 0 };
     for part in LaserPacket::sweep(form, &sweep) {
-        talk.session
-            .receive(&part.to_packet().unwrap().to_bytes(), talk.now);
+        dialogue
+            .session
+            .receive(&part.to_packet().unwrap().to_bytes(), dialogue.now);
     }
     for (left, right) in [(i32::MAX - 1, i32::MIN), (i32::MIN, i32::MAX)] {
         let encoders = Encoders { left, right };
-        talk.session.receive(&encoders.to_packet().to_bytes(), talk.now);
+        dialogue
+            .session
+            .receive(&encoders.to_packet().to_bytes(), dialogue.now);
     }
     let ticks = |left, right| Event::Encoders { left, right };
-    assert_eq!(talk.events(), [Event::Laser(sweep), ticks(0, 0), ticks(2, -1)]);
+    assert_eq!(
+        dialogue.events(),
+        [Event::Laser(sweep), ticks(0, 0), ticks(2, -1)]
+    );
     // Packets arrive, so the session does not try other commands.
-    talk.heard();
-    talk.run(&Setpoint::default(), 5.0);
+    dialogue.commands();
+    dialogue.run(&Setpoint::default(), 5.0);
     assert!(
-        !talk
-            .heard()
+        !dialogue
+            .commands()
             .iter()
             .any(|command| matches!(command, Command::LrfEnable(_)))
     );
 }
 
 #[test]
-fn ticks_go_on_where_they_were_with_a_robot_that_counts_anew() {
-    let mut talk = Talk::connected(p3dx(), Options::default());
-    talk.events();
-    let count = |talk: &mut Talk, left, right| {
+fn ticks_continue_after_a_robot_restarts_its_count() {
+    let mut dialogue = Dialogue::connected(p3dx(), Options::default());
+    dialogue.events();
+    let count = |dialogue: &mut Dialogue, left, right| {
         let encoders = Encoders { left, right };
-        talk.session.receive(&encoders.to_packet().to_bytes(), talk.now);
+        dialogue
+            .session
+            .receive(&encoders.to_packet().to_bytes(), dialogue.now);
     };
-    count(&mut talk, 100_000, 90_000);
-    count(&mut talk, 100_500, 90_600);
-    talk.session.lost("its connection is gone");
-    talk.robot = p3dx();
-    talk.session.connected(talk.now);
-    talk.run(&Setpoint::default(), 2.0);
-    talk.events();
-    count(&mut talk, 3, 4);
-    count(&mut talk, 13, 24);
+    count(&mut dialogue, 100_000, 90_000);
+    count(&mut dialogue, 100_500, 90_600);
+    dialogue.session.lost("its connection is gone");
+    dialogue.robot = p3dx();
+    dialogue.session.connected(dialogue.now);
+    dialogue.run(&Setpoint::default(), 2.0);
+    dialogue.events();
+    count(&mut dialogue, 3, 4);
+    count(&mut dialogue, 13, 24);
     let ticks = |left, right| Event::Encoders { left, right };
-    assert_eq!(talk.events(), [ticks(500, 600), ticks(510, 620)]);
+    assert_eq!(dialogue.events(), [ticks(500, 600), ticks(510, 620)]);
 }
 
 /// Returns the commands to the camera, without requests for its angles.
-fn camera(heard: &[Command]) -> Vec<HeadCommand> {
+fn camera_commands(commands: &[Command]) -> Vec<HeadCommand> {
     let command = |command: &Command| match command {
         Command::Tty2(bytes) => match HeadFrame::from_bytes(bytes) {
             Ok(HeadFrame::Command(command)) if command != HeadCommand::GetPanTilt => Some(command),
@@ -370,10 +387,10 @@ fn camera(heard: &[Command]) -> Vec<HeadCommand> {
         },
         _ => None,
     };
-    heard.iter().filter_map(command).collect()
+    commands.iter().filter_map(command).collect()
 }
 
-fn look(pan: f64, tilt: f64, speed: f64) -> Setpoint {
+fn head_setpoint(pan: f64, tilt: f64, speed: f64) -> Setpoint {
     let head = HeadSetpoint {
         pan,
         tilt,
@@ -386,11 +403,11 @@ fn look(pan: f64, tilt: f64, speed: f64) -> Setpoint {
     }
 }
 
-/// Creates a robot with a camera that answers, and a session that is configured for it.
-fn with_camera() -> Talk {
+/// Creates a robot with a camera that replies, and a session that is configured for it.
+fn with_camera() -> Dialogue {
     let mut robot = p3dx();
     robot.camera = true;
-    Talk::new(
+    Dialogue::new(
         robot,
         Options {
             head: HeadKind::VcC4,
@@ -400,10 +417,10 @@ fn with_camera() -> Talk {
 }
 
 #[test]
-fn a_camera_that_answers_is_told_one_thing_after_another() {
-    let mut talk = with_camera();
-    let wish = look(45f64.to_radians(), -20f64.to_radians(), 90f64.to_radians());
-    talk.run(&wish, 6.0);
+fn a_camera_that_replies_receives_one_command_after_another() {
+    let mut dialogue = with_camera();
+    let setpoint = head_setpoint(45f64.to_radians(), -20f64.to_radians(), 90f64.to_radians());
+    dialogue.run(&setpoint, 6.0);
     let expected = [
         HeadCommand::Power(true),
         HeadCommand::Control,
@@ -413,58 +430,58 @@ fn a_camera_that_answers_is_told_one_thing_after_another() {
         // Left is negative for the camera, and up is positive; in ROS, down is positive.
         HeadCommand::PanTilt { pan: -400, tilt: 178 },
     ];
-    assert_eq!(camera(&talk.heard()), expected);
-    let events = talk.events();
+    assert_eq!(camera_commands(&dialogue.commands()), expected);
+    let events = dialogue.events();
     let Some(Event::Head { pan, tilt }) = events.iter().rfind(|event| matches!(event, Event::Head { .. }))
     else {
-        panic!("it says where it looks")
+        panic!("the head's angles are not reported")
     };
-    assert!((pan - wish.head.pan).abs() < HEAD_UNIT && (tilt - wish.head.tilt).abs() < HEAD_UNIT);
+    assert!((pan - setpoint.head.pan).abs() < HEAD_UNIT && (tilt - setpoint.head.tilt).abs() < HEAD_UNIT);
     assert!(!events.iter().any(|event| matches!(event, Event::Warning(_))));
 }
 
 #[test]
-fn a_camera_is_asked_where_it_looks_no_oftener_than_a_slow_line_bears() {
-    let mut talk = with_camera();
-    talk.run(&Setpoint::default(), 5.0);
-    talk.heard();
-    talk.run(&Setpoint::default(), 2.0);
-    let question = Command::Tty2(HeadCommand::GetPanTilt.to_bytes());
-    let heard = talk.heard();
-    assert_eq!(heard.iter().filter(|command| **command == question).count(), 10);
+fn a_camera_is_queried_no_more_often_than_a_slow_line_permits() {
+    let mut dialogue = with_camera();
+    dialogue.run(&Setpoint::default(), 5.0);
+    dialogue.commands();
+    dialogue.run(&Setpoint::default(), 2.0);
+    let query = Command::Tty2(HeadCommand::GetPanTilt.to_bytes());
+    let commands = dialogue.commands();
+    assert_eq!(commands.iter().filter(|command| **command == query).count(), 10);
 }
 
 #[test]
-fn a_camera_that_does_not_answer_is_told_all_the_same() {
-    let mut talk = Talk::new(
+fn a_camera_that_does_not_reply_is_commanded_all_the_same() {
+    let mut dialogue = Dialogue::new(
         p3dx(),
         Options {
             head: HeadKind::VcC4,
             ..Options::default()
         },
     );
-    talk.run(&look(0.5, 0.0, 1.0), 12.0);
+    dialogue.run(&head_setpoint(0.5, 0.0, 1.0), 12.0);
     assert!(
-        camera(&talk.heard())
+        camera_commands(&dialogue.commands())
             .iter()
             .any(|command| matches!(command, HeadCommand::PanTilt { .. }))
     );
-    assert!(talk.warnings()[0].contains("camera"));
+    assert!(dialogue.warnings()[0].contains("camera"));
 }
 
 #[test]
-fn an_axis_without_speed_holds_where_it_is() {
-    let mut talk = Talk::new(
+fn an_axis_without_speed_holds_its_angle() {
+    let mut dialogue = Dialogue::new(
         p3dx(),
         Options {
             head: HeadKind::VcC4OneWay,
             ..Options::default()
         },
     );
-    talk.run(&look(1.0, 0.3, 0.2), 5.0);
-    talk.events();
-    talk.run(&look(-1.0, -0.3, 0.0), 2.0);
-    let heads: Vec<_> = talk
+    dialogue.run(&head_setpoint(1.0, 0.3, 0.2), 5.0);
+    dialogue.events();
+    dialogue.run(&head_setpoint(-1.0, -0.3, 0.0), 2.0);
+    let heads: Vec<_> = dialogue
         .events()
         .into_iter()
         .filter_map(|event| match event {

@@ -54,7 +54,7 @@ pub enum Parity {
 pub enum AddressError {
     /// It begins with neither `tcp:` nor `serial:`.
     #[error(
-        "`{0}` is no address of a device: write tcp:HOST:PORT, like tcp:192.168.0.10:10940, \
+        "`{0}` is not an address of a device: write tcp:HOST:PORT, like tcp:192.168.0.10:10940, \
          or serial:PATH@BAUD, like serial:/dev/ttyUSB0@9600"
     )]
     Kind(String),
@@ -62,7 +62,9 @@ pub enum AddressError {
     #[error("`{0}` names no host: write tcp:HOST:PORT, like tcp:192.168.0.10:10940 or tcp:[::1]:10940")]
     Host(String),
     /// The port is missing or invalid.
-    #[error("`{0}` ends in no port: a number from 1 to 65535 follows the host, like tcp:192.168.0.10:10940")]
+    #[error(
+        "`{0}` has no valid port: a number from 1 to 65535 follows the host, like tcp:192.168.0.10:10940"
+    )]
     Port(String),
     /// The device file is missing.
     #[error("`{0}` names no device file: write serial:PATH@BAUD, like serial:/dev/ttyUSB0@9600")]
@@ -72,7 +74,7 @@ pub enum AddressError {
     Baud(String),
     /// The framing after the speed is invalid.
     #[error(
-        "`{0}` ends in no framing: 7 or 8 data bits, N, E or O for the parity, 1 or 2 stop bits, like 8N1"
+        "`{0}` has no valid framing: 7 or 8 data bits, N, E or O for the parity, 1 or 2 stop bits, like 8N1"
     )]
     Framing(String),
 }
@@ -97,7 +99,7 @@ impl Address {
     /// is not checked: only an attempt to connect could do that.
     ///
     /// # Errors
-    /// What is missing and what to do, in words.
+    /// The reason and a remedy, as text.
     pub fn check_access(&self) -> Result<(), String> {
         match self {
             Self::Tcp { .. } => Ok(()),
@@ -120,15 +122,15 @@ fn tcp(text: &str, rest: &str) -> Result<Address, AddressError> {
     let Some((host, port)) = rest.rsplit_once(':') else {
         return Err(AddressError::Port(text.to_owned()));
     };
-    let bare = match host.strip_prefix('[') {
+    let host = match host.strip_prefix('[') {
         Some(inner) => inner.strip_suffix(']').filter(|inner| inner.contains(':')),
         None => Some(host).filter(|host| !host.contains(':')),
     };
-    let clean = |host: &&str| {
+    let is_valid = |host: &&str| {
         !host.is_empty()
             && !host.contains(|c: char| c.is_whitespace() || c.is_control() || "[]@/".contains(c))
     };
-    let Some(host) = bare.filter(clean) else {
+    let Some(host) = host.filter(is_valid) else {
         return Err(AddressError::Host(text.to_owned()));
     };
     match number::<u16>(port) {

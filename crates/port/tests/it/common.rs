@@ -1,4 +1,4 @@
-//! An owner that polls its port until a condition holds.
+//! Helpers that poll a port until a condition holds.
 
 use core::time::Duration;
 use std::thread;
@@ -6,21 +6,21 @@ use std::thread;
 use jde_port::{Address, Backoff, Port, PortState};
 use jde_watchdog::Watchdog;
 
-/// Attempts follow each other without a wait, so that no test waits.
-pub(crate) const AT_ONCE: Backoff = Backoff {
+/// Attempts follow each other without a delay, so that no test waits.
+pub(crate) const NO_DELAY: Backoff = Backoff {
     initial: Duration::ZERO,
     max: Duration::ZERO,
 };
 
 pub(crate) fn port(address: &str) -> Port {
-    Port::new(Address::parse(address).expect("an address"), AT_ONCE)
+    Port::new(Address::parse(address).expect("an address"), NO_DELAY)
 }
 
-/// Polls with a constant time until the link satisfies a condition.
-pub(crate) fn until(port: &mut Port, mut good: impl FnMut(&PortState) -> bool) -> PortState {
+/// Polls with a constant time until its state satisfies a condition.
+pub(crate) fn until(port: &mut Port, mut condition: impl FnMut(&PortState) -> bool) -> PortState {
     let _watchdog = Watchdog::for_test();
     loop {
-        if good(port.poll(Duration::ZERO)) {
+        if condition(port.poll(Duration::ZERO)) {
             return port.state().clone();
         }
         thread::yield_now();
@@ -34,11 +34,11 @@ pub(crate) fn connected(port: &mut Port) {
 /// Reads until the connection is lost. Returns the reason, and the bytes that arrived before.
 pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
     let _watchdog = Watchdog::for_test();
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     loop {
-        port.read(&mut heard);
+        port.read(&mut received);
         if let PortState::Lost { reason, .. } = port.state() {
-            return (reason.clone(), heard);
+            return (reason.clone(), received);
         }
         thread::yield_now();
     }
@@ -47,21 +47,21 @@ pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
 /// Reads until `count` bytes have arrived.
 pub(crate) fn read(port: &mut Port, count: usize) -> Vec<u8> {
     let _watchdog = Watchdog::for_test();
-    let mut heard = Vec::new();
-    while heard.len() < count {
+    let mut received = Vec::new();
+    while received.len() < count {
         port.poll(Duration::ZERO);
-        port.read(&mut heard);
+        port.read(&mut received);
         assert!(port.state().is_connected(), "{:?}", port.state());
         thread::yield_now();
     }
-    heard
+    received
 }
 
-pub(crate) fn reason(link: &PortState) -> &str {
-    match link {
+pub(crate) fn reason(state: &PortState) -> &str {
+    match state {
         PortState::Lost { reason, .. } => reason,
         PortState::Idle | PortState::Connecting { .. } | PortState::Connected { .. } => {
-            panic!("not lost: {link:?}")
+            panic!("not lost: {state:?}")
         }
     }
 }

@@ -206,7 +206,7 @@ fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(execut
     assert_eq!(
         reasons(10),
         [
-            "the child `leg` is not optional, and nobody has its role in the application",
+            "the child `leg` is not optional, and no schema has its role in the application",
             "the import `input` is a std_msgs/msg/UInt32 now, and was a std_msgs/msg/Float64",
             "the modulation `speed` is in `rad/s` now, and was in `m/s`",
             "the import `more` is new and not optional, and the application does not bind it",
@@ -275,11 +275,11 @@ fn the_numbers_of_a_build_are_its_own(executor: Executor) {
     assert_eq!(
         takeover.notes,
         [
-            "the child `leg` is new: nobody has its role before the application starts anew",
-            "the export `steps` is new: nobody sees it before the application starts anew",
-            "the modulation `speed` has another default now; the running value stays (`jde set`)",
-            "the modulation `more` is new: it has its default before the application starts anew",
-            "the import `nothing` is new: it stays unbound before the application starts anew",
+            "the child `leg` is new: no schema has its role until the application restarts",
+            "the export `steps` is new: no schema reads it until the application restarts",
+            "the modulation `speed` has a new default; the running value is kept (`jde set` changes it)",
+            "the modulation `more` is new: it has its default until the application restarts",
+            "the import `nothing` is new: it stays unbound until the application restarts",
         ]
     );
     rig.until_did("walker 13 sees (2.0, 7.0, false, Some(4.0), false)");
