@@ -8,135 +8,137 @@ use crate::settings::Settings;
 use crate::{Base, Topics};
 
 #[test]
-fn a_connection_that_is_lost_comes_back_by_itself() {
-    let place = free();
-    let mut trial = Trial::<Topics>::at(&place).awake();
-    trial.until_note(Connection::LOST, "nobody answers there; is the router running?");
+fn a_lost_connection_is_restored_automatically() {
+    let address = unused_address();
+    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    fixture.until_note(Connection::LOST, "nobody answers there; is the router running?");
     for _ in 0..2 {
-        let session = other(&place);
-        trial.until_note(Connection::CONNECTED, &place);
-        trial.until(|bench| {
+        let session = open_router(&address);
+        fixture.until_note(Connection::CONNECTED, &address);
+        fixture.until(|bench| {
             put(&session, "/cmd_vel", &Twist::ZERO);
             bench.exported::<Twist>("cmd_vel").is_some()
         });
         session.close().wait().unwrap();
-        trial.until_note(Connection::LOST, "nobody is there any more");
-        trial.until(|bench| bench.exported::<Twist>("cmd_vel").is_none());
+        fixture.until_note(Connection::LOST, "nobody is there any more");
+        fixture.until(|bench| bench.exported::<Twist>("cmd_vel").is_none());
     }
 }
 
 #[test]
-fn a_port_in_use_is_named_and_taken_once_it_is_free() {
+fn a_port_in_use_is_reported_and_opened_once_it_is_free() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let place = format!("tcp/{}", taken.local_addr().unwrap());
-    let mut trial = Trial::<Base>::at("");
-    trial.bench.set("listen", Text::<512>::new(&place));
-    let mut trial = trial.awake();
-    trial.until_note(Connection::LOST, "Can not create a new TCP listener");
+    let address = format!("tcp/{}", taken.local_addr().unwrap());
+    let mut fixture = Fixture::<Base>::connecting_to("");
+    fixture.bench.set("listen", Text::<512>::new(&address));
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::LOST, "Can not create a new TCP listener");
     drop(taken);
-    trial.until_note(Connection::CONNECTING, "looking for the other nodes");
+    fixture.until_note(Connection::CONNECTING, "looking for the other nodes");
 }
 
 #[test]
-fn topics_of_others_that_never_meet_ours_are_named() {
-    let place = free();
-    let session = other(&place);
-    let announce = |topic: &Topic, way, number| -> LivelinessToken {
-        let token = topic.token(&name(), &session.zid().to_string(), way, number);
+fn incompatible_topics_of_other_nodes_are_reported() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let announce = |topic: &Topic, direction, number| -> LivelinessToken {
+        let token = topic.token(&name(), &session.zid().to_string(), direction, number);
         session.liveliness().declare_token(token).wait().unwrap()
     };
-    let clouds = announce(&topic::<Range>("/scan"), Direction::Publish, 1);
-    let mut trial = Trial::<Base>::at(&place).awake();
-    trial.until_said("/scan of node /other is a sensor_msgs/msg/Range, and a sensor_msgs/msg/LaserScan here");
+    let range_topic = announce(&topic::<Range>("/scan"), Direction::Publish, 1);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    fixture.until_logged(
+        "/scan of node /other is a sensor_msgs/msg/Range, and a sensor_msgs/msg/LaserScan here",
+    );
     let old = Topic {
         hash: "RIHS01_0123456789abcdef".to_owned(),
         ..topic::<Twist>("/cmd_vel")
     };
-    let other = announce(&old, Direction::Subscribe, 2);
-    trial.until_said(
+    let version_token = announce(&old, Direction::Subscribe, 2);
+    fixture.until_logged(
         "/cmd_vel of node /other is another version of geometry_msgs/msg/Twist, RIHS01_0123456789abc",
     );
-    drop((clouds, other));
+    drop((range_topic, version_token));
 }
 
 #[test]
-fn what_cannot_be_right_is_refused_on_awakening() {
-    let refused = |change: &dyn Fn(&mut Bench<Topics>), words: &str| {
-        let mut trial = Trial::<Topics>::at("tcp/localhost:7447");
-        change(&mut trial.bench);
-        let failure = trial.bench.awake().unwrap_err().to_string();
-        assert!(failure.contains(words), "{failure}");
+fn invalid_settings_are_rejected_on_awakening() {
+    let assert_rejected = |change: &dyn Fn(&mut Bench<Topics>), expected: &str| {
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        change(&mut fixture.bench);
+        let failure = fixture.bench.awake().unwrap_err().to_string();
+        assert!(failure.contains(expected), "{failure}");
     };
-    refused(
+    assert_rejected(
         &|bench| bench.set("connect", Text::<512>::new("localhost")),
         "tcp/HOST:PORT",
     );
-    refused(
+    assert_rejected(
         &|bench| bench.set("connect", Text::<512>::EMPTY),
         "it can reach nobody",
     );
-    refused(
+    assert_rejected(
         &|bench| bench.set("laser_topic", Text::<128>::new("my scan")),
         "`my scan`",
     );
-    refused(
+    assert_rejected(
         &|bench| bench.set("laser_topic", Text::<128>::new("odom")),
-        "two of its topics are called /odom",
+        "two of its topics have the name /odom",
     );
-    refused(
+    assert_rejected(
         &|bench| bench.set("namespace", Text::<128>::new("a-b")),
         "namespace",
     );
-    refused(&|bench| bench.set("node", Text::<128>::new("a/b")), "node");
-    refused(
+    assert_rejected(&|bench| bench.set("node", Text::<128>::new("a/b")), "node");
+    assert_rejected(
         &|bench| bench.set("config", Text::<1024>::new("no.json5")),
         "either",
     );
-    refused(&|bench| bench.set_real_time(false), "run without --lockstep");
+    assert_rejected(&|bench| bench.set_real_time(false), "run without --lockstep");
 }
 
 #[test]
-fn an_inspection_names_the_modulation_and_calls_nobody() {
-    let found = |change: &dyn Fn(&mut Bench<Topics>)| {
-        let mut trial = Trial::<Topics>::at("tcp/localhost:7447");
-        change(&mut trial.bench);
-        let found = trial.bench.inspect().unwrap();
-        let names = found.into_iter().map(|problem| problem.modulation);
+fn an_inspection_names_the_modulation_without_connecting() {
+    let problem_names = |change: &dyn Fn(&mut Bench<Topics>)| {
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        change(&mut fixture.bench);
+        let problems = fixture.bench.inspect().unwrap();
+        let names = problems.into_iter().map(|problem| problem.modulation);
         names.collect::<Vec<_>>()
     };
-    assert!(found(&|_| {}).is_empty());
+    assert!(problem_names(&|_| {}).is_empty());
     assert_eq!(
-        found(&|bench| bench.set("connect", Text::<512>::EMPTY)),
+        problem_names(&|bench| bench.set("connect", Text::<512>::EMPTY)),
         ["connect"]
     );
     assert_eq!(
-        found(&|bench| bench.set("laser_topic", Text::<128>::new("my scan"))),
+        problem_names(&|bench| bench.set("laser_topic", Text::<128>::new("my scan"))),
         ["laser_topic"]
     );
     assert_eq!(
-        found(&|bench| bench.set("namespace", Text::<128>::new("a-b"))),
+        problem_names(&|bench| bench.set("namespace", Text::<128>::new("a-b"))),
         ["namespace"]
     );
     assert_eq!(
-        found(&|bench| bench.set("node", Text::<128>::new("a/b"))),
+        problem_names(&|bench| bench.set("node", Text::<128>::new("a/b"))),
         ["node"]
     );
     assert_eq!(
-        found(&|bench| bench.set("config", Text::<1024>::new("no.json5"))),
+        problem_names(&|bench| bench.set("config", Text::<1024>::new("no.json5"))),
         ["config"]
     );
 }
 
 #[test]
-fn the_threads_of_zenoh_give_way_to_those_of_the_robot() {
-    let place = free();
-    let own: Vec<String> = threads().into_iter().map(|(name, _)| name).collect();
-    let mut trial = Trial::<Topics>::at(&place).awake();
-    trial.until_note(Connection::LOST, &place);
-    let theirs = threads();
+fn the_threads_of_zenoh_have_lower_priority() {
+    let address = unused_address();
+    let before: Vec<String> = threads().into_iter().map(|(name, _)| name).collect();
+    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    fixture.until_note(Connection::LOST, &address);
+    let after = threads();
     assert!(
-        theirs.iter().any(|(name, nice)| name == "ros2" && *nice >= 10),
-        "{theirs:?} after {own:?}"
+        after.iter().any(|(name, nice)| name == "ros2" && *nice >= 10),
+        "{after:?} after {before:?}"
     );
 }
 
@@ -158,23 +160,23 @@ fn threads() -> Vec<(String, i32)> {
 }
 
 #[test]
-fn a_configuration_of_zenoh_says_where_to_go() {
-    let place = free();
+fn a_zenoh_configuration_file_states_the_addresses() {
+    let address = unused_address();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zenoh.json5");
-    let text = format!("{{ mode: \"client\", connect: {{ endpoints: [\"{place}\"], timeout_ms: 0 }} }}");
+    let text = format!("{{ mode: \"client\", connect: {{ endpoints: [\"{address}\"], timeout_ms: 0 }} }}");
     std::fs::write(&file, text).unwrap();
-    let session = other(&place);
+    let session = open_router(&address);
     let mut bench = Bench::<Topics>::new();
     bench.set("config", Text::<1024>::new(file.to_str().unwrap()));
     bench.set("domain", 3_i32);
-    let mut trial = Trial {
+    let mut fixture = Fixture {
         _watchdog: Watchdog::for_test(),
         bench,
         start: Instant::now(),
     }
     .awake();
-    trial.until_note(Connection::CONNECTED, "zenoh.json5");
+    fixture.until_note(Connection::CONNECTED, "zenoh.json5");
     drop(session);
     let settings = Settings {
         config: folder.path().to_str().unwrap(),
@@ -188,6 +190,6 @@ fn a_configuration_of_zenoh_says_where_to_go() {
     };
     assert!(
         settings.connection_config().is_err(),
-        "a folder is no configuration"
+        "a folder is not a configuration"
     );
 }
