@@ -1,4 +1,4 @@
-//! Modulations that contradict themselves, and names and units that are none, are refused with the place.
+//! Contradictory modulations, and invalid names and units, are refused with their place.
 
 #![allow(unsafe_code)]
 
@@ -8,9 +8,9 @@ use core::ptr;
 
 use jde_abi::describe::Role;
 use jde_abi::raw;
-use tables::{Tables, read_changed, refused};
+use tables::{Tables, assert_refused, read_changed};
 
-/// Changes the modulation of the plugin into a plain number, and then what `change` says.
+/// Changes the modulation of the plugin into a plain number, and then applies `change`.
 fn number(change: impl FnOnce(&mut raw::Port)) -> impl FnOnce(&mut Tables) {
     static NUMBER: raw::Type = raw::Type {
         size: size_of::<raw::Type>() as u32,
@@ -40,46 +40,46 @@ fn number(change: impl FnOnce(&mut raw::Port)) -> impl FnOnce(&mut Tables) {
 }
 
 #[test]
-fn modulations_that_contradict_themselves_are_refused_with_the_place() {
+fn contradictory_modulations_are_refused_with_their_place() {
     static NOT_A_NUMBER: f64 = f64::NAN;
-    let at = |words: &str| format!("schema `goon`, port `speed`: {words}");
-    refused(
+    let at = |message: &str| format!("schema `goon`, port `speed`: {message}");
+    assert_refused(
         &at("its default is 0, and at least 0.1 is allowed"),
         number(|port| port.min = 0.1),
     );
-    refused(
+    assert_refused(
         &at("its default is 0 m, and at most -1 m is allowed"),
         number(|port| (port.max, port.unit) = (-1.0, c"m".as_ptr())),
     );
-    refused(
+    assert_refused(
         &at("min is 1 and max -1, between which nothing is"),
         number(|port| (port.min, port.max) = (1.0, -1.0)),
     );
-    refused(
+    assert_refused(
         &at("its default is NaN, and a number is allowed"),
         number(|port| port.initial = (&raw const NOT_A_NUMBER).cast()),
     );
-    refused(
+    assert_refused(
         &at("`metre` is no unit; use m, "),
         number(|port| port.unit = c"metre".as_ptr()),
     );
-    refused("field `count`: `metre` is no unit", |t| {
+    assert_refused("field `count`: `metre` is no unit", |t| {
         t.fields[2].unit = c"metre".as_ptr()
     });
-    refused(
+    assert_refused(
         &at("it limits a demo/msg/Value, and only plain numbers have limits"),
         |t| t.ports[2].min = 0.0,
     );
     read_changed(number(|port| {
         (port.min, port.max, port.unit) = (0.0, f64::INFINITY, c"rad/s2".as_ptr());
     }))
-    .expect("it does not contradict itself");
+    .expect("the modulation is valid");
 }
 
 #[test]
-fn choices_are_names_of_the_numbers_from_0_on() {
+fn choices_name_the_numbers_from_0_on() {
     struct Names([*const core::ffi::c_char; 2]);
-    // SAFETY: texts that nobody changes.
+    // SAFETY: the texts never change.
     unsafe impl Sync for Names {}
     static NAMES: Names = Names([c"slow".as_ptr(), c"fast".as_ptr()]);
     static TWICE: Names = Names([c"slow".as_ptr(), c"slow".as_ptr()]);
@@ -89,29 +89,29 @@ fn choices_are_names_of_the_numbers_from_0_on() {
             (port.min, port.max) = (0.0, max);
         })
     };
-    let plugin = read_changed(choice(2, 1.0, &NAMES)).expect("it is one of two");
+    let plugin = read_changed(choice(2, 1.0, &NAMES)).expect("the choices are valid");
     let Role::Modulation { limits, .. } = &plugin.schemas[0].ports[2].role else {
-        panic!("a modulation")
+        panic!("the port is a modulation")
     };
     assert_eq!(limits.choices, ["slow", "fast"]);
     assert_eq!((limits.choice("fast"), limits.choice("faster")), (Some(1), None));
-    refused(
+    assert_refused(
         "of 2 choices min is 0 and max the last one's number",
         choice(2, 2.0, &NAMES),
     );
-    refused("two choices are called `slow`", choice(2, 1.0, &TWICE));
-    refused("4000000000 choices", choice(4_000_000_000, 1.0, &NAMES));
-    refused(
+    assert_refused("two choices are called `slow`", choice(2, 1.0, &TWICE));
+    assert_refused("4000000000 choices", choice(4_000_000_000, 1.0, &NAMES));
+    assert_refused(
         "the pointer to them is null",
         number(|port| port.choice_count = 1),
     );
 }
 
 #[test]
-fn what_every_schema_has_is_no_name_of_a_variable() {
-    let words = "every schema has this name with a meaning of its own";
-    refused(words, |t| t.ports[1].name = c"period".as_ptr());
-    refused(words, |t| {
+fn names_that_every_schema_has_are_refused_for_variables() {
+    let message = "every schema has this name with a meaning of its own";
+    assert_refused(message, |t| t.ports[1].name = c"period".as_ptr());
+    assert_refused(message, |t| {
         t.schema.kind = raw::DRIVER;
         t.schema.child_count = 0;
         t.schema.port_count = 3;
@@ -120,5 +120,5 @@ fn what_every_schema_has_is_no_name_of_a_variable() {
         t.ports[2].name = c"period".as_ptr();
     });
     read_changed(|t| t.ports[0].name = c"period".as_ptr()).expect("an import has a name space of its own");
-    read_changed(|t| t.ports[4].name = c"period".as_ptr()).expect("a father writes his child's period");
+    read_changed(|t| t.ports[4].name = c"period".as_ptr()).expect("a father writes the period of its child");
 }

@@ -16,14 +16,18 @@ pub fn build(plugins: &[&str]) -> PathBuf {
         cargo.arg("--release");
     }
     cargo.args(plugins.iter().flat_map(|plugin| ["-p", plugin]));
-    let done = cargo.output().expect("cargo starts");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+    let output = cargo.output().expect("cargo starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let messages = String::from_utf8(output.stdout).expect("cargo prints UTF-8");
     let mut libraries = messages.lines().filter_map(|line| {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
-        let is_one = plugins.iter().any(|plugin| message["target"]["name"] == *plugin);
-        let file = is_one.then(|| message["filenames"][0].as_str())??;
+        let is_requested = plugins.iter().any(|plugin| message["target"]["name"] == *plugin);
+        let file = is_requested.then(|| message["filenames"][0].as_str())??;
         Some(Path::new(file).parent()?.to_owned())
     });
-    libraries.next().expect("cargo names the libraries it made")
+    libraries.next().expect("cargo prints the paths of the libraries")
 }

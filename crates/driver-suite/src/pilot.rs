@@ -1,4 +1,4 @@
-//! The motor schema of the suite: it commands the values of its modulations, and nothing else.
+//! The motor schema of the suite: it commands the values of its modulations.
 
 use jde_schema::prelude::*;
 
@@ -21,7 +21,7 @@ pub(crate) struct Pilot {
     /// Turn rate of the head; 0 commands nothing.
     #[modulation(default = 0.0, unit = "rad/s")]
     speed: Modulation<f64>,
-    /// Above 0 it commands nothing.
+    /// Above 0, the schema commands nothing.
     #[modulation(default = 0.0)]
     silent: Modulation<f64>,
     /// The base.
@@ -32,7 +32,7 @@ pub(crate) struct Pilot {
     head: Actuator<PanTilt>,
 }
 
-/// Imports the robot's odometry, and never becomes READY. So the driver stays awake without a pilot.
+/// Imports the robot's odometry, and never becomes READY. This keeps the driver awake without a pilot.
 #[derive(Describe)]
 #[schema(motor, period = "50ms")]
 pub(crate) struct Watcher {
@@ -50,14 +50,14 @@ impl Schema for Pilot {
             .command(cx, Twist::planar(self.linear.get(cx), self.angular.get(cx)));
         let speed = self.speed.get(cx);
         if speed > 0.0 {
-            let look = PanTilt {
+            let target = PanTilt {
                 pan: self.pan.get(cx),
                 tilt: self.tilt.get(cx),
                 pan_velocity: speed,
                 tilt_velocity: speed,
                 ..PanTilt::default()
             };
-            self.head.command(cx, look);
+            self.head.command(cx, target);
         }
         Ok(())
     }
@@ -65,7 +65,7 @@ impl Schema for Pilot {
 
 impl Schema for Watcher {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        debug_assert!(self.odometry.is_bound(cx), "it needs the robot");
+        debug_assert!(self.odometry.is_bound(cx), "the import is bound");
         Ok(false.into())
     }
 

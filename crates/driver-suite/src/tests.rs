@@ -8,87 +8,96 @@ use jde_schema::prelude::{
     BatteryState, Bumpers, LaserScan, Odometry, PanTilt, Pose2D, RangeRing, WheelEncoders, normalize_angle,
 };
 
-use crate::rig::{Rig, RigConfig, START};
+use crate::fixture::{DriverConfig, Fixture, START};
 
 /// The room's far corner.
 const ROOM: [f64; 2] = [5.0, 4.0];
 
 #[track_caller]
-fn near(what: &str, is: f64, wanted: f64, tolerance: f64) {
+fn near(what: &str, actual: f64, expected: f64, tolerance: f64) {
     assert!(
-        (is - wanted).abs() <= tolerance,
-        "{what}: {is} is not {wanted} ± {tolerance}"
+        (actual - expected).abs() <= tolerance,
+        "{what}: {actual} is not {expected} ± {tolerance}"
     );
 }
 
 /// The driver connects by itself, the robot drives, and the application ends in order.
-pub fn it_comes_up_drives_and_is_left_standing(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    let pose = rig.pose();
+pub fn the_driver_connects_drives_and_stops_the_robot_at_the_end(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    let pose = fixture.pose();
     near("x at the start", pose.x, START.x, 0.02);
     near("y at the start", pose.y, START.y, 0.02);
     near("heading at the start", pose.theta, START.theta, 0.02);
-    rig.drive(0.2, 0.0);
-    rig.wait_until(|rig| rig.pose().x > START.x + 0.2);
-    let (outcome, _kept) = rig.stop();
+    fixture.drive(0.2, 0.0);
+    fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.2);
+    let (outcome, _resources) = fixture.stop();
     assert_eq!(outcome, Outcome::Stopped);
 }
 
 /// A robot without commands stays where it is.
-pub fn nothing_commanded_is_nothing_driven(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.modulate("silent", 1.0);
-    let begun = rig.handle().now();
-    rig.wait_until(|rig| rig.handle().now() > begun + 3_000_000_000);
-    let pose = rig.pose();
+pub fn a_robot_without_commands_does_not_move(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.modulate("silent", 1.0);
+    let start_time = fixture.handle().now();
+    fixture.wait_until(|fixture| fixture.handle().now() > start_time + 3_000_000_000);
+    let pose = fixture.pose();
     near("x", pose.x, START.x, 0.005);
     near("y", pose.y, START.y, 0.005);
     near("heading", pose.theta, START.theta, 0.005);
 }
 
 /// Ahead is along x, in metres and metres a second.
-pub fn it_drives_ahead_in_metres_and_tells_its_speed(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    let wall = ahead(&rig.laser().expect("a scan"));
+pub fn the_robot_drives_ahead_in_metres_and_reports_its_speed(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    let wall = ahead(&fixture.laser().expect("a scan"));
     near("the wall at the start", wall, ROOM[0] - START.x - 0.018, 0.05);
-    rig.drive(0.2, 0.0);
-    rig.wait_until(|rig| {
-        let twist = rig.odometry().expect("the robot is heard").twist.twist;
+    fixture.drive(0.2, 0.0);
+    fixture.wait_until(|fixture| {
+        let twist = fixture.odometry().expect("the odometry has arrived").twist.twist;
         (twist.linear.x - 0.2).abs() < 0.02 && twist.linear.y == 0.0
     });
-    rig.wait_until(|rig| rig.pose().x > START.x + 0.6);
-    rig.halt();
-    let pose = rig.pose();
+    fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.6);
+    fixture.halt();
+    let pose = fixture.pose();
     near("y", pose.y, START.y, 0.05);
     near("heading", pose.theta, 0.0, 0.05);
     // The wheels and the laser measure the same distance.
-    let seen = wall - settled(&rig, |rig| ahead(&rig.laser().expect("a scan")));
-    near("the way by the wall", seen, pose.x - START.x, 0.05);
+    let driven = wall - settled(&fixture, |fixture| ahead(&fixture.laser().expect("a scan")));
+    near("the distance by the wall", driven, pose.x - START.x, 0.05);
 }
 
 /// A positive turn is counter-clockwise, and does not displace the robot.
-pub fn a_positive_turn_is_to_the_left_and_on_the_spot(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.drive(0.0, 0.5);
-    rig.wait_until(|rig| rig.odometry().expect("the robot is heard").twist.twist.angular.z > 0.4);
-    rig.wait_until(|rig| rig.pose().theta > 0.8);
-    rig.turn_to(FRAC_PI_2);
-    let pose = rig.pose();
+pub fn a_positive_turn_is_to_the_left_and_on_the_spot(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.drive(0.0, 0.5);
+    fixture.wait_until(|fixture| {
+        fixture
+            .odometry()
+            .expect("the odometry has arrived")
+            .twist
+            .twist
+            .angular
+            .z
+            > 0.4
+    });
+    fixture.wait_until(|fixture| fixture.pose().theta > 0.8);
+    fixture.turn_to(FRAC_PI_2);
+    let pose = fixture.pose();
     near("x", pose.x, START.x, 0.03);
     near("y", pose.y, START.y, 0.03);
-    let wall = settled(&rig, |rig| ahead(&rig.laser().expect("a scan")));
+    let wall = settled(&fixture, |fixture| ahead(&fixture.laser().expect("a scan")));
     near("the wall on the left", wall, ROOM[1] - START.y - 0.018, 0.08);
 }
 
-/// Four sides and four turns: at each corner the walls are where the odometry implies.
-pub fn a_square_ends_where_it_began_and_walls_stay_where_they_are(setting: RigConfig) {
-    let rig = Rig::start(setting);
+/// Four sides and four turns: at each corner, the scan agrees with the pose of the odometry.
+pub fn a_square_ends_at_its_start_and_the_scans_agree_with_the_odometry(config: DriverConfig) {
+    let fixture = Fixture::start(config);
     for side in 1..=4 {
-        rig.drive_distance(0.6);
-        rig.turn_to(normalize_angle(f64::from(side) * FRAC_PI_2));
-        let pose = rig.pose();
-        let (wall, right) = settled(&rig, |rig| {
-            let scan = rig.laser().expect("a scan");
+        fixture.drive_distance(0.6);
+        fixture.turn_to(normalize_angle(f64::from(side) * FRAC_PI_2));
+        let pose = fixture.pose();
+        let (wall, right) = settled(&fixture, |fixture| {
+            let scan = fixture.laser().expect("a scan");
             (ahead(&scan), at(&scan, -80.0 * PI / 180.0))
         });
         near("the wall ahead", wall, to_wall(&pose, 0.0), 0.1);
@@ -99,28 +108,29 @@ pub fn a_square_ends_where_it_began_and_walls_stay_where_they_are(setting: RigCo
             0.1,
         );
     }
-    let pose = rig.pose();
+    let pose = fixture.pose();
     near("x at the end", pose.x, START.x, 0.15);
     near("y at the end", pose.y, START.y, 0.15);
 }
 
 /// Each sonar's pose and range agree with a wall.
-pub fn sonars_hear_walls_where_they_are(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.wait_until(|rig| {
-        rig.read::<RangeRing>("pioneer.sonars")
+pub fn sonars_measure_the_distances_of_the_walls(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.wait_until(|fixture| {
+        fixture
+            .read::<RangeRing>("pioneer.sonars")
             .is_some_and(|ring| ring.ranges.iter().all(|range| !range.is_nan()))
     });
-    let ring: Box<RangeRing> = Box::new(rig.read("pioneer.sonars").expect("they were heard"));
+    let ring: Box<RangeRing> = Box::new(fixture.read("pioneer.sonars").expect("the sonars have measured"));
     assert_eq!((ring.poses.len(), ring.ranges.len()), (16, 16));
-    let pose = rig.pose();
+    let pose = fixture.pose();
     for echo in ring.echoes() {
         let mount = ring.poses[echo.sonar];
         let center = to_wall_from(&pose, &mount);
-        // The cone returns the nearest wall in it, never one behind that.
+        // The cone returns the nearest wall in it, never a farther one.
         assert!(
             echo.range < center + 0.1 && echo.range > 0.5 * center - 0.1,
-            "sonar {} heard {} m, and the wall is {center} m away",
+            "sonar {} measured {} m, and the wall is {center} m away",
             echo.sonar,
             echo.range
         );
@@ -129,18 +139,19 @@ pub fn sonars_hear_walls_where_they_are(setting: RigConfig) {
 }
 
 /// Odometry arrives several times a second, and each stamp is not before the one before it.
-pub fn what_it_senses_comes_at_a_steady_rate_with_times_that_grow(setting: RigConfig) {
-    let rig = Rig::start(setting);
+pub fn odometry_arrives_at_a_steady_rate_with_increasing_stamps(config: DriverConfig) {
+    let fixture = Fixture::start(config);
     let stamp = |odometry: &Odometry| {
         f64::from(odometry.header.stamp.sec) + f64::from(odometry.header.stamp.nanosec) * 1e-9
     };
-    let mut stamps = vec![stamp(&rig.odometry().expect("the robot is heard"))];
+    let mut stamps = vec![stamp(&fixture.odometry().expect("the odometry has arrived"))];
     while stamps.len() < 30 {
-        rig.wait_until(|rig| {
-            rig.odometry()
+        fixture.wait_until(|fixture| {
+            fixture
+                .odometry()
                 .is_some_and(|odometry| Some(&stamp(&odometry)) != stamps.last())
         });
-        stamps.push(stamp(&rig.odometry().expect("the robot is heard")));
+        stamps.push(stamp(&fixture.odometry().expect("the odometry has arrived")));
     }
     assert!(stamps.is_sorted(), "{stamps:?}");
     let rate = (stamps.len() - 1) as f64 / (stamps[stamps.len() - 1] - stamps[0]);
@@ -148,100 +159,111 @@ pub fn what_it_senses_comes_at_a_steady_rate_with_times_that_grow(setting: RigCo
 }
 
 /// The robot brakes when an operator holds the pilot asleep, and drives again after the release.
-pub fn r7_who_has_no_authority_moves_nothing(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.drive(0.2, 0.0);
-    rig.wait_until(|rig| rig.pose().x > START.x + 0.1);
-    rig.handle()
+pub fn r7_a_schema_without_authority_moves_nothing(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.drive(0.2, 0.0);
+    fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.1);
+    fixture
+        .handle()
         .operator("suite")
-        .hold_asleep(rig.pilot())
-        .expect("an operator may");
-    rig.wait_until(Rig::is_standing);
-    let stood = rig.pose().x;
-    let begun = rig.handle().now();
-    rig.wait_until(|rig| rig.handle().now() > begun + 1_000_000_000);
-    near("x while nobody drives", rig.pose().x, stood, 0.01);
+        .hold_asleep(fixture.pilot())
+        .expect("the operator may");
+    fixture.wait_until(Fixture::is_standing);
+    let stopped = fixture.pose().x;
+    let start_time = fixture.handle().now();
+    fixture.wait_until(|fixture| fixture.handle().now() > start_time + 1_000_000_000);
+    near("x while no schema commands", fixture.pose().x, stopped, 0.01);
     // The release also undoes the operator's modulations (R14).
-    rig.handle()
+    fixture
+        .handle()
         .operator("suite")
-        .release(rig.pilot())
-        .expect("an operator may");
-    rig.drive(0.2, 0.0);
-    rig.wait_until(|rig| rig.pose().x > stood + 0.1);
+        .release(fixture.pilot())
+        .expect("the operator may");
+    fixture.drive(0.2, 0.0);
+    fixture.wait_until(|fixture| fixture.pose().x > stopped + 0.1);
 }
 
 /// The robot brakes when the last command of a silent pilot expires.
-pub fn r7_who_falls_silent_is_braked_for(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.drive(0.2, 0.0);
-    rig.wait_until(|rig| rig.pose().x > START.x + 0.1);
-    rig.modulate("silent", 1.0);
-    rig.wait_until(Rig::is_standing);
-    assert!(rig.pose().x < START.x + 1.0, "{:?}", rig.pose());
+pub fn r7_the_robot_brakes_when_the_commands_stop(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.drive(0.2, 0.0);
+    fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.1);
+    fixture.modulate("silent", 1.0);
+    fixture.wait_until(Fixture::is_standing);
+    assert!(fixture.pose().x < START.x + 1.0, "{:?}", fixture.pose());
 }
 
 /// The battery has about 12 V, and the encoders count the distance of the odometry.
-pub fn it_tells_battery_and_wheels(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    rig.wait_until(|rig| rig.read::<WheelEncoders>("pioneer.encoders").is_some());
-    let battery: BatteryState = rig.read("pioneer.battery").expect("the robot is heard");
+pub fn the_driver_exports_battery_and_wheels(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    fixture.wait_until(|fixture| fixture.read::<WheelEncoders>("pioneer.encoders").is_some());
+    let battery: BatteryState = fixture.read("pioneer.battery").expect("the odometry has arrived");
     assert!((10.0..15.0).contains(&battery.voltage), "{battery:?}");
     assert!(battery.present.get());
-    let counted = |rig: &Rig| {
-        let wheels: WheelEncoders = rig.read("pioneer.encoders").expect("it was heard");
+    let distance = |fixture: &Fixture| {
+        let wheels: WheelEncoders = fixture
+            .read("pioneer.encoders")
+            .expect("the encoders have arrived");
         assert!(wheels.ticks_per_meter > 0.0);
         (wheels.left + wheels.right) as f64 / 2.0 / wheels.ticks_per_meter
     };
-    let (before, start) = (counted(&rig), rig.pose());
-    rig.drive_distance(0.5);
-    let driven = rig.pose().distance_to(&start);
-    let rolled = settled(&rig, |rig| counted(rig) - before);
-    near("the way of the wheels", rolled, driven, 0.03);
+    let (before, start) = (distance(&fixture), fixture.pose());
+    fixture.drive_distance(0.5);
+    let driven = fixture.pose().distance_to(&start);
+    let rolled = settled(&fixture, |fixture| distance(fixture) - before);
+    near("the distance of the wheels", rolled, driven, 0.03);
 }
 
 /// Positive pan is to the left, positive tilt down. Without a speed the head holds its angles.
-pub fn a_head_looks_where_it_is_told(setting: RigConfig) {
-    if !setting.head {
+pub fn a_head_turns_to_the_commanded_angles(config: DriverConfig) {
+    if !config.head {
         return;
     }
-    let rig = Rig::start(setting);
-    let look = |rig: &Rig| rig.read::<PanTilt>("pioneer.pan_tilt");
-    rig.modulate("pan", 0.6);
-    rig.modulate("tilt", -0.3);
-    rig.modulate("speed", 0.8);
-    rig.wait_until(|rig| look(rig).is_some_and(|look| look.pan > 0.1 && look.pan < 0.55));
-    rig.wait_until(|rig| {
-        look(rig).is_some_and(|look| (look.pan - 0.6).abs() < 0.02 && (look.tilt + 0.3).abs() < 0.02)
+    let fixture = Fixture::start(config);
+    let head = |fixture: &Fixture| fixture.read::<PanTilt>("pioneer.pan_tilt");
+    fixture.modulate("pan", 0.6);
+    fixture.modulate("tilt", -0.3);
+    fixture.modulate("speed", 0.8);
+    fixture.wait_until(|fixture| head(fixture).is_some_and(|angles| angles.pan > 0.1 && angles.pan < 0.55));
+    fixture.wait_until(|fixture| {
+        head(fixture)
+            .is_some_and(|angles| (angles.pan - 0.6).abs() < 0.02 && (angles.tilt + 0.3).abs() < 0.02)
     });
-    rig.modulate("speed", 0.0);
-    rig.modulate("pan", -0.6);
-    let begun = rig.handle().now();
-    rig.wait_until(|rig| rig.handle().now() > begun + 500_000_000);
-    near("pan", look(&rig).expect("it is heard").pan, 0.6, 0.03);
+    fixture.modulate("speed", 0.0);
+    fixture.modulate("pan", -0.6);
+    let start_time = fixture.handle().now();
+    fixture.wait_until(|fixture| fixture.handle().now() > start_time + 500_000_000);
+    near(
+        "pan",
+        head(&fixture).expect("the angles have arrived").pan,
+        0.6,
+        0.03,
+    );
 }
 
 /// A wall ahead is detected by a front bumper, or by a stall of the wheels.
-pub fn a_wall_that_is_hit_is_felt(setting: RigConfig) {
-    let rig = Rig::start(setting);
-    let felt = |rig: &Rig| {
-        rig.read::<Bumpers>("pioneer.bumpers")
+pub fn a_collision_with_a_wall_is_detected(config: DriverConfig) {
+    let fixture = Fixture::start(config);
+    let collided = |fixture: &Fixture| {
+        fixture
+            .read::<Bumpers>("pioneer.bumpers")
             .is_some_and(|bumpers| bumpers.front.iter().any(|on| on.get()) || bumpers.stalled.get())
     };
-    assert!(!felt(&rig));
-    rig.drive(0.4, 0.0);
-    rig.wait_until(felt);
-    near("where it is", rig.pose().x, ROOM[0] - 0.25, 0.1);
-    rig.drive(-0.2, 0.0);
-    rig.wait_until(|rig| !felt(rig));
-    rig.halt();
+    assert!(!collided(&fixture));
+    fixture.drive(0.4, 0.0);
+    fixture.wait_until(collided);
+    near("x at the wall", fixture.pose().x, ROOM[0] - 0.25, 0.1);
+    fixture.drive(-0.2, 0.0);
+    fixture.wait_until(|fixture| !collided(fixture));
+    fixture.halt();
 }
 
-/// Returns a measurement of the robot at rest, 0.4 s later: the newest value may be from before the stop.
-fn settled<T>(rig: &Rig, see: impl Fn(&Rig) -> T) -> T {
-    rig.wait_until(Rig::is_standing);
-    let begun = rig.handle().now();
-    rig.wait_until(|rig| rig.handle().now() > begun + 400_000_000);
-    see(rig)
+/// Returns a measurement of the robot at rest, 0.4 s later: the newest value may be older than the stop.
+fn settled<T>(fixture: &Fixture, measure: impl Fn(&Fixture) -> T) -> T {
+    fixture.wait_until(Fixture::is_standing);
+    let start_time = fixture.handle().now();
+    fixture.wait_until(|fixture| fixture.handle().now() > start_time + 400_000_000);
+    measure(fixture)
 }
 
 fn ahead(scan: &LaserScan) -> f64 {
@@ -250,8 +272,8 @@ fn ahead(scan: &LaserScan) -> f64 {
 
 /// Returns the range of the beam nearest to an angle in radians.
 fn at(scan: &LaserScan, angle: f64) -> f64 {
-    let off = |beam: &usize| (scan.angle(*beam) - angle).abs();
-    let beam = (0..scan.ranges.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+    let difference = |beam: &usize| (scan.angle(*beam) - angle).abs();
+    let beam = (0..scan.ranges.len()).min_by(|a, b| difference(a).total_cmp(&difference(b)));
     f64::from(scan.ranges[beam.expect("a scan has beams")])
 }
 

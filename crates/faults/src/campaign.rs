@@ -18,7 +18,7 @@ use crate::table::Table;
 /// Longest real time of a case, including its processes, before it counts as hanging.
 const CASE_TIMEOUT: Duration = Duration::from_secs(120);
 
-/// Bytes that a case leaks on purpose.
+/// Bytes that a case leaks for [`Tamper::Memory`].
 const LEAKED_BYTES: usize = 4 << 20;
 /// Shares of all faults by clock and application.
 const SHARES: [(Clock, Scenario, u64); 5] = [
@@ -56,7 +56,7 @@ pub struct Campaign {
 
 /// Receives the progress of a campaign.
 pub trait Progress {
-    /// A case begins; `injected` faults were injected before.
+    /// A case begins; `injected` faults have been injected before.
     fn begins(&mut self, case: Case, injected: u64);
     /// A case has ended.
     fn ended(&mut self, report: &Report);
@@ -72,7 +72,7 @@ pub struct CampaignResult {
     pub leak: Option<String>,
     /// The least share of its turns that a bystander had in real time.
     pub min_turn_share: Option<f64>,
-    /// The numbers of cases in real time in which periods were not judged, and in which they were.
+    /// The numbers of cases in real time without and with a judgement of periods.
     pub rhythms: [u64; 2],
 }
 
@@ -82,36 +82,36 @@ impl Campaign {
     /// # Errors
     /// The campaign cannot run: plugins, the demonstration or the executable are missing.
     pub fn run(&self, stop: &AtomicBool, progress: &mut dyn Progress) -> Result<CampaignResult> {
-        let gear = Resources::new(&self.plugins)?;
+        let resources = Resources::new(&self.plugins)?;
         let mut table = Table::default();
         let mut leaks = LeakDetector::default();
-        let mut kept: Option<f64> = None;
+        let mut min_turn_share: Option<f64> = None;
         let mut rhythms = [0; 2];
-        for (clock, what, quota) in self.quotas()? {
+        for (clock, scenario, quota) in self.quotas()? {
             leaks.warms_up();
             let mut injected = 0;
             let mut number = self.case.map_or(0, |case| case.number);
-            // Cases without a fitting fault inject nothing. After this many in a row the lane ends.
+            // A case without a suitable fault injects nothing. After 100 such cases in a row the column ends.
             let mut empty = 0;
             while injected < quota && empty < 100 && !stop.load(Ordering::Relaxed) {
                 let case = Case {
                     clock,
-                    scenario: what,
+                    scenario,
                     number,
                 };
-                let most = if self.case.is_some() {
+                let max_faults = if self.case.is_some() {
                     u64::MAX
                 } else {
                     quota - injected
                 };
                 progress.begins(case, table.injected());
-                let again = format!(
+                let message = format!(
                     "broken: {case} has not ended\n  again: {}",
                     self.repeat_command(case)
                 );
                 // A hang is a failure that the campaign has to report.
-                let watchdog = Watchdog::new(CASE_TIMEOUT, move || again);
-                let report = self.case(&gear, case, most, &mut leaks, stop)?;
+                let watchdog = Watchdog::new(CASE_TIMEOUT, move || message);
+                let report = self.case(&resources, case, max_faults, &mut leaks, stop)?;
                 drop(watchdog);
                 number += 1;
                 empty = if report.faults.is_empty() { empty + 1 } else { 0 };
@@ -119,7 +119,7 @@ impl Campaign {
                 if let Some(judged) = report.rhythm {
                     rhythms[usize::from(judged)] += 1;
                 }
-                kept = [kept, report.min_turn_share]
+                min_turn_share = [min_turn_share, report.min_turn_share]
                     .into_iter()
                     .flatten()
                     .reduce(f64::min);
@@ -134,63 +134,58 @@ impl Campaign {
             table,
             resources: leaks.summary(),
             leak: leaks.conclude(),
-            min_turn_share: kept,
+            min_turn_share,
             rhythms,
         })
     }
 
     fn case(
         &self,
-        gear: &Resources,
+        resources: &Resources,
         case: Case,
-        most: u64,
+        max_faults: u64,
         leaks: &mut LeakDetector,
         stop: &AtomicBool,
     ) -> Result<Report> {
         if case.clock == Clock::Outside {
             return processes::run(self, case, stop);
         }
-        let stage = TestApplication::of(&self.root, self.seed, case)?;
-        let faults = plan(self.seed, case, &self.kinds, most);
+        let application = TestApplication::of(&self.root, self.seed, case)?;
+        let faults = plan(self.seed, case, &self.kinds, max_faults);
         let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
         let memory = (self.tamper == Some(Tamper::Memory)).then(|| vec![1_u8; LEAKED_BYTES]);
-        let how = RunOptions {
+        let options = RunOptions {
             seed: self.seed ^ case.number,
             rhythm: self.rhythm,
             tamper: self.tamper,
         };
-        let mut report = run(gear, case, &stage, faults, how, stop)?;
+        let mut report = run(resources, case, &application, faults, options, stop)?;
         // The first case creates what all cases share.
         if leaks.has_begun() {
             report.violations.extend(leaks.judge(report.leftovers));
         } else {
             leaks.begin(report.leftovers);
         }
-        // Kept until the process ends, like a real leak.
+        // Leaked on purpose, until the process ends.
         std::mem::forget((leak, memory));
         Ok(report)
     }
 
     fn quotas(&self) -> Result<Vec<(Clock, Scenario, u64)>> {
-        if let Some(Case {
-            clock,
-            scenario: what,
-            ..
-        }) = self.case
-        {
-            return Ok(vec![(clock, what, u64::MAX)]);
+        if let Some(Case { clock, scenario, .. }) = self.case {
+            return Ok(vec![(clock, scenario, u64::MAX)]);
         }
         let fits =
             |clock: Clock| self.clocks.contains(&clock) && self.kinds.iter().any(|kind| kind.fits(clock));
-        let lanes: Vec<_> = SHARES.into_iter().filter(|(clock, ..)| fits(*clock)).collect();
-        if lanes.is_empty() {
+        let columns: Vec<_> = SHARES.into_iter().filter(|(clock, ..)| fits(*clock)).collect();
+        if columns.is_empty() {
             bail!("none of these kinds can be injected there; leave out --kind or --only");
         }
-        let all: u64 = lanes.iter().map(|(.., share)| share).sum();
+        let all: u64 = columns.iter().map(|(.., share)| share).sum();
         let quota = |share: u64| (self.count * share).div_ceil(all).max(1);
-        Ok(lanes
+        Ok(columns
             .into_iter()
-            .map(|(clock, what, share)| (clock, what, quota(share)))
+            .map(|(clock, scenario, share)| (clock, scenario, quota(share)))
             .collect())
     }
 
@@ -215,24 +210,24 @@ impl CampaignResult {
     pub fn summary(&self, campaign: &Campaign) -> String {
         let processors = std::thread::available_parallelism().map_or(0, usize::from);
         let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
-        let kept = self.min_turn_share.map_or_else(String::new, |kept| {
+        let least = self.min_turn_share.map_or_else(String::new, |share| {
             format!(
                 ": no bystander in this process had less than {:.1} % of its turns",
-                kept * 100.0
+                share * 100.0
             )
         });
         let [unjudged, judged] = self.rhythms;
-        let kept = match (unjudged, judged) {
+        let periods = match (unjudged, judged) {
             (0, 0) => String::new(),
-            (0, _) => format!(" Periods were judged in all {judged} cases in real time{kept}."),
+            (0, _) => format!(" Periods were judged in all {judged} cases in real time{least}."),
             _ => format!(
-                " Periods were judged in {judged} of {} cases in real time{kept}; in the others, other programs took more than a quarter of the processors.",
+                " Periods were judged in {judged} of {} cases in real time{least}; in the others, other programs took more than a quarter of the processors.",
                 judged + unjudged
             ),
         };
         let dev = if cfg!(debug_assertions) { " --dev" } else { "" };
         format!(
-            "`cargo xtask faults{dev} --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{kept}",
+            "`cargo xtask faults{dev} --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{periods}",
             campaign.seed,
             campaign.count,
             self.table.injected(),

@@ -76,23 +76,24 @@ impl FromStr for Case {
     type Err = anyhow::Error;
 
     fn from_str(text: &str) -> anyhow::Result<Self> {
-        let wrong =
-            || format!("`{text}` is no case; write one as a failure shows it, such as lockstep/hundred/12");
+        let error = || {
+            format!("`{text}` is not a case; write one as a failure shows it, such as lockstep/hundred/12")
+        };
         let mut parts = text.split('/');
-        let (clock, what, number) = (parts.next(), parts.next(), parts.next());
+        let (clock, scenario, number) = (parts.next(), parts.next(), parts.next());
         let clocks = [Clock::Lockstep, Clock::RealTime, Clock::Outside];
         let clock = clocks.into_iter().find(|known| Some(known.name()) == clock);
-        let what = [Scenario::Demo, Scenario::Hundred]
+        let scenario = [Scenario::Demo, Scenario::Hundred]
             .into_iter()
-            .find(|known| Some(known.name()) == what);
+            .find(|known| Some(known.name()) == scenario);
         let number = number.and_then(|number| number.parse().ok());
         let case = Self {
-            clock: clock.with_context(wrong)?,
-            scenario: what.with_context(wrong)?,
-            number: number.with_context(wrong)?,
+            clock: clock.with_context(error)?,
+            scenario: scenario.with_context(error)?,
+            number: number.with_context(error)?,
         };
         if parts.next().is_some() || (case.clock == Clock::Outside && case.scenario == Scenario::Hundred) {
-            bail!(wrong());
+            bail!(error());
         }
         Ok(case)
     }
@@ -103,7 +104,7 @@ mod tests {
     use super::Case;
 
     #[test]
-    fn a_case_is_read_as_it_is_shown() {
+    fn a_case_is_parsed_from_its_display_text() {
         for text in ["lockstep/hundred/12", "real-time/demo/0", "outside/demo/3"] {
             let case: Case = text.parse().expect(text);
             assert_eq!(case.to_string(), text);

@@ -1,6 +1,6 @@
 //! A campaign of faults: hundreds of faults of every kind, injected at random times into running
-//! applications, and an observer that reports violated rules. The same seed gives the same campaign. It
-//! repairs nothing and excuses nothing.
+//! applications, and an observer that reports violated rules. The same seed gives the same
+//! campaign.
 
 pub mod application;
 pub mod campaign;

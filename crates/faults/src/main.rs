@@ -37,7 +37,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
   cargo xtask faults
   cargo xtask faults --seed 7 --count 1000 --only lockstep
   cargo xtask faults --kind hang --kind crash
-  cargo xtask faults --seed 7 --case real-time/hundred/12    one case again, with its faults told
+  cargo xtask faults --seed 7 --case real-time/hundred/12    one case again, and print its faults
   cargo xtask faults --save docs/faults.md"
 )]
 struct Arguments {
@@ -78,7 +78,7 @@ struct Arguments {
 
 fn kinds() -> String {
     let names = Kind::ALL.map(Kind::name).join(", ");
-    format!("This kind alone (may be repeated): {names}")
+    format!("Inject only this kind (may be repeated): {names}")
 }
 
 fn main() -> ExitCode {
@@ -96,7 +96,7 @@ fn main() -> ExitCode {
 
 /// Runs this program as the process of one schema.
 fn serve_schema() -> ExitCode {
-    // Schemas that crash on purpose print messages that are of no use.
+    // The messages of schemas that crash on purpose are not useful.
     let quiet = std::fs::File::options().write(true).open("/dev/null");
     if let Ok(quiet) = quiet
         && rustix::stdio::dup2_stderr(&quiet).is_err()
@@ -113,7 +113,7 @@ fn serve_schema() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> Result<ExitCode> {
-    let or_all = |kinds: Vec<Kind>| {
+    let all_if_empty = |kinds: Vec<Kind>| {
         if kinds.is_empty() {
             Kind::ALL.to_vec()
         } else {
@@ -124,7 +124,7 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
     let campaign = Campaign {
         seed: arguments.seed,
         count: arguments.count,
-        kinds: or_all(arguments.kind),
+        kinds: all_if_empty(arguments.kind),
         clocks: if arguments.only.is_empty() {
             clocks
         } else {
@@ -148,30 +148,30 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
     for signal in [SIGINT, SIGTERM] {
         // A second signal ends the process at once.
         signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))?;
-        signal_hook::flag::register(signal, Arc::clone(&stop)).context("the system tells of no signals")?;
+        signal_hook::flag::register(signal, Arc::clone(&stop)).context("cannot handle signals")?;
     }
-    let mut screen = ProgressDisplay::new(&campaign);
-    let finished = campaign.run(&stop, &mut screen)?;
-    screen.clear();
-    let table = finished.table.markdown();
+    let mut display = ProgressDisplay::new(&campaign);
+    let result = campaign.run(&stop, &mut display)?;
+    display.clear();
+    let table = result.table.markdown();
     println!("{table}");
-    println!("{}", finished.summary(&campaign));
-    for (case, broken) in finished.table.violations() {
-        println!("broken: {broken}\n  again: {}", campaign.repeat_command(*case));
+    println!("{}", result.summary(&campaign));
+    for (case, violation) in result.table.violations() {
+        println!("broken: {violation}\n  again: {}", campaign.repeat_command(*case));
     }
-    if let Some(leak) = &finished.leak {
+    if let Some(leak) = &result.leak {
         println!("broken: {leak}");
     }
     let interrupted = stop.load(Ordering::Relaxed);
     if interrupted {
-        println!("interrupted: what is above is what there was time for");
+        println!("interrupted: the results above are incomplete");
     }
     if let Some(file) = &arguments.save
         && !interrupted
     {
-        page::save(file, &table, &finished.summary(&campaign))?;
+        page::save(file, &table, &result.summary(&campaign))?;
     }
-    let survived = finished.table.violations().is_empty() && finished.leak.is_none();
+    let survived = result.table.violations().is_empty() && result.leak.is_none();
     Ok(if survived && !interrupted {
         ExitCode::SUCCESS
     } else {

@@ -9,9 +9,9 @@ const BEGIN: &str = "<!-- table: cargo xtask faults --save -->\n";
 const END: &str = "<!-- end of table -->\n";
 
 /// Writes the table into a page with the marks.
-pub(crate) fn save(file: &Path, table: &str, words: &str) -> Result<()> {
+pub(crate) fn save(file: &Path, table: &str, summary: &str) -> Result<()> {
     let page = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
-    let page = with(&page, &format!("{words}\n\n{table}")).with_context(|| {
+    let page = replace_table(&page, &format!("{summary}\n\n{table}")).with_context(|| {
         format!(
             "{} has no place for the table: the lines `{}` and `{}`",
             file.display(),
@@ -22,7 +22,7 @@ pub(crate) fn save(file: &Path, table: &str, words: &str) -> Result<()> {
     std::fs::write(file, page).with_context(|| format!("cannot write {}", file.display()))
 }
 
-fn with(page: &str, table: &str) -> Option<String> {
+fn replace_table(page: &str, table: &str) -> Option<String> {
     let (before, rest) = page.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;
     Some(format!("{before}{BEGIN}{table}{END}{after}"))
@@ -30,15 +30,15 @@ fn with(page: &str, table: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{BEGIN, END, with};
+    use super::{BEGIN, END, replace_table};
 
     #[test]
-    fn only_what_is_between_the_marks_is_written_anew() {
+    fn only_the_text_between_the_marks_is_replaced() {
         let page = format!("before\n{BEGIN}old\n{END}after\n");
         assert_eq!(
-            with(&page, "new\n"),
+            replace_table(&page, "new\n"),
             Some(format!("before\n{BEGIN}new\n{END}after\n"))
         );
-        assert_eq!(with("no marks", "new\n"), None);
+        assert_eq!(replace_table("no marks", "new\n"), None);
     }
 }

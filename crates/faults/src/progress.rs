@@ -1,5 +1,5 @@
-//! Reports the progress of a campaign to standard error: one updated line on a terminal, a line now and then
-//! in a pipe.
+//! Reports the progress of a campaign to standard error: one updated line on a terminal, a line every 50
+//! faults in a pipe.
 
 use std::io::{IsTerminal as _, Write as _, stderr};
 
@@ -63,13 +63,13 @@ impl Progress for ProgressDisplay {
         self.broken += report.violations.len() as u64;
         if self.verbose {
             for injected in &report.faults {
-                let whom = injected.target.as_deref().unwrap_or("nobody");
-                let slept = if injected.took_effect {
+                let target = injected.target.as_deref().unwrap_or("no schema");
+                let effect = if injected.took_effect {
                     ""
                 } else {
                     " (it took no effect)"
                 };
-                self.print(&format!("`{whom}`: {}{slept}\n", injected.fault.describe()));
+                self.print(&format!("`{target}`: {}{effect}\n", injected.fault.describe()));
             }
         }
     }

@@ -1,5 +1,4 @@
-//! Reproducible pseudorandom numbers, which choose the faults, their places and times. Nothing here is
-//! secret.
+//! Reproducible pseudorandom numbers, which choose the faults, their schemas and times.
 
 /// SplitMix64 (Steele, Lea and Flood, 2014): small, and sufficient to choose faults.
 #[derive(Clone, Debug)]
@@ -15,9 +14,9 @@ impl Rng {
         let mixed = purpose.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
         });
-        let mut chance = Self { state: seed ^ mixed };
-        chance.next_u64();
-        chance
+        let mut rng = Self { state: seed ^ mixed };
+        rng.next_u64();
+        rng
     }
 
     /// The next number.
@@ -53,7 +52,7 @@ mod tests {
     use super::Rng;
 
     #[test]
-    fn the_same_seed_and_purpose_choose_alike_and_others_otherwise() {
+    fn equal_seeds_and_purposes_give_equal_numbers() {
         let first = |seed, purpose| Rng::new(seed, purpose).next_u64();
         assert_eq!(first(1, "a"), first(1, "a"));
         assert_ne!(first(1, "a"), first(1, "b"));
@@ -61,9 +60,9 @@ mod tests {
     }
 
     #[test]
-    fn both_ends_of_a_range_come_up() {
-        let mut chance = Rng::new(1, "ends");
-        let drawn: std::collections::BTreeSet<_> = (0..100).map(|_| chance.between(3, 5)).collect();
-        assert_eq!(drawn.into_iter().collect::<Vec<_>>(), [3, 4, 5]);
+    fn both_ends_of_a_range_occur() {
+        let mut rng = Rng::new(1, "ends");
+        let numbers: std::collections::BTreeSet<_> = (0..100).map(|_| rng.between(3, 5)).collect();
+        assert_eq!(numbers.into_iter().collect::<Vec<_>>(), [3, 4, 5]);
     }
 }

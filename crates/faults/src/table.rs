@@ -1,4 +1,4 @@
-//! The table of faults injected and survived, for terminals and pages. Counts only; it judges nothing.
+//! The table of faults injected and survived, for terminals and pages.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -27,29 +27,29 @@ pub struct Table {
 struct Row {
     counts: [u64; COLUMNS.len()],
     effective: u64,
-    broke: u64,
+    failed: u64,
 }
 
 impl Table {
     /// Counts the results of a case.
     pub fn add(&mut self, report: &Report) {
-        let lane = COLUMNS
-            .iter()
-            .position(|(clock, what, _)| *clock == report.case.clock && *what == report.case.scenario);
+        let column = COLUMNS.iter().position(|(clock, scenario, _)| {
+            *clock == report.case.clock && *scenario == report.case.scenario
+        });
         for injected in &report.faults {
             let row = self.rows.entry(injected.fault.kind).or_default();
-            if let Some(lane) = lane {
-                row.counts[lane] += 1;
+            if let Some(column) = column {
+                row.counts[column] += 1;
             }
             row.effective += u64::from(injected.took_effect);
             // Among several faults of one case, the cause cannot be determined.
-            row.broke += u64::from(!report.violations.is_empty());
+            row.failed += u64::from(!report.violations.is_empty());
         }
-        let told = report
+        let violations = report
             .violations
             .iter()
-            .map(|broken| (report.case, broken.clone()));
-        self.violations.extend(told);
+            .map(|violation| (report.case, violation.clone()));
+        self.violations.extend(violations);
     }
 
     /// The number of faults so far.
@@ -82,9 +82,9 @@ impl Table {
         for (kind, row) in &self.rows {
             lines.push(row.line(kind.name()));
             sum.effective += row.effective;
-            sum.broke += row.broke;
-            for (all, one) in sum.counts.iter_mut().zip(row.counts) {
-                *all += one;
+            sum.failed += row.failed;
+            for (total, count) in sum.counts.iter_mut().zip(row.counts) {
+                *total += count;
             }
         }
         lines.push(sum.line("all"));
@@ -97,7 +97,7 @@ impl Table {
 
 impl Row {
     fn line(&self, name: &str) -> String {
-        let lanes = self.counts.map(|count| {
+        let cells = self.counts.map(|count| {
             if count == 0 {
                 "-".to_owned()
             } else {
@@ -105,7 +105,7 @@ impl Row {
             }
         });
         let injected: u64 = self.counts.iter().sum();
-        let survived = injected - self.broke;
-        format!("{name} | {} | {} | {survived}", lanes.join(" | "), self.effective)
+        let survived = injected - self.failed;
+        format!("{name} | {} | {} | {survived}", cells.join(" | "), self.effective)
     }
 }

@@ -9,14 +9,14 @@ use std::sync::OnceLock;
 const PLUGINS: [&str; 7] = ["fault", "sim", "example", "goon", "vff", "stop", "teleop"];
 
 /// Runs a campaign.
-fn faults(words: &[&str]) -> Output {
+fn faults(arguments: &[&str]) -> Output {
     let mut campaign = Command::new(env!("CARGO_BIN_EXE_jde-faults"));
-    campaign.arg("--plugins").arg(plugins()).args(words);
+    campaign.arg("--plugins").arg(plugins()).args(arguments);
     campaign.output().expect("it starts")
 }
 
-fn out(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("it says UTF-8")
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("the output is UTF-8")
 }
 
 /// The folder of the plugins, built if need be.
@@ -29,25 +29,29 @@ fn plugins() -> &'static Path {
             cargo.arg("--release");
         }
         cargo.args(PLUGINS.iter().flat_map(|plugin| ["-p", plugin]));
-        let done = cargo.output().expect("cargo starts");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let output = cargo.output().expect("cargo starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let messages = String::from_utf8(output.stdout).expect("cargo prints UTF-8");
         let mut libraries = messages.lines().filter_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
             let is_ours = PLUGINS.iter().any(|plugin| message["target"]["name"] == *plugin);
             let file = is_ours.then(|| message["filenames"][0].as_str())??;
             Some(Path::new(file).parent()?.to_owned())
         });
-        libraries.next().expect("cargo names the libraries it made")
+        libraries.next().expect("cargo prints the paths of the libraries")
     })
 }
 
 #[test]
-fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
+fn r1_r5_r7_r9_r11_hold_under_all_faults_in_lockstep() {
     let run = faults(&["--only", "lockstep", "--count", "40", "--seed", "5"]);
-    let told = out(&run);
-    assert_eq!(run.status.code(), Some(0), "{told}");
-    let sum = told
+    let output = stdout(&run);
+    assert_eq!(run.status.code(), Some(0), "{output}");
+    let sum = output
         .lines()
         .find(|line| line.starts_with("| all |"))
         .expect("a sum");
@@ -55,18 +59,17 @@ fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
         .split('|')
         .filter_map(|cell| cell.trim().parse().ok())
         .collect();
-    let [demo, hundred, struck, survived] = figures[..] else {
+    let [demo, hundred, effective, survived] = figures[..] else {
         panic!("{sum}");
     };
     assert_eq!((demo + hundred, survived), (40, 40), "{sum}");
-    assert!(struck > 15, "{sum}");
+    assert!(effective > 15, "{sum}");
 }
 
-/// Delays on a machine that runs many tests are no faults, so periods are not judged here; everything else
-/// is.
+/// Delays on a machine that runs many tests are not faults, so this test does not judge periods.
 #[test]
-fn schemas_that_hang_and_crash_in_real_time_leave_everything_else_as_it_is() {
-    let mut words = vec![
+fn schemas_that_hang_and_crash_in_real_time_affect_no_other_schema() {
+    let mut arguments = vec![
         "--only",
         "real-time",
         "--count",
@@ -76,27 +79,27 @@ fn schemas_that_hang_and_crash_in_real_time_leave_everything_else_as_it_is() {
         "--no-rhythm",
     ];
     for kind in ["hang", "dawdle", "crash", "kill", "freeze", "reload", "panic"] {
-        words.extend(["--kind", kind]);
+        arguments.extend(["--kind", kind]);
     }
-    let run = faults(&words);
-    assert_eq!(run.status.code(), Some(0), "{}", out(&run));
+    let run = faults(&arguments);
+    assert_eq!(run.status.code(), Some(0), "{}", stdout(&run));
 }
 
 #[test]
-fn r16_a_case_of_one_seed_goes_alike_each_time() {
-    let told = |seed| {
+fn r16_a_case_of_one_seed_is_reproducible() {
+    let injected = |seed| {
         let run = faults(&["--seed", seed, "--case", "lockstep/hundred/1"]);
-        assert_eq!(run.status.code(), Some(0), "{}", out(&run));
-        String::from_utf8(run.stderr).expect("it says UTF-8")
+        assert_eq!(run.status.code(), Some(0), "{}", stdout(&run));
+        String::from_utf8(run.stderr).expect("the output is UTF-8")
     };
-    assert_eq!(told("3"), told("3"));
-    assert_ne!(told("3"), told("4"));
+    assert_eq!(injected("3"), injected("3"));
+    assert_ne!(injected("3"), injected("4"));
 }
 
-/// Each kind of false data is found by its check, and reported with the command that repeats the case.
+/// Each kind of false data is found by its check and reported with the command that repeats the case.
 #[test]
-fn a_campaign_fails_when_an_invariant_does() {
-    for (lie, found, kind, count) in [
+fn a_campaign_fails_when_an_invariant_is_violated() {
+    for (tamper, expected, kind, count) in [
         ("withdrawal", "R7", "stop-all", "8"),
         ("stranger", "R7: `", "stop-all", "8"),
         ("brake", "` is in force, at ", "stop-all", "8"),
@@ -114,20 +117,26 @@ fn a_campaign_fails_when_an_invariant_does() {
         ("memory", "MB of memory after", "stop-all", "80"),
     ] {
         let run = faults(&[
-            "--only", "lockstep", "--kind", kind, "--count", count, "--seed", "5", "--tamper", lie,
+            "--only", "lockstep", "--kind", kind, "--count", count, "--seed", "5", "--tamper", tamper,
         ]);
-        let told = out(&run);
-        assert_eq!(run.status.code(), Some(1), "{lie}: {told}");
-        let broken = told.lines().find(|line| line.starts_with("broken: "));
-        assert!(broken.is_some_and(|line| line.contains(found)), "{lie}: {told}");
+        let output = stdout(&run);
+        assert_eq!(run.status.code(), Some(1), "{tamper}: {output}");
+        let violation = output.lines().find(|line| line.starts_with("broken: "));
+        assert!(
+            violation.is_some_and(|line| line.contains(expected)),
+            "{tamper}: {output}"
+        );
         // Memory is judged over many cases, so no single case repeats the failure.
-        let again = format!("again: cargo xtask faults --seed 5 --kind {kind} --case lockstep/");
-        assert!(lie == "memory" || told.contains(&again), "{lie}: {told}");
+        let command = format!("again: cargo xtask faults --seed 5 --kind {kind} --case lockstep/");
+        assert!(
+            tamper == "memory" || output.contains(&command),
+            "{tamper}: {output}"
+        );
     }
 }
 
 #[test]
-fn what_cannot_be_run_is_no_verdict() {
+fn a_campaign_that_cannot_run_exits_with_status_2() {
     let run = faults(&["--only", "lockstep", "--kind", "line-cut"]);
     assert_eq!(run.status.code(), Some(2));
     let run = faults(&["--case", "somewhere/else/1"]);

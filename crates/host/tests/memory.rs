@@ -1,4 +1,4 @@
-//! Applications that run for long, or start and stop often, leave no memory and no threads behind.
+//! Applications that run for a long time, or start and stop often, leak no memory and no threads.
 //!
 //! These tests measure the whole process. Therefore they have a process of their own and run one after
 //! another.
@@ -14,11 +14,11 @@ use jde_host::reload::ReloadOptions;
 use jde_records::ResourceUsage;
 use jde_records::event::{Event, Outcome};
 
-use common::{Call, Executor, LIVE, MS, Rig, Stage, in_real_time};
+use common::{Call, Executor, LIVE, MS, Scenario, TestApp, in_real_time};
 
 static ALONE: Mutex<()> = Mutex::new(());
 
-fn alone() -> MutexGuard<'static, ()> {
+fn run_alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -63,9 +63,9 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-fn stage() -> Arc<Stage> {
-    let stage = Stage::quiet();
-    stage.play("father", |call, io| {
+fn scenario() -> Arc<Scenario> {
+    let scenario = Scenario::quiet();
+    scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -78,14 +78,14 @@ fn stage() -> Arc<Stage> {
         Ok(())
     });
     let mut count = 0.0;
-    stage.play("eye", move |call, io| {
+    scenario.on_call("eye", move |call, io| {
         if call == Call::Iterate {
             count += 1.0;
             io.publish(count);
         }
         Ok(())
     });
-    stage.play("left", |call, io| {
+    scenario.on_call("left", |call, io| {
         match call {
             Call::Check => io.ready(io.input().is_some_and(|(value, _)| value % 3.0 == 0.0)),
             Call::Iterate => {
@@ -95,94 +95,91 @@ fn stage() -> Arc<Stage> {
         }
         Ok(())
     });
-    stage.drives("right", &Arc::new(true.into()), 0.2);
-    stage
+    scenario.drives("right", &Arc::new(true.into()), 0.2);
+    scenario
 }
 
 #[test]
 fn two_hours_of_virtual_time_take_no_more_memory_than_ten_minutes() {
-    let _alone = alone();
-    let stage = stage();
-    let mut rig = Rig::start(Executor::Lockstep, &stage, APP);
-    assert_eq!(rig.advance(600_000 * MS), None);
+    let _alone = run_alone();
+    let scenario = scenario();
+    let mut app = TestApp::start(Executor::Lockstep, &scenario, APP);
+    assert_eq!(app.advance(600_000 * MS), None);
     let warm = resident();
-    assert_eq!(rig.advance(7_200_000 * MS), None);
+    assert_eq!(app.advance(7_200_000 * MS), None);
     let grown = resident().saturating_sub(warm);
-    assert!(rig.group("father/base").switches > 10_000, "it was not idle");
-    assert_eq!(rig.see("father").faults + rig.see("left").faults, 0);
-    // If each selection kept a hundred bytes, a hundred thousand selections would keep ten times this.
+    assert!(app.group("father/base").switches > 10_000, "it was not idle");
+    assert_eq!(app.schema("father").faults + app.schema("left").faults, 0);
+    // If each selection leaked 100 bytes, 100 000 selections would leak ten times this limit.
     assert!(grown < 1 << 20, "{} kB", grown >> 10);
-    rig.stop();
-    stage.close();
+    app.stop();
+    scenario.close();
 }
 
 #[test]
-fn a_thousand_reloads_of_what_is_there_already_take_no_more_memory() {
-    let _alone = alone();
-    let stage = stage();
-    let mut rig = Rig::start(Executor::Lockstep, &stage, APP);
+fn a_thousand_reloads_of_the_same_build_take_no_more_memory() {
+    let _alone = run_alone();
+    let scenario = scenario();
+    let mut app = TestApp::start(Executor::Lockstep, &scenario, APP);
     let plugins = common::plugins();
     let build = plugins.load("test", &[]).expect("it is linked in");
-    let (father, operator) = (rig.place("father"), rig.operator());
-    let reload = |rig: &mut Rig| {
-        let order = operator
+    let (father, operator) = (app.index("father"), app.operator());
+    let reload_once = |app: &mut TestApp| {
+        let reload = operator
             .replace(father, &build, ReloadOptions::default())
             .unwrap_or_else(|reasons| panic!("{reasons:?}"));
-        rig.advance(rig.handle.now() + 200 * MS);
-        assert!(matches!(order.outcome(), Some(Ok(_))));
+        app.advance(app.handle.now() + 200 * MS);
+        assert!(matches!(reload.outcome(), Some(Ok(_))));
     };
-    (0..100).for_each(|_| reload(&mut rig));
+    (0..100).for_each(|_| reload_once(&mut app));
     let (live, warm) = (LIVE.get(), resident());
-    (0..1000).for_each(|_| reload(&mut rig));
+    (0..1000).for_each(|_| reload_once(&mut app));
     let grown = resident().saturating_sub(warm);
-    assert_eq!(rig.see("father").faults, 0);
-    assert_eq!(LIVE.get(), live, "each that was replaced has ended");
-    // Whatever else a reload left would add up to some hundred kilobytes.
+    assert_eq!(app.schema("father").faults, 0);
+    assert_eq!(LIVE.get(), live, "every replaced instance has ended");
+    // Any other leak of a reload would add up to some hundred kilobytes.
     assert!(grown < 1 << 20, "{} kB", grown >> 10);
-    rig.stop();
-    stage.close();
+    app.stop();
+    scenario.close();
 }
 
 #[test]
-fn a_lockstep_application_that_starts_and_stops_leaves_nothing() {
-    leaves_nothing(Executor::Lockstep);
+fn a_lockstep_application_that_starts_and_stops_leaks_nothing() {
+    leaks_nothing(Executor::Lockstep);
 }
 
 #[test]
-fn threads_that_start_and_stop_leave_nothing() {
-    leaves_nothing(Executor::Threads);
+fn threads_that_start_and_stop_leak_nothing() {
+    leaks_nothing(Executor::Threads);
 }
 
 #[test]
-fn a_pool_that_starts_and_stops_leaves_nothing() {
-    leaves_nothing(Executor::Pool);
+fn a_pool_that_starts_and_stops_leaks_nothing() {
+    leaks_nothing(Executor::Pool);
 }
 
-fn leaves_nothing(executor: Executor) {
-    let _alone = alone();
+fn leaks_nothing(executor: Executor) {
+    let _alone = run_alone();
     let run = || {
-        let stage = stage();
+        let scenario = scenario();
         let options = Options {
             limit: Some(5 * MS),
             ..Options::default()
         };
         assert_eq!(
-            Rig::start_with(executor, &stage, APP, options).wait(),
+            TestApp::start_with(executor, &scenario, APP, options).wait(),
             Outcome::TimeUp
         );
-        stage.close();
-        Arc::downgrade(&stage)
+        scenario.close();
+        Arc::downgrade(&scenario)
     };
-    // These runs make the allocations of a process's lifetime, and fill the allocator's reserve.
+    // These runs make the allocations that a process makes once, and fill the allocator's reserve.
     for _ in 0..20 {
         run();
     }
     let (before, warm) = (threads(), resident());
     for _ in 0..200 {
-        assert!(
-            run().upgrade().is_none(),
-            "the application keeps what it was made of"
-        );
+        assert!(run().upgrade().is_none(), "the application leaks its scenario");
     }
     // The threads of the tests before this one may still be ending.
     assert!(
@@ -191,14 +188,13 @@ fn leaves_nothing(executor: Executor) {
         threads()
     );
     let grown = resident().saturating_sub(warm);
-    // An application and its board take some hundred kilobytes: if a tenth of one were left each time, this
-    // would fail.
+    // An application and its board take some hundred kilobytes: a leak of a tenth of that would fail.
     assert!(grown < 4 << 20, "{} kB", grown >> 10);
 }
 
 #[test]
 fn an_open_file_is_counted_while_it_is_open() {
-    let _alone = alone();
+    let _alone = run_alone();
     let before = ResourceUsage::now();
     let files: Vec<_> = (0..200).map(|_| File::open("/proc/self/stat").unwrap()).collect();
     let with = ResourceUsage::now();
@@ -208,7 +204,7 @@ fn an_open_file_is_counted_while_it_is_open() {
     assert_eq!(ResourceUsage::now().files, before.files);
 }
 
-in_real_time!(who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that);
+in_real_time!(at_most_four_hung_instances_of_a_schema_are_abandoned);
 
 /// Two schemas, one of which hangs.
 const HANGS: &str = r#"
@@ -225,14 +221,14 @@ const HANGS: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(executor: Executor) {
-    /// Files that each hung call opens: many more than anything else opens and closes meanwhile.
+fn at_most_four_hung_instances_of_a_schema_are_abandoned(executor: Executor) {
+    /// Files that each hung call opens: many more than all other code opens in the meantime.
     const FILES: usize = 120;
-    let _alone = alone();
-    let stage = Stage::new();
+    let _alone = run_alone();
+    let scenario = Scenario::new();
     let (release, held) = mpsc::channel::<()>();
     let held = Arc::new(Mutex::new(held));
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -249,39 +245,40 @@ fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(execut
         Ok(())
     });
     let ready = Arc::new(true.into());
-    stage.drives("high", &ready, 0.3);
-    let mut rig = Rig::start(executor, &stage, HANGS);
-    let low = rig.place("low");
-    let down = "4 calls of it were given up and never returned; it gets no other instance until one does";
-    rig.until(|rig| matches!(rig.see("low").health, Health::Faulted(reason) if reason == down));
-    // Four hangs, and two restarts that made no instance.
-    rig.until(|rig| rig.see("low").faults == 6);
-    assert_eq!(rig.see("low").left, 4);
-    assert_eq!(stage.count("low iterate"), 4);
-    let told = stage.events().into_iter().filter_map(|event| match event {
+    scenario.drives("high", &ready, 0.3);
+    let mut app = TestApp::start(executor, &scenario, HANGS);
+    let low = app.index("low");
+    let reason_text =
+        "4 calls of it were given up and never returned; it gets no other instance until one does";
+    app.until(|app| matches!(app.schema("low").health, Health::Faulted(reason) if reason == reason_text));
+    // Four hangs, and two restarts that created no instance.
+    app.until(|app| app.schema("low").faults == 6);
+    assert_eq!(app.schema("low").left, 4);
+    assert_eq!(scenario.count("low iterate"), 4);
+    let reported = scenario.events().into_iter().filter_map(|event| match event {
         Event::CallAbandoned {
             schema,
-            abandoned: left,
+            abandoned,
             process,
             ..
-        } if schema == low => Some((left, process.files)),
+        } if schema == low => Some((abandoned, process.files)),
         _ => None,
     });
-    let (left, files): (Vec<_>, Vec<_>) = told.unzip();
-    assert_eq!(left, [1, 2, 3, 4]);
+    let (abandoned, files): (Vec<_>, Vec<_>) = reported.unzip();
+    assert_eq!(abandoned, [1, 2, 3, 4]);
     assert!(
         files[3] >= files[0] + 2 * FILES as u64,
-        "it is told what they hold: {files:?}"
+        "the report counts their files: {files:?}"
     );
     assert!(
         ResourceUsage::now().files < files[3] + FILES as u64,
-        "no fifth opened any"
+        "no fifth instance opened files"
     );
-    let before = stage.count("high iterate");
-    rig.until(|rig| rig.stage.count("high iterate") > before + 3);
+    let before = scenario.count("high iterate");
+    app.until(|app| app.scenario.count("high iterate") > before + 3);
     drop(release);
-    rig.until(|rig| rig.see("low").left == 0);
-    assert_eq!(stage.count("low drop"), 4);
-    rig.until(|_| ResourceUsage::now().files + 2 * (FILES as u64) < files[3]);
-    rig.stop();
+    app.until(|app| app.schema("low").left == 0);
+    assert_eq!(scenario.count("low drop"), 4);
+    app.until(|_| ResourceUsage::now().files + 2 * (FILES as u64) < files[3]);
+    app.stop();
 }

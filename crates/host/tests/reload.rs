@@ -18,17 +18,17 @@ use jde_types::Twist;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
-use common::{Executor, Stage};
+use common::{Executor, Scenario};
 
 /// The speed in the library as `cc` built it; [`build`] replaces these bytes.
 const SPEED: f64 = 0.123_456_789_012_345_67;
 
 const APP: &str = r#"
-    roots = ["walker"]
+    roots = ["counter"]
     [schemas.robot]
     type = "test/robot"
-    [schemas.walker]
-    type = "walker/walker"
+    [schemas.counter]
+    type = "counter/counter"
     restart = "never"
     actuators = { base = "robot.velocity" }
 "#;
@@ -36,63 +36,63 @@ const APP: &str = r#"
 /// The bytes of the library as `cc` built it.
 fn library(plugin: &str, schema: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
-    let to = folder.path().join("it.so");
+    let to = folder.path().join("library.so");
     let macros = [format!("-DPLUGIN=\"{plugin}\""), format!("-DTYPE=\"{schema}\"")];
-    common::c::make("walker.c", &macros, &to);
-    fs::read(&to).expect("it was made")
+    common::c::build("counter.c", &macros, &to);
+    fs::read(&to).expect("it was built")
 }
 
-/// A build of the walker with this speed.
+/// Returns the library with this speed.
 fn build(speed: f64) -> Vec<u8> {
     static LIBRARY: OnceLock<Vec<u8>> = OnceLock::new();
-    let mut bytes = LIBRARY.get_or_init(|| library("walker", "walker")).clone();
-    let places: Vec<_> = (0..bytes.len() - 8)
-        .filter(|place| bytes[*place..place + 8] == SPEED.to_ne_bytes())
+    let mut bytes = LIBRARY.get_or_init(|| library("counter", "counter")).clone();
+    let positions: Vec<_> = (0..bytes.len() - 8)
+        .filter(|&position| bytes[position..position + 8] == SPEED.to_ne_bytes())
         .collect();
-    assert_eq!(places.len(), 1, "the speed is in one place");
-    bytes[places[0]..places[0] + 8].copy_from_slice(&speed.to_ne_bytes());
+    assert_eq!(positions.len(), 1, "the speed occurs once");
+    bytes[positions[0]..positions[0] + 8].copy_from_slice(&speed.to_ne_bytes());
     bytes
 }
 
 /// Serializes the tests, which measure the whole process.
-fn alone() -> MutexGuard<'static, ()> {
+fn run_alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An application whose walker runs a library of this test.
-struct Site {
+/// A running application whose schema `counter` uses a library of this test.
+struct Fixture {
     _alone: MutexGuard<'static, ()>,
     folder: TempDir,
-    stage: Arc<Stage>,
+    scenario: Arc<Scenario>,
     plugins: Arc<Plugins>,
     running: Running,
     _watchdog: Watchdog,
 }
 
-impl Site {
+impl Fixture {
     fn start(speed: f64) -> Self {
-        let alone = alone();
+        let alone = run_alone();
         let folder = tempfile::tempdir().expect("a folder");
         fs::write(file(&folder), build(speed)).expect("it is written");
-        let stage = Stage::new();
+        let scenario = Scenario::new();
         let mut path = jde_loader::SearchPath::default();
         path.push(folder.path(), "of this test");
-        let plugins = common::plugins_along(path);
-        let text = common::text(Executor::Threads, &stage, APP);
+        let plugins = common::plugins_with(path);
+        let text = common::text(Executor::Threads, &scenario, APP);
         let application = parse(&text, Path::new("apps/test.toml"), &[], &plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
-        let hears = Arc::clone(&stage);
+        let recorder = Arc::clone(&scenario);
         let mut options = Options::default();
         options
             .observers
-            .push(Box::new(move |event: &Event| hears.hear(event)));
+            .push(Box::new(move |event: &Event| recorder.record_event(event)));
         let running =
             Running::start(application, &plugins, options).unwrap_or_else(|error| panic!("{error}"));
         Self {
             _alone: alone,
             folder,
-            stage,
+            scenario,
             plugins: Arc::new(plugins),
             running,
             _watchdog: Watchdog::for_test(),
@@ -105,25 +105,25 @@ impl Site {
 
     /// Replaces the file by a new one, as a linker does.
     fn write(&self, bytes: &[u8]) {
-        let beside = self.folder.path().join("new");
-        fs::write(&beside, bytes).expect("it is written");
-        fs::rename(beside, file(&self.folder)).expect("it takes the place");
+        let temporary = self.folder.path().join("new");
+        fs::write(&temporary, bytes).expect("it is written");
+        fs::rename(temporary, file(&self.folder)).expect("it is renamed");
     }
 
     fn until_commanded(&self, speed: f64) {
         let line = format!("robot velocity {speed}");
-        self.stage.wait_until(|| self.stage.did(&line));
+        self.scenario.wait_until(|| self.scenario.has_line(&line));
     }
 }
 
 fn file(folder: &TempDir) -> PathBuf {
-    folder.path().join("libwalker.so")
+    folder.path().join("libcounter.so")
 }
 
-fn state(site: &Site) -> State {
-    let snapshot = site.running.handle().snapshot();
-    let walker = snapshot.schemas.iter().find(|schema| schema.name == "walker");
-    walker.expect("it is there").state
+fn state(fixture: &Fixture) -> State {
+    let snapshot = fixture.running.handle().snapshot();
+    let counter = snapshot.schemas.iter().find(|schema| schema.name == "counter");
+    counter.expect("the counter exists").state
 }
 
 /// Returns the resident memory of this process, bytes.
@@ -135,41 +135,44 @@ fn resident() -> u64 {
 }
 
 #[test]
-fn fifty_files_take_over_while_the_robot_drives_without_a_stop() {
-    let site = Site::start(1.0);
-    let reloader = site.reloader();
-    site.until_commanded(1.0);
+fn fifty_changed_files_are_reloaded_while_the_robot_drives() {
+    let fixture = Fixture::start(1.0);
+    let reloader = fixture.reloader();
+    fixture.until_commanded(1.0);
     let before = resident();
     let mut carried = Vec::new();
     for round in 1..=50_u32 {
         let speed = 1.0 + f64::from(round) / 64.0;
-        site.write(&build(speed));
+        fixture.write(&build(speed));
         let reloaded = reloader
-            .reload("ana@laptop", "walker", ReloadOptions::default())
+            .reload("ana@laptop", "counter", ReloadOptions::default())
             .unwrap_or_else(|refused| panic!("{refused}"));
         let [(name, ReloadOutcome::Reloaded(takeover))] = &reloaded.schemas[..] else {
             panic!("{reloaded:?}");
         };
-        assert_eq!((name.as_str(), reloaded.is_done()), ("walker", true));
+        assert_eq!((name.as_str(), reloaded.is_done()), ("counter", true));
         assert_eq!(reloaded.memory.builds, round as usize);
         assert!(takeover.gap.is_some());
-        carried.push(takeover.carried.expect("its count").bytes);
-        site.until_commanded(speed);
+        carried.push(takeover.carried.expect("the count was carried over").bytes);
+        fixture.until_commanded(speed);
     }
     assert_eq!(carried, [4; 50]);
-    assert!(!site.stage.did("robot velocity 0"), "it never stopped");
-    assert_eq!(state(&site), State::Winner);
-    let handle = site.running.handle();
+    assert!(
+        !fixture.scenario.has_line("robot velocity 0"),
+        "the robot never stopped"
+    );
+    assert_eq!(state(&fixture), State::Winner);
+    let handle = fixture.running.handle();
     let steps = handle
-        .value::<u32>("walker.steps")
+        .value::<u32>("counter.steps")
         .expect("a number")
-        .expect("it walks");
+        .expect("it has counted");
     let faults: u64 = handle.snapshot().schemas.iter().map(|schema| schema.faults).sum();
-    assert!(steps > 50, "it counted on");
+    assert!(steps > 50, "the count continues");
     assert_eq!(faults, 0);
     let commanded = handle.value::<Twist>("robot.velocity").expect("a twist");
     assert_eq!(commanded.expect("it is commanded").linear.x, 1.0 + 50.0 / 64.0);
-    // Each build leaves its library: some pages of it, and the bookkeeping of the system's loader.
+    // The library of each build remains loaded: some of its pages, and the data of the system's loader.
     let grown = resident().saturating_sub(before);
     let library = build(1.0).len() as u64;
     assert!(
@@ -181,92 +184,92 @@ fn fifty_files_take_over_while_the_robot_drives_without_a_stop() {
 }
 
 #[test]
-fn a_schema_that_faulted_tries_again_when_the_same_build_is_reloaded() {
-    let site = Site::start(-1.0);
+fn a_faulted_schema_restarts_when_the_same_build_is_reloaded() {
+    let fixture = Fixture::start(-1.0);
     let faults = || {
-        let snapshot = site.running.handle().snapshot();
-        let walker = snapshot
+        let snapshot = fixture.running.handle().snapshot();
+        let counter = snapshot
             .schemas
             .into_iter()
-            .find(|schema| schema.name == "walker");
-        walker.expect("it is there").faults
+            .find(|schema| schema.name == "counter");
+        counter.expect("the counter exists").faults
     };
     for fault in 1..=3 {
-        site.stage.wait_until(|| faults() == fault);
-        assert_eq!(state(&site), State::Slept);
-        let reloaded = site
+        fixture.scenario.wait_until(|| faults() == fault);
+        assert_eq!(state(&fixture), State::Slept);
+        let reloaded = fixture
             .reloader()
-            .reload("ana@laptop", "walker", ReloadOptions::default());
+            .reload("ana@laptop", "counter", ReloadOptions::default());
         let reloaded = reloaded.unwrap_or_else(|refused| panic!("{refused}"));
         assert_eq!(
             reloaded.schemas,
-            [("walker".to_owned(), ReloadOutcome::Restarted)]
+            [("counter".to_owned(), ReloadOutcome::Restarted)]
         );
         assert!(reloaded.is_done());
     }
-    site.stage.wait_until(|| faults() == 4);
+    fixture.scenario.wait_until(|| faults() == 4);
 }
 
 #[test]
-fn a_file_with_the_content_of_a_build_before_takes_no_more_memory() {
-    let site = Site::start(1.0);
-    let reloader = site.reloader();
+fn a_file_with_the_content_of_an_earlier_build_takes_no_more_memory() {
+    let fixture = Fixture::start(1.0);
+    let reloader = fixture.reloader();
     let reload = || {
-        let reloaded = reloader.reload("ana", "walker", ReloadOptions::default());
+        let reloaded = reloader.reload("ana", "counter", ReloadOptions::default());
         let reloaded = reloaded.unwrap_or_else(|refused| panic!("{refused}"));
-        let became = reloaded.schemas.into_iter().map(|(_, became)| became).next();
-        (became.expect("one"), reloaded.memory.builds)
+        let outcome = reloaded.schemas.into_iter().map(|(_, outcome)| outcome).next();
+        (outcome.expect("one"), reloaded.memory.builds)
     };
     assert_eq!(reload(), (ReloadOutcome::Unchanged, 0));
     for speed in [2.0, 1.0, 2.0, 1.0] {
-        site.write(&build(speed));
-        let (became, builds) = reload();
-        assert!(matches!(became, ReloadOutcome::Reloaded(_)), "{became:?}");
+        fixture.write(&build(speed));
+        let (outcome, builds) = reload();
+        assert!(matches!(outcome, ReloadOutcome::Reloaded(_)), "{outcome:?}");
         assert_eq!(builds, 1);
-        site.until_commanded(speed);
+        fixture.until_commanded(speed);
     }
-    site.write(&build(1.0));
+    fixture.write(&build(1.0));
     assert_eq!(reload(), (ReloadOutcome::Unchanged, 1));
 }
 
 #[test]
-fn a_file_that_cannot_be_used_is_refused_and_the_robot_drives_on() {
-    let site = Site::start(1.0);
-    let reloader = site.reloader();
-    site.until_commanded(1.0);
+fn an_unusable_file_is_refused_and_the_robot_drives_on() {
+    let fixture = Fixture::start(1.0);
+    let reloader = fixture.reloader();
+    fixture.until_commanded(1.0);
     let reload = || {
         reloader
-            .reload("ana", "walker", ReloadOptions::default())
+            .reload("ana", "counter", ReloadOptions::default())
             .expect_err("it cannot be used")
     };
     let whole = build(2.0);
     for part in [0, 100, whole.len() / 2, whole.len() - 1] {
-        site.write(&whole[..part]);
+        fixture.write(&whole[..part]);
         let refused = reload();
         assert!(refused.may_be_unfinished(), "{refused}");
     }
-    site.write(&library("walker", "runner"));
+    fixture.write(&library("counter", "other"));
     let refused = reload();
     assert!(!refused.may_be_unfinished());
     assert_eq!(
         refused.to_string(),
-        "`walker` stays as it is: the plugin has no type `walker` any more, only runner"
+        "`counter` stays as it is: the plugin has no type `counter` any more, only other"
     );
-    site.write(&library("other", "walker"));
+    fixture.write(&library("other", "counter"));
     assert!(
         reload()
             .to_string()
-            .contains("it comes from the plugin `walker`, and this is `other`")
+            .contains("it comes from the plugin `counter`, and this is `other`")
     );
-    fs::remove_file(file(&site.folder)).expect("it was there");
+    fs::remove_file(file(&fixture.folder)).expect("it was there");
     assert!(matches!(
         reload(),
         ReloadError::Plugin(PluginError::Unusable { .. })
     ));
     let unknown = reloader
-        .reload("ana", "walkre", ReloadOptions::default())
+        .reload("ana", "countre", ReloadOptions::default())
         .expect_err("there is none");
-    assert_eq!(unknown.nearest(), Some("walker"));
+    assert_eq!(unknown.nearest(), Some("counter"));
     let linked_in = reloader
         .reload("ana", "robot", ReloadOptions::default())
         .expect_err("it has no file");
@@ -274,13 +277,16 @@ fn a_file_that_cannot_be_used_is_refused_and_the_robot_drives_on() {
         linked_in.to_string().contains("linked into the program"),
         "{linked_in}"
     );
-    assert_eq!(state(&site), State::Winner);
-    assert!(!site.stage.did("robot velocity 0"), "it never stopped");
+    assert_eq!(state(&fixture), State::Winner);
+    assert!(
+        !fixture.scenario.has_line("robot velocity 0"),
+        "the robot never stopped"
+    );
 }
 
 #[test]
-fn a_process_loads_so_many_builds_and_then_says_that_it_is_enough() {
-    let _alone = alone();
+fn a_process_refuses_more_builds_than_its_limit() {
+    let _alone = run_alone();
     let folder = tempfile::tempdir().expect("a folder");
     let file = file(&folder);
     let plugins = Plugins::default();
@@ -294,11 +300,11 @@ fn a_process_loads_so_many_builds_and_then_says_that_it_is_enough() {
     assert_eq!(plugins.builds().builds, MAX_BUILDS);
     assert_eq!(plugins.builds().bytes, bytes * MAX_BUILDS as u64);
     fs::write(&file, build(-1.0)).expect("it is written");
-    let refused = plugins.refresh(&file).expect_err("it is enough");
+    let refused = plugins.refresh(&file).expect_err("the limit is reached");
     assert!(
         refused.to_string().contains("restart the application"),
         "{refused}"
     );
     fs::write(&file, build(3.0)).expect("it is written");
-    assert!(!plugins.refresh(&file).expect("it is there already").is_new);
+    assert!(!plugins.refresh(&file).expect("it is already loaded").is_new);
 }

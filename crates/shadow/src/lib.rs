@@ -1,12 +1,12 @@
-//! An observer that knows the hierarchy only by its effects, and reports which rule a list of effects breaks.
+//! A shadow model of the hierarchy, which knows it only by its effects and reports which rule an effect
+//! violates.
 //!
-//! The tests of the rules and the campaign of faults share it. It refuses to use the code under test for its
-//! verdicts: it rebuilds states and authority from the effects, and takes fathers and members from the
-//! specification.
+//! The tests of the rules and the campaign of faults share it. Its checks do not use the code under test: it
+//! rebuilds states and authority from the effects, and takes fathers and members from the specification.
 
 use jde_core::{Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
 
-/// The facts according to the effects so far. Its errors name the rule that is broken.
+/// The state of the hierarchy according to the effects so far. Errors name the violated rule.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shadow {
     states: Vec<State>,
@@ -27,7 +27,7 @@ pub struct Shadow {
     chosen: Vec<Option<SchemaId>>,
     /// Groups that slept since their last selection.
     slept: Vec<bool>,
-    over: bool,
+    shut_down: bool,
 }
 
 /// How far a schema with authority is in taking over the earlier commands.
@@ -45,7 +45,7 @@ enum Abandoned {
 }
 
 impl Shadow {
-    /// Returns an observer for which all schemas sleep.
+    /// Returns a shadow in which all schemas sleep.
     #[must_use]
     pub fn new(spec: &Spec) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl Shadow {
             faulted: vec![false; spec.schemas.len()],
             chosen: vec![None; spec.groups.len()],
             slept: vec![true; spec.groups.len()],
-            over: false,
+            shut_down: false,
         }
     }
 
@@ -94,22 +94,22 @@ impl Shadow {
 
     /// Records that the application shuts down, so every group brakes.
     pub fn begin_shutdown(&mut self) {
-        self.over = true;
+        self.shut_down = true;
     }
 
     /// Applies the effects of one transaction in order.
     ///
     /// # Errors
-    /// The rule that an effect breaks, and the effect.
+    /// The rule that an effect violates, and the effect.
     pub fn apply(&mut self, spec: &Spec, effects: &[Effect]) -> Result<(), String> {
         for effect in effects {
             self.apply_one(spec, effect)
-                .map_err(|broken| format!("{broken}, at {effect:?}"))?;
+                .map_err(|violation| format!("{violation}, at {effect:?}"))?;
         }
         Ok(())
     }
 
-    /// Compares the facts with the hierarchy after a transaction, and checks the invariants between
+    /// Compares the shadow with the hierarchy after a transaction, and checks the invariants between
     /// transactions.
     ///
     /// # Errors
@@ -118,16 +118,16 @@ impl Shadow {
         let spec = h.spec();
         if let Some(id) = self.lapsing {
             return Err(format!(
-                "R7: what {id:?} took over stands after its first iteration"
+                "R7: what {id:?} took over is still in force after its first iteration"
             ));
         }
         let paths = self.winning_paths(spec);
         for id in ids(spec) {
             check(self.states[id.index()] == h.state(id), || {
-                format!("the effects do not tell the state of {id:?}")
+                format!("the effects do not agree with the state of {id:?}")
             })?;
             check(self.authority[id.index()] == h.has_authority(id), || {
-                format!("the effects do not tell the authority of {id:?}")
+                format!("the effects do not agree with the authority of {id:?}")
             })?;
             let chain = spec.schemas[id.index()].kind == Kind::Motor && paths[id.index()];
             check(h.has_authority(id) == chain, || {
@@ -145,7 +145,7 @@ impl Shadow {
                 format!("R1: two winners in {}", group.name)
             })?;
             check(winners.first().copied().copied() == h.winner(id), || {
-                format!("the winner of {} is not who has the state", group.name)
+                format!("the winner of {} is not the member in state WINNER", group.name)
             })?;
         }
         Ok(())
@@ -154,21 +154,23 @@ impl Shadow {
     fn apply_one(&mut self, spec: &Spec, effect: &Effect) -> Result<(), String> {
         match *effect {
             Effect::Woken(id) => {
-                check(!self.over, || "something wakes after the shutdown".into())?;
-                check(self.state(id) == State::Slept, || "one awake is woken".into())
+                check(!self.shut_down, || "a schema wakes after the shutdown".into())?;
+                check(self.state(id) == State::Slept, || {
+                    "an awake schema is woken".into()
+                })
             }
             Effect::Slept { id, abandoned } => {
                 check(self.state(id) != State::Slept, || {
-                    "one asleep goes to sleep".into()
+                    "a sleeping schema goes to sleep".into()
                 })?;
                 check(!self.authority[id.index()], || {
-                    "R7: one with authority goes to sleep".into()
+                    "R7: a schema with authority goes to sleep".into()
                 })?;
                 check(self.all_slept_below(spec, id), || {
                     "R5, R6: a father sleeps before its children".into()
                 })?;
                 check(self.is_running(id) == abandoned, || {
-                    "R10: an iteration is cut without being abandoned".into()
+                    "R10: a running iteration is not marked as abandoned".into()
                 })?;
                 if abandoned {
                     self.running[id.index()] = Some(Abandoned::Yes);
@@ -178,7 +180,7 @@ impl Shadow {
             Effect::TakesOver { group, id } => {
                 let index = group.index();
                 check(group_of(spec, id) == Some(index), || {
-                    "R7: one takes over in a group that is not its own".into()
+                    "R7: a schema takes over in a group that is not its own".into()
                 })?;
                 for other in level(spec, index) {
                     check(!self.authority[other.index()], || {
@@ -192,7 +194,7 @@ impl Shadow {
                 if let Some(group) = group_of(spec, id) {
                     for other in level(spec, group) {
                         check(!self.may_command[other.index()], || {
-                            format!("R7: a command of {other:?} stands, and nobody took it over")
+                            format!("R7: a command of {other:?} is in force and was not taken over")
                         })?;
                     }
                 }
@@ -206,17 +208,17 @@ impl Shadow {
                 })?;
                 let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
                 check(father.is_none_or(|f| self.authority[f.index()]), || {
-                    "R7: authority without a father's".into()
+                    "R7: authority below a father without authority".into()
                 })?;
                 self.authority[id.index()] = true;
                 check(
                     self.siblings(spec, id).all(|s| !self.authority[s.index()]),
-                    || "R1: two of a group hold authority".into(),
+                    || "R1: two members of a group have authority".into(),
                 )
             }
             Effect::Lapsed(id) => {
                 check(self.lapsing == Some(id), || {
-                    "R7: what it took over lapses, and its first iteration has not ended".into()
+                    "R7: commands that were taken over lapse before the first iteration has ended".into()
                 })?;
                 self.lapsing = None;
                 Ok(())
@@ -224,21 +226,21 @@ impl Shadow {
             Effect::Withdrawn(id) => {
                 self.takeover_phases[id.index()] = TakeoverPhase::Settled;
                 check(self.authority[id.index()], || {
-                    "authority is withdrawn that nobody has".into()
+                    "authority is withdrawn from a schema without authority".into()
                 })?;
                 let below = below(spec, id);
                 check(below.iter().all(|b| !self.authority[b.index()]), || {
-                    "R7: a father is withdrawn before its children".into()
+                    "R7: authority of a father is withdrawn before that of its children".into()
                 })?;
                 self.authority[id.index()] = false;
                 Ok(())
             }
             Effect::Promoted(id) => {
                 check(self.state(id) == State::Winner, || {
-                    "one is promoted that is not WINNER".into()
+                    "a schema is promoted that is not WINNER".into()
                 })?;
                 check(!self.is_running(id), || {
-                    "one is promoted inside an old iteration".into()
+                    "a schema is promoted inside an old iteration".into()
                 })?;
                 if let Some(group) = group_of(spec, id) {
                     self.braked[group] = false;
@@ -266,15 +268,14 @@ impl Shadow {
             Effect::Brake { group } => {
                 let index = group.index();
                 let members = &spec.groups[index].members;
-                // Members that slept during a handover that was then cancelled leave their commands to a
-                // second brake.
-                let silent = members.iter().all(|&m| self.state(m) == State::Slept);
-                check(self.over || silent || !self.braked[index], || {
-                    "R9: it brakes twice".into()
+                // A second brake ends the commands of members that slept during a cancelled handover.
+                let all_asleep = members.iter().all(|&m| self.state(m) == State::Slept);
+                check(self.shut_down || all_asleep || !self.braked[index], || {
+                    "R9: a group brakes twice".into()
                 })?;
                 check(
-                    self.over || members.iter().all(|&m| self.state(m) != State::Winner),
-                    || "R9: it brakes although somebody wins".into(),
+                    self.shut_down || members.iter().all(|&m| self.state(m) != State::Winner),
+                    || "R9: a group with a winner brakes".into(),
                 )?;
                 self.braked[index] = true;
                 for other in level(spec, index) {
@@ -283,7 +284,7 @@ impl Shadow {
                 Ok(())
             }
             Effect::Hold { group, .. } => check(!self.braked[group.index()], || {
-                "R9: it holds after braking".into()
+                "R9: a group holds after it has braked".into()
             }),
             Effect::Changed { id, from, to } => {
                 check(self.state(id) == from && from != to, || {
@@ -304,7 +305,7 @@ impl Shadow {
                     if from == State::Slept
                         && members.iter().all(|&m| m == id || self.state(m) == State::Slept)
                     {
-                        // The first member wakes: the group starts afresh.
+                        // The first member wakes: the group starts again.
                         self.braked[group] = false;
                     }
                 }
@@ -318,11 +319,11 @@ impl Shadow {
                     "R15: a cause after its effect".into()
                 })?;
                 let chosen = std::mem::replace(&mut self.chosen[record.group.index()], record.choice);
-                // A group forgets its choice when all its members sleep. A choice that was put to sleep, or
-                // none, is forgotten too.
+                // A group forgets its choice when all its members sleep, when the chosen schema was put to
+                // sleep, or when no schema was chosen.
                 let slept = std::mem::take(&mut self.slept[record.group.index()]);
-                let gone = |id: SchemaId| self.state(id) == State::Slept && !self.faulted[id.index()];
-                let forgotten = slept || chosen.is_none_or(gone);
+                let put_to_sleep = |id: SchemaId| self.state(id) == State::Slept && !self.faulted[id.index()];
+                let forgotten = slept || chosen.is_none_or(put_to_sleep);
                 check(record.before == chosen || forgotten, || {
                     format!("R15: {chosen:?} was chosen before")
                 })?;
@@ -414,6 +415,6 @@ pub fn below(spec: &Spec, id: SchemaId) -> Vec<SchemaId> {
     found
 }
 
-fn check(holds: bool, broken: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(broken()) }
+fn check(holds: bool, violation: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(violation()) }
 }

@@ -62,24 +62,28 @@ impl Format {
         }
     }
 
-    /// Chooses the format to request from a camera that has these.
-    pub(crate) fn choose(wanted: Option<Self>, has: &[[u8; 4]]) -> Result<[u8; 4], String> {
-        let of = |format: Self| {
-            has.iter()
+    /// Chooses the format to request from a camera that supports these.
+    pub(crate) fn choose(requested: Option<Self>, supported: &[[u8; 4]]) -> Result<[u8; 4], String> {
+        let code_of = |format: Self| {
+            supported
+                .iter()
                 .copied()
                 .find(|code| Self::of_code(*code) == Some(format))
         };
-        let chosen = match wanted {
-            Some(wanted) => of(wanted),
-            None => Self::ALL.into_iter().find_map(of),
+        let chosen = match requested {
+            Some(format) => code_of(format),
+            None => Self::ALL.into_iter().find_map(code_of),
         };
         chosen.ok_or_else(|| {
-            let names: Vec<String> = has.iter().map(|code| code.escape_ascii().to_string()).collect();
-            let asked = match wanted {
+            let names: Vec<String> = supported
+                .iter()
+                .map(|code| code.escape_ascii().to_string())
+                .collect();
+            let expected = match requested {
                 Some(format) => format.code().escape_ascii().to_string(),
                 None => "RGB3, YUYV, MJPG or GREY".to_owned(),
             };
-            format!("it sends {} and not {asked}", names.join(", "))
+            format!("it sends {} and not {expected}", names.join(", "))
         })
     }
 }
@@ -89,7 +93,7 @@ impl Shape {
     pub(crate) fn from_driver(code: [u8; 4], width: u32, height: u32, stride: u32) -> Result<Self, String> {
         let Some(format) = Format::of_code(code) else {
             return Err(format!(
-                "it answers with the format {}, which nobody asked for",
+                "it replies with the format {}, which was not requested",
                 code.escape_ascii()
             ));
         };
@@ -111,7 +115,7 @@ impl Shape {
             ..
         } = self;
         let pixels = width as usize;
-        let (row, each): (usize, Row) = match format {
+        let (row, convert): (usize, Row) = match format {
             Format::Mjpeg => return jpeg(bytes),
             Format::Rgb24 => (pixels * 3, |row, rgb| rgb.extend_from_slice(row)),
             Format::Grey => (pixels, |row, rgb| {
@@ -131,7 +135,7 @@ impl Shape {
                     bytes.len()
                 )));
             };
-            each(bytes, &mut rgb);
+            convert(bytes, &mut rgb);
             rgb.truncate((line + 1) * pixels * 3);
         }
         Ok(Picture { width, height, rgb })
@@ -140,17 +144,17 @@ impl Shape {
 
 /// Converts two pixels by BT.601 with brightness from 16 to 235, in steps of 1/256.
 fn yuyv(pair: &[u8]) -> [u8; 6] {
-    let [y0, u, y1, v] = [0, 1, 2, 3].map(|place| i32::from(pair[place]));
+    let [y0, u, y1, v] = [0, 1, 2, 3].map(|index| i32::from(pair[index]));
     let (u, v) = (u - 128, v - 128);
     let (red, green, blue) = (409 * v, -100 * u - 208 * v, 516 * u);
-    let of = |y: i32, colour: i32| ((298 * (y - 16) + colour + 128) >> 8).clamp(0, 255) as u8;
+    let channel = |y: i32, colour: i32| ((298 * (y - 16) + colour + 128) >> 8).clamp(0, 255) as u8;
     [
-        of(y0, red),
-        of(y0, green),
-        of(y0, blue),
-        of(y1, red),
-        of(y1, green),
-        of(y1, blue),
+        channel(y0, red),
+        channel(y0, green),
+        channel(y0, blue),
+        channel(y1, red),
+        channel(y1, green),
+        channel(y1, blue),
     ]
 }
 
@@ -159,7 +163,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::picture::tests::{jpeg_of, nearly};
+    use crate::picture::tests::{assert_nearly, jpeg_of};
 
     fn shape(format: Format, width: u32, height: u32, stride: u32) -> Shape {
         Shape {
@@ -171,13 +175,13 @@ mod tests {
     }
 
     #[test]
-    fn the_cheapest_format_is_chosen_unless_one_is_asked_for() {
-        let has = [*b"GREY", *b"MJPG", *b"YUYV"];
-        assert_eq!(Format::choose(None, &has), Ok(*b"YUYV"));
-        assert_eq!(Format::choose(Format::named("mjpeg"), &has), Ok(*b"MJPG"));
+    fn the_cheapest_format_is_chosen_unless_one_is_requested() {
+        let supported = [*b"GREY", *b"MJPG", *b"YUYV"];
+        assert_eq!(Format::choose(None, &supported), Ok(*b"YUYV"));
+        assert_eq!(Format::choose(Format::named("mjpeg"), &supported), Ok(*b"MJPG"));
         assert_eq!(Format::choose(Format::named("mjpeg"), &[*b"JPEG"]), Ok(*b"JPEG"));
         assert_eq!(
-            Format::choose(Format::named("rgb24"), &has),
+            Format::choose(Format::named("rgb24"), &supported),
             Err("it sends GREY, MJPG, YUYV and not RGB3".to_owned())
         );
         assert_eq!(
@@ -188,13 +192,13 @@ mod tests {
     }
 
     #[test]
-    fn what_a_camera_gives_instead_is_taken_if_it_fits() {
+    fn another_size_of_the_camera_is_accepted_if_it_fits() {
         assert_eq!(
             Shape::from_driver(*b"YUYV", 352, 288, 704),
             Ok(shape(Format::Yuyv, 352, 288, 704))
         );
-        assert!(Shape::from_driver(*b"YUYV", 1280, 720, 0).is_err_and(|words| words.contains("1280 x 720")));
-        assert!(Shape::from_driver(*b"H264", 320, 240, 0).is_err_and(|words| words.contains("H264")));
+        assert!(Shape::from_driver(*b"YUYV", 1280, 720, 0).is_err_and(|error| error.contains("1280 x 720")));
+        assert!(Shape::from_driver(*b"H264", 320, 240, 0).is_err_and(|error| error.contains("H264")));
     }
 
     #[test]
@@ -210,7 +214,7 @@ mod tests {
             let picture = shape(Format::Yuyv, 2, 1, 0)
                 .picture(&[y, u, y, v])
                 .expect("a picture");
-            nearly(&picture, (2, 1), rgb);
+            assert_nearly(&picture, (2, 1), rgb);
         }
     }
 
@@ -235,11 +239,11 @@ mod tests {
     }
 
     #[test]
-    fn a_jpeg_says_its_size_itself() {
+    fn the_size_of_a_jpeg_is_in_its_data() {
         let picture = shape(Format::Mjpeg, 640, 480, 0)
             .picture(&jpeg_of(32, 16, [9, 99, 199]))
             .expect("a picture");
-        nearly(&picture, (32, 16), [9, 99, 199]);
+        assert_nearly(&picture, (32, 16), [9, 99, 199]);
     }
 
     proptest! {

@@ -36,7 +36,7 @@ struct OpenStream {
 
 impl Source for Camera {
     fn open(&self) -> Result<Box<dyn Stream>, String> {
-        let open = self.start().map_err(|trouble| trouble.of(&self.device))?;
+        let open = self.start().map_err(|error| error.of(&self.device))?;
         Ok(Box::new(open))
     }
 
@@ -55,19 +55,19 @@ impl OpenError {
     fn of(self, device: &str) -> String {
         match self {
             Self::Io(error) => describe_error(&error, device),
-            Self::Message(words) => format!("{device}: {words}"),
+            Self::Message(message) => format!("{device}: {message}"),
         }
     }
 }
 
 /// Checks that a video device exists and this user may open it. Opens nothing.
 pub(crate) fn check_device(device: &str) -> Result<(), String> {
-    let look = || {
+    let check = || {
         is_video(device)?;
         access(device, Access::READ_OK | Access::WRITE_OK).map_err(io::Error::from)?;
         Ok(())
     };
-    look().map_err(|trouble: OpenError| trouble.of(device))
+    check().map_err(|error: OpenError| error.of(device))
 }
 
 fn is_video(device: &str) -> Result<(), OpenError> {
@@ -85,8 +85,8 @@ impl From<io::Error> for OpenError {
 }
 
 impl From<String> for OpenError {
-    fn from(words: String) -> Self {
-        Self::Message(words)
+    fn from(message: String) -> Self {
+        Self::Message(message)
     }
 }
 
@@ -106,18 +106,18 @@ impl Camera {
             ));
         }
         let card = capabilities.card().to_owned();
-        let has = device
+        let supported = device
             .formats(BufType::VIDEO_CAPTURE)
             .map(|format| Ok(format?.pixel_format().as_fourcc()));
-        let code = Format::choose(self.format, &has.collect::<io::Result<Vec<_>>>()?)?;
-        let wanted = PixFormat::new(self.width, self.height, PixelFormat::from_fourcc(code));
-        let capture = device.video_capture(wanted)?;
-        let given = capture.format();
+        let code = Format::choose(self.format, &supported.collect::<io::Result<Vec<_>>>()?)?;
+        let requested = PixFormat::new(self.width, self.height, PixelFormat::from_fourcc(code));
+        let capture = device.video_capture(requested)?;
+        let actual = capture.format();
         let shape = Shape::from_driver(
-            given.pixel_format().as_fourcc(),
-            given.width(),
-            given.height(),
-            given.bytes_per_line(),
+            actual.pixel_format().as_fourcc(),
+            actual.width(),
+            actual.height(),
+            actual.bytes_per_line(),
         )?;
         // Some cameras do not support a choice of rate, and use their own.
         let rate = capture.set_frame_interval(Fract::new(1, self.rate.max(1)));
@@ -145,18 +145,18 @@ impl Stream for OpenStream {
     }
 
     fn newest(&mut self, into: &mut Vec<u8>) -> Result<bool, String> {
-        let mut came = false;
+        let mut arrived = false;
         loop {
-            let taken = self.stream.dequeue(|view| {
+            let dequeued = self.stream.dequeue(|view| {
                 if !view.is_error() {
                     into.clear();
                     into.extend_from_slice(&view);
                 }
                 Ok(!view.is_error())
             });
-            match taken {
-                Ok(whole) => came |= whole,
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(came),
+            match dequeued {
+                Ok(is_complete) => arrived |= is_complete,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(arrived),
                 Err(error) => return Err(format!("it is gone: was it unplugged? ({error})")),
             }
         }

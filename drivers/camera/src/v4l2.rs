@@ -27,7 +27,7 @@ pub struct V4l2 {
     /// Pictures per second; the camera uses the nearest rate that it supports.
     #[modulation(default = 30, unit = "Hz", min = 1, max = 1000, fixed)]
     rate: Modulation<u32>,
-    /// The format that the camera sends: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best it has.
+    /// The format that the camera sends: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best that it supports.
     #[modulation(default = "", fixed)]
     format: Modulation<Text<12>>,
     /// The picture, in rgb8.
@@ -39,7 +39,7 @@ pub struct V4l2 {
     feed: Option<Feed>,
     report: ConnectionReport,
     /// Whether `image` has a value.
-    seen: bool,
+    has_image: bool,
 }
 
 impl Schema for V4l2 {
@@ -61,29 +61,29 @@ impl Schema for V4l2 {
                 image.header = Header::new(cx.now(), "camera");
                 picture.write_to(&mut image)?;
                 image.publish();
-                self.seen = true;
+                self.has_image = true;
             }
-            Some(FeedEvent::Warn(words)) => warn!(cx, "{words}"),
+            Some(FeedEvent::Warn(message)) => warn!(cx, "{message}"),
             None => {}
         }
-        let standing = match feed.state() {
+        let connection = match feed.state() {
             State::Idle => ConnectionState::Idle,
             State::Opening(_) => ConnectionState::Connecting,
             State::Open { stream, .. } => ConnectionState::Connected(stream.name()),
             State::Lost { reason, .. } => ConnectionState::Lost(reason),
         };
-        if !matches!(standing, ConnectionState::Connected(_)) && std::mem::take(&mut self.seen) {
+        if !matches!(connection, ConnectionState::Connected(_)) && std::mem::take(&mut self.has_image) {
             self.image.retract(cx);
         }
         self.report
-            .update(cx, &mut self.connection, standing, feed.attempts());
+            .update(cx, &mut self.connection, connection, feed.attempts());
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         // Dropping the feed closes the camera and switches its light off.
         if self.feed.take().is_some() {
-            self.seen = false;
+            self.has_image = false;
             self.image.retract(cx);
             self.report.retract(cx, &mut self.connection);
         }
@@ -98,7 +98,7 @@ impl V4l2 {
             width,
             height,
             rate: self.rate.get(cx),
-            format: self.wanted_format(cx)?,
+            format: self.requested_format(cx)?,
         })
     }
 
@@ -108,12 +108,12 @@ impl V4l2 {
         Ok((width, height))
     }
 
-    fn wanted_format(&self, cx: &Context) -> Result<Option<Format>> {
+    fn requested_format(&self, cx: &Context) -> Result<Option<Format>> {
         let name = self.format.get(cx);
         let format = Format::named(name.as_str());
         if format.is_none() && !name.is_empty() {
             return Err(format!(
-                "format = \"{name}\": it can be rgb24, yuyv, mjpeg or grey, or be left out for the best the camera has"
+                "format = \"{name}\": it can be rgb24, yuyv, mjpeg or grey, or empty for the best that the camera supports"
             )
             .into());
         }
@@ -124,7 +124,7 @@ impl V4l2 {
 impl Inspect for V4l2 {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.width, self.size(cx));
-        problems.expect(&self.format, self.wanted_format(cx));
+        problems.expect(&self.format, self.requested_format(cx));
         let device = self.device.get(cx);
         if let Err(missing) = crate::linux::check_device(device.as_str()) {
             problems.unavailable(&self.device, missing);
@@ -152,12 +152,12 @@ mod tests {
     fn lost(device: &str) -> String {
         let _watchdog = Watchdog::for_test();
         let mut bench = bench(device);
-        bench.awake().expect("it is rightly configured");
+        bench.awake().expect("its configuration is valid");
         loop {
             bench
                 .iterate()
                 .expect("a driver whose device fails does not fail");
-            let connection: Connection = bench.exported("connection").expect("it is told");
+            let connection: Connection = bench.exported("connection").expect("it is exported");
             if connection.state == Connection::LOST {
                 assert_eq!(bench.exported_at("image"), None);
                 return connection.note.to_string();
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_camera_is_named_and_tried_again() {
+    fn a_device_that_is_not_a_camera_is_reported_by_its_name() {
         assert_eq!(
             lost("/dev/no-such-camera"),
             "/dev/no-such-camera: there is no such device: is the camera plugged in?"
@@ -180,21 +180,21 @@ mod tests {
     }
 
     #[test]
-    fn an_inspection_tells_a_missing_camera_from_a_wrong_setting() {
+    fn an_inspection_distinguishes_a_missing_camera_from_an_invalid_setting() {
         let mut bench = bench("/dev/null");
         bench.set("format", Text::<12>::new("h264"));
-        let found = bench.inspect().expect("it inspects");
-        let found: Vec<_> = found
+        let problems = bench.inspect().expect("it inspects");
+        let problems: Vec<_> = problems
             .iter()
             .map(|problem| (&*problem.modulation, problem.unavailable))
             .collect();
-        assert_eq!(found, [("format", false), ("device", true)]);
+        assert_eq!(problems, [("format", false), ("device", true)]);
     }
 
     #[test]
-    fn a_camera_that_was_lost_is_looked_for_again_and_forgotten_asleep() {
+    fn a_lost_camera_is_reopened_until_the_driver_sleeps() {
         let mut bench = bench("/dev/no-such-camera");
-        bench.awake().expect("it is rightly configured");
+        bench.awake().expect("its configuration is valid");
         let mut now = Duration::ZERO;
         let mut attempts = 0;
         while attempts < 3 {
@@ -205,14 +205,14 @@ mod tests {
                 .expect("a driver whose device fails does not fail");
             attempts = bench
                 .exported::<Connection>("connection")
-                .expect("it is told")
+                .expect("it is exported")
                 .attempts;
             thread::yield_now();
         }
         assert_eq!(
             bench.log().len(),
             1,
-            "the same trouble is said once: {:?}",
+            "the same error is logged once: {:?}",
             bench.log()
         );
         bench.sleep().expect("it sleeps");
@@ -220,19 +220,22 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_before_anything_is_opened() {
+    fn invalid_settings_are_refused_before_the_camera_is_opened() {
         let refused = |set: fn(&mut Bench<V4l2>)| {
             let mut bench = bench("/dev/video0");
             set(&mut bench);
-            bench.awake().expect_err("it cannot be").reason
+            bench.awake().expect_err("the setting is invalid").reason
         };
-        let words = refused(|bench| bench.set("width", 1920_u32));
+        let reason = refused(|bench| bench.set("width", 1920_u32));
         assert!(
-            words.starts_with("width and height: it is 1920 x 480 pixels"),
-            "{words}"
+            reason.starts_with("width and height: it is 1920 x 480 pixels"),
+            "{reason}"
         );
-        let words = refused(|bench| bench.set("format", Text::<12>::new("h264")));
-        assert!(words.starts_with("format = \"h264\": it can be rgb24"), "{words}");
+        let reason = refused(|bench| bench.set("format", Text::<12>::new("h264")));
+        assert!(
+            reason.starts_with("format = \"h264\": it can be rgb24"),
+            "{reason}"
+        );
         assert!(refused(|bench| bench.set_real_time(false)).contains("--lockstep"));
     }
 }

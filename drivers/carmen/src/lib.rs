@@ -1,6 +1,6 @@
 //! Plays a CARMEN text log as the sensors of a robot, with the log's own time. Commands are exported for
 //! display and have no effect, because the drive was recorded earlier. A replay shows how schemas would have
-//! decided, never what would have happened then.
+//! decided, not how the robot would have moved.
 
 mod log;
 mod record;
@@ -14,7 +14,7 @@ use record::Scan;
 
 /// A robot that drives as it did when the log was written.
 ///
-/// It reads `FLASER` and `ODOM` lines, plain or gzip, and ignores all others. A log whose clock stands still
+/// It reads `FLASER` and `ODOM` lines, plain or gzip, and ignores all others. A log whose clock does not advance
 /// is played at the rate of `interval`. The mission is done when the log ends.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
@@ -25,7 +25,7 @@ pub struct Log {
     /// Ranges from this one on count as beams without a return.
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// Time between scans in a log whose clock stands still.
+    /// Time between scans in a log whose clock does not advance.
     #[modulation(default = 0.2, unit = "s", min = 0.001, fixed)]
     interval: Modulation<f64>,
     /// Speeds of the base, which have no effect.
@@ -121,7 +121,7 @@ impl Log {
     }
 
     fn publish(&mut self, cx: &Context, time: Duration, scan: &Scan) -> Result {
-        let most = self.laser_range.get(cx) as f32;
+        let max_range = self.laser_range.get(cx) as f32;
         let mut laser = self.laser.loan(cx);
         laser.header = Header::new(time, "laser");
         laser.angle_min = scan.angle_min() as f32;
@@ -130,7 +130,7 @@ impl Log {
         laser.time_increment = 0.0;
         laser.scan_time = 0.0;
         laser.range_min = 0.0;
-        laser.range_max = most;
+        laser.range_max = max_range;
         laser.intensities.clear();
         laser.ranges.clear();
         laser.ranges.extend_from_slice(&scan.ranges)?;
@@ -138,7 +138,7 @@ impl Log {
             .ranges
             .as_mut_slice()
             .iter_mut()
-            .filter(|range| **range >= most)
+            .filter(|range| **range >= max_range)
         {
             *range = f32::INFINITY;
         }

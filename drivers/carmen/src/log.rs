@@ -1,5 +1,4 @@
-//! A whole log: read once, without the unreadable lines, which are counted, and with one clock that never
-//! goes back.
+//! A complete log, which is read once. Unreadable lines are counted and skipped, and the clock never goes back.
 
 use core::time::Duration;
 use std::fs::File;
@@ -46,22 +45,22 @@ pub(crate) enum LogError {
 }
 
 impl LogFile {
-    /// Reads a log, plain or gzip. If its clock stands still, the scans are `interval` apart.
+    /// Reads a log, plain or gzip. If its clock does not advance, the scans are `interval` apart.
     pub(crate) fn read(path: &str, interval: Duration) -> Result<Self, LogError> {
         let io = |error| LogError::Io {
             path: path.to_owned(),
             error,
         };
         let mut file = BufReader::new(File::open(path).map_err(io)?);
-        let packed = file.fill_buf().map_err(io)?.starts_with(&[0x1f, 0x8b]);
-        let mut log = if packed {
-            Reading::of(BufReader::new(MultiGzDecoder::new(file)))
+        let is_gzip = file.fill_buf().map_err(io)?.starts_with(&[0x1f, 0x8b]);
+        let mut log = if is_gzip {
+            Reading::read(BufReader::new(MultiGzDecoder::new(file)))
         } else {
-            Reading::of(file)
+            Reading::read(file)
         };
         if log.lines.iter().all(|line| line.scan.is_none()) {
-            // The error that cut the file off is the best explanation for the missing scans.
-            return match log.cut.take() {
+            // A read error explains the missing scans best.
+            return match log.read_error.take() {
                 Some(error) => Err(io(error)),
                 None => Err(LogError::NoScan {
                     path: path.to_owned(),
@@ -98,18 +97,18 @@ struct Reading {
     bad: usize,
     notes: Vec<String>,
     /// The error that ended the reading early.
-    cut: Option<io::Error>,
+    read_error: Option<io::Error>,
 }
 
 impl Reading {
     /// Reads to the end, or to the first unreadable byte: a log that is cut short is played up to there.
-    fn of(mut file: impl BufRead) -> Self {
+    fn read(mut file: impl BufRead) -> Self {
         let mut reading = Self {
             lines: Vec::new(),
             count: 0,
             bad: 0,
             notes: Vec::new(),
-            cut: None,
+            read_error: None,
         };
         let mut bytes = Vec::new();
         loop {
@@ -118,7 +117,7 @@ impl Reading {
                 Ok(0) => return reading,
                 Ok(_) => reading.line(&bytes),
                 Err(error) => {
-                    reading.cut = Some(error);
+                    reading.read_error = Some(error);
                     return reading;
                 }
             }
@@ -130,11 +129,11 @@ impl Reading {
         match record::parse(&String::from_utf8_lossy(bytes)) {
             None => {}
             Some(Ok(line)) => self.lines.push(line),
-            Some(Err(wrong)) => {
+            Some(Err(error)) => {
                 self.bad += 1;
                 if self.notes.len() < MAX_NOTES {
                     self.notes
-                        .push(format!("line {} is left out: {wrong}", self.count));
+                        .push(format!("line {} is left out: {error}", self.count));
                 }
             }
         }
@@ -145,7 +144,7 @@ impl Reading {
         if self.bad > notes.len() {
             notes.push(format!("{} lines in all are left out", self.bad));
         }
-        if let Some(error) = self.cut {
+        if let Some(error) = self.read_error {
             notes.push(format!(
                 "the file is cut short after line {}: {error}; what comes before is played",
                 self.count
@@ -160,8 +159,8 @@ impl Reading {
             (first.min(clock), last.max(clock))
         });
         let scans = self.lines.iter().filter(|line| line.scan.is_some()).count();
-        let stands = last <= first && scans > 1;
-        if stands {
+        let is_stopped = last <= first && scans > 1;
+        if is_stopped {
             let seconds = interval.as_secs_f64();
             notes.push(format!(
                 "its clock stands still at {first} s; the scans are played {seconds} s apart"
@@ -170,7 +169,7 @@ impl Reading {
         let mut records = Vec::with_capacity(self.lines.len());
         let (mut start, mut now, mut played) = (None, Duration::ZERO, 0);
         for Line { pose, clock, scan } in self.lines {
-            if stands {
+            if is_stopped {
                 now = interval * played;
             } else if clock > 0.0 {
                 // A clock of 0 counts as missing, and one that goes back is ignored.

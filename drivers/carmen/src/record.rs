@@ -1,4 +1,4 @@
-//! Parses one line of a CARMEN log. It knows no file, and no clock except the line's own.
+//! Parses one line of a CARMEN log. It knows no file and no clock except that of the line.
 //!
 //! The format, from the headers of CARMEN's logs (carmen.sourceforge.net): `FLASER n r0 .. rn-1 x y theta
 //! odom_x odom_y odom_theta ipc_timestamp host logger_timestamp` and `ODOM x y theta tv rv accel
@@ -45,65 +45,65 @@ impl Scan {
 
 /// Parses a line; `None` for a line of another kind.
 pub(crate) fn parse(line: &str) -> Option<Result<Line, String>> {
-    let mut words = line.split_ascii_whitespace();
-    match words.next()? {
-        "FLASER" => Some(laser(&mut words)),
-        "ODOM" => Some(odometry(&mut words)),
+    let mut fields = line.split_ascii_whitespace();
+    match fields.next()? {
+        "FLASER" => Some(laser(&mut fields)),
+        "ODOM" => Some(odometry(&mut fields)),
         _ => None,
     }
 }
 
-fn laser<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
-    let count = number(words, "the number of beams")?;
+fn laser<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
+    let count = number(fields, "the number of beams")?;
     if count.fract() != 0.0 || !(1.0..=MAX_BEAMS as f64).contains(&count) {
         return Err(format!("{count} beams; a scan has 1 to {MAX_BEAMS}"));
     }
     let ranges = (0..count as usize)
-        .map(|_| match number(words, "a range")? {
+        .map(|_| match number(fields, "a range")? {
             range if range >= 0.0 => Ok(range as f32),
             range => Err(format!("a range of {range} m")),
         })
         .collect::<Result<_, String>>()?;
-    let pose = pose(words)?;
-    let _odometry = self::pose(words)?;
+    let pose = pose(fields)?;
+    let _odometry = self::pose(fields)?;
     Ok(Line {
         pose,
-        clock: clock(words)?,
+        clock: clock(fields)?,
         scan: Some(Scan { ranges }),
     })
 }
 
-fn odometry<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
-    let pose = pose(words)?;
+fn odometry<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
+    let pose = pose(fields)?;
     for what in ["a speed", "a turn rate", "an acceleration"] {
-        number(words, what)?;
+        number(fields, what)?;
     }
     Ok(Line {
         pose,
-        clock: clock(words)?,
+        clock: clock(fields)?,
         scan: None,
     })
 }
 
-fn pose<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Pose2D, String> {
+fn pose<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Result<Pose2D, String> {
     Ok(Pose2D::new(
-        number(words, "x")?,
-        number(words, "y")?,
-        number(words, "theta")?,
+        number(fields, "x")?,
+        number(fields, "y")?,
+        number(fields, "theta")?,
     ))
 }
 
-/// Reads the two clocks of a line, and returns the second, which is the logger's.
-fn clock<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<f64, String> {
-    number(words, "a time")?;
-    words.next().ok_or("it ends before the host's name")?;
-    number(words, "the logger's time")
+/// Reads the two clocks of a line and returns the second, which is that of the logger.
+fn clock<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Result<f64, String> {
+    number(fields, "a time")?;
+    fields.next().ok_or("it ends before the host's name")?;
+    number(fields, "the logger's time")
 }
 
-fn number<'a>(words: &mut impl Iterator<Item = &'a str>, what: &str) -> Result<f64, String> {
-    let word = words.next().ok_or_else(|| format!("it ends before {what}"))?;
-    match word.parse::<f64>() {
+fn number<'a>(fields: &mut impl Iterator<Item = &'a str>, what: &str) -> Result<f64, String> {
+    let field = fields.next().ok_or_else(|| format!("it ends before {what}"))?;
+    match field.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("`{}` is not {what}", word.escape_default())),
+        _ => Err(format!("`{}` is not {what}", field.escape_default())),
     }
 }

@@ -1,4 +1,4 @@
-//! Logs of all formats: faulty clocks, files that are cut short or are not logs, and two real logs.
+//! Logs of all formats, with faulty clocks, truncated files, files that are not logs, and two real logs.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
@@ -44,7 +44,7 @@ impl Player {
     fn at(&mut self, seconds: f64) -> Mission {
         self.bench.set_now(Duration::from_secs_f64(seconds));
         self.bench.iterate().expect("it plays");
-        self.bench.exported("mission").expect("it says how far it is")
+        self.bench.exported("mission").expect("it is exported")
     }
 
     fn laser(&self) -> Box<LaserScan> {
@@ -62,15 +62,15 @@ impl Player {
             .log()
             .iter()
             .filter(|(severity, _)| *severity == Severity::Warn);
-        warnings.map(|(_, words)| &**words).collect()
+        warnings.map(|(_, text)| &**text).collect()
     }
 
     #[track_caller]
-    fn warned(&self, words: &str) {
+    fn assert_warned(&self, expected: &str) {
         let warnings = self.warnings();
         assert!(
-            warnings.iter().any(|warning| warning.contains(words)),
-            "`{words}` is not in {warnings:?}"
+            warnings.iter().any(|warning| warning.contains(expected)),
+            "`{expected}` is not in {warnings:?}"
         );
     }
 }
@@ -114,13 +114,13 @@ fn a_drive_is_played_at_the_times_of_the_log() {
     assert_eq!(player.laser().ranges.as_slice(), [1.0, 2.0, 3.0, f32::INFINITY]);
 
     player.at(0.49);
-    assert_eq!(player.pose().x, 1.0, "the pose of the wheels comes at 0.5 s");
+    assert_eq!(player.pose().x, 1.0, "the pose of the wheels is at 0.5 s");
     let mission = player.at(0.7);
     assert!(player.pose().distance_to(&Pose2D::new(1.5, 2.5, 0.25)) < 1e-9);
     assert_eq!(
         player.bench.exported_at("odometry"),
         Some(Duration::from_millis(500)),
-        "when it was, not when it is told"
+        "the time of the log, not that of the iteration"
     );
     assert_eq!((mission.state, mission.reached), (Mission::RUNNING, 1));
 
@@ -135,7 +135,7 @@ fn a_drive_is_played_at_the_times_of_the_log() {
 }
 
 #[test]
-fn what_was_skipped_is_caught_up_with() {
+fn skipped_records_are_played_later() {
     let mut player = Player::new(drive()).awake();
     let mission = player.at(60.0);
     assert_eq!((mission.state, mission.reached), (Mission::DONE, 2));
@@ -143,10 +143,10 @@ fn what_was_skipped_is_caught_up_with() {
 }
 
 #[test]
-fn packed_plain_and_windows_lines_are_the_same_drive() {
+fn gzip_plain_and_windows_lines_give_the_same_drive() {
     let plain = drive();
     let windows = plain.replace('\n', "\r\n");
-    // Two gzip members in one file, as `cat a.gz b.gz` makes them.
+    // Two gzip members in one file, as `cat a.gz b.gz` writes them.
     let (head, tail) = plain.split_at(plain.find("ODOM").expect("the log has one"));
     let members = [gzip(head.as_bytes()), gzip(tail.as_bytes())].concat();
     for bytes in [
@@ -176,17 +176,17 @@ fn beams_go_from_right_to_left_over_half_a_turn() {
         assert!((f64::from(scan.angle_max) - scan.angle(beams - 1)).abs() < 1e-5);
     }
     let one = Scan { ranges: vec![1.0] };
-    assert_eq!(one.angle_increment(), PI, "a single beam divides by nothing");
+    assert_eq!(one.angle_increment(), PI, "a single beam does not divide by 0");
 }
 
 #[test]
-fn what_is_commanded_is_shown_while_it_is_in_force() {
+fn a_command_is_exported_while_it_is_in_force() {
     let mut player = Player::new(drive()).awake();
     player.at(0.0);
     assert_eq!(
         player.bench.exported("wanted"),
         Some(Twist::ZERO),
-        "nobody commands yet"
+        "no command yet"
     );
     player.bench.command("velocity", &Twist::planar(0.2, 0.5));
     player.at(0.5);
@@ -195,12 +195,12 @@ fn what_is_commanded_is_shown_while_it_is_in_force() {
     assert_eq!(
         player.bench.exported("wanted"),
         Some(Twist::ZERO),
-        "its validity is over"
+        "the validity has expired"
     );
 }
 
 #[test]
-fn a_sleep_does_not_turn_it_back() {
+fn a_sleep_does_not_reset_the_position() {
     let mut player = Player::new(drive()).awake();
     player.at(0.0);
     player.bench.sleep().expect("it sleeps");
@@ -210,12 +210,12 @@ fn a_sleep_does_not_turn_it_back() {
 }
 
 #[test]
-fn a_clock_that_stands_still_is_replaced_by_a_rate() {
+fn a_clock_that_does_not_advance_is_replaced_by_a_rate() {
     let scan = |x| flaser(&[1.0], (x, 0.0, 0.0), 7.0);
     let mut player = Player::new([scan(0.0), scan(1.0), scan(2.0)].concat());
     player.bench.set("interval", 0.5);
     let mut player = player.awake();
-    player.warned("its clock stands still at 7 s; the scans are played 0.5 s apart");
+    player.assert_warned("its clock stands still at 7 s; the scans are played 0.5 s apart");
     assert_eq!(player.at(0.0).reached, 1);
     assert_eq!(player.at(0.99).reached, 2);
     let mission = player.at(1.0);
@@ -223,7 +223,7 @@ fn a_clock_that_stands_still_is_replaced_by_a_rate() {
 }
 
 #[test]
-fn a_clock_that_goes_back_is_not_followed() {
+fn a_clock_that_goes_back_is_ignored() {
     let scan = |x, clock| flaser(&[1.0], (x, 0.0, 0.0), clock);
     let mut player = Player::new(
         [
@@ -251,7 +251,7 @@ fn a_line_before_the_clock_was_set_does_not_count_from_the_epoch() {
 }
 
 #[test]
-fn lines_that_cannot_be_read_are_left_out_and_told() {
+fn unreadable_lines_are_skipped_with_warnings() {
     let good = flaser(&[1.0, 2.0], (1.0, 0.0, 0.0), 5.0);
     let bad = [
         "FLASER 3 1.0 2.0\n",
@@ -266,47 +266,43 @@ fn lines_that_cannot_be_read_are_left_out_and_told() {
     ];
     let mut player = Player::new(format!("{}{good}", bad.concat())).awake();
     assert_eq!(player.at(0.0).total, 1);
-    player.warned("line 1 is left out: it ends before a range");
-    player.warned("line 2 is left out: `two` is not a range");
-    player.warned("line 3 is left out: 0 beams; a scan has 1 to 1088");
-    player.warned("9 lines in all are left out");
-    assert_eq!(
-        player.warnings().len(),
-        4,
-        "a broken log does not flood the screen"
-    );
+    player.assert_warned("line 1 is left out: it ends before a range");
+    player.assert_warned("line 2 is left out: `two` is not a range");
+    player.assert_warned("line 3 is left out: 0 beams; a scan has 1 to 1088");
+    player.assert_warned("9 lines in all are left out");
+    assert_eq!(player.warnings().len(), 4, "the number of warnings is limited");
 }
 
 #[test]
-fn each_fault_of_a_line_is_named() {
-    let wrong = |line: &str| {
+fn each_error_of_a_line_has_its_message() {
+    let error = |line: &str| {
         record::parse(line)
             .expect("a line of a known kind")
-            .expect_err("a wrong line")
+            .expect_err("an invalid line")
     };
-    assert_eq!(wrong("FLASER 2.5 1 2"), "2.5 beams; a scan has 1 to 1088");
-    assert_eq!(wrong("FLASER 1 -1 0"), "a range of -1 m");
-    assert_eq!(wrong("FLASER 1 NaN 0"), "`NaN` is not a range");
+    assert_eq!(error("FLASER 2.5 1 2"), "2.5 beams; a scan has 1 to 1088");
+    assert_eq!(error("FLASER 1 -1 0"), "a range of -1 m");
+    assert_eq!(error("FLASER 1 NaN 0"), "`NaN` is not a range");
     assert_eq!(
-        wrong("FLASER 1 1 0 0 0 0 0 0 1"),
+        error("FLASER 1 1 0 0 0 0 0 0 1"),
         "it ends before the host's name"
     );
     assert_eq!(
-        wrong("FLASER 1 1 0 0 0 0 0 0 1 host"),
+        error("FLASER 1 1 0 0 0 0 0 0 1 host"),
         "it ends before the logger's time"
     );
-    assert_eq!(wrong("ODOM 1 2 3 4"), "it ends before a turn rate");
+    assert_eq!(error("ODOM 1 2 3 4"), "it ends before a turn rate");
     assert_eq!(
-        wrong("ODOM 1 x\u{1b}[2J 3"),
+        error("ODOM 1 x\u{1b}[2J 3"),
         "`x\\u{1b}[2J` is not y",
-        "nothing of a file reaches the terminal raw"
+        "control characters of a file are escaped"
     );
     assert_eq!(record::parse("RLASER1 3 1 2 3"), None);
     assert_eq!(record::parse(""), None);
 }
 
 #[test]
-fn a_log_that_is_cut_short_is_played_as_far_as_it_goes() {
+fn a_truncated_log_is_played_to_its_end() {
     let scan = |index: u32| {
         flaser(
             &[f64::from(index); 90],
@@ -317,30 +313,30 @@ fn a_log_that_is_cut_short_is_played_as_far_as_it_goes() {
     let plain: String = (1..200).map(scan).collect();
     let packed = gzip(plain.as_bytes());
     let mut player = Player::new(&packed[..packed.len() / 2]).awake();
-    player.warned("the file is cut short after line");
-    player.warned("what comes before is played");
+    player.assert_warned("the file is cut short after line");
+    player.assert_warned("what comes before is played");
     let mission = player.at(1000.0);
     assert!((1..199).contains(&mission.reached), "{} scans", mission.reached);
     assert_eq!((mission.state, mission.total), (Mission::DONE, mission.reached));
 
     let mut player = Player::new(&plain[..plain.len() - 40]).awake();
-    player.warned("line 199 is left out");
+    player.assert_warned("line 199 is left out");
     assert_eq!(player.at(1000.0).reached, 198);
 }
 
 #[track_caller]
 fn refused(player: Player) -> String {
     let mut player = player;
-    let found = player.bench.inspect().expect("it inspects");
+    let problems = player.bench.inspect().expect("it inspects");
     let refused = player.bench.awake().map_err(|Failure { reason, .. }| reason);
-    let reason = refused.expect_err("it is no log");
-    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
-    assert_eq!(said, [&*reason], "an inspection says the same");
+    let reason = refused.expect_err("it is not a log");
+    let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(messages, [&*reason], "an inspection reports the same");
     reason
 }
 
 #[test]
-fn a_file_that_is_no_log_is_refused_by_its_name() {
+fn a_file_that_is_not_a_log_is_refused_by_its_name() {
     let reason = refused(Player::new(""));
     assert!(
         reason.ends_with("drive.log has no scan: not one of its 0 lines is a FLASER line that can be read"),
@@ -364,7 +360,7 @@ fn a_file_that_is_no_log_is_refused_by_its_name() {
 }
 
 #[test]
-fn a_log_that_is_not_there_is_named() {
+fn a_missing_log_is_reported_by_its_name() {
     let mut player = Player::new("");
     player
         .bench
@@ -378,7 +374,7 @@ fn a_log_that_is_not_there_is_named() {
 }
 
 /// Plays a log of the Radish data sets to its end. The data sets are not part of the project.
-fn real(name: &str, beams: usize, scans: u32) {
+fn play_real_log(name: &str, beams: usize, scans: u32) {
     let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(name);
     if !path.exists() {
         eprintln!("skipped: there is no {}", path.display());
@@ -394,7 +390,7 @@ fn real(name: &str, beams: usize, scans: u32) {
             played = mission.reached;
             assert_eq!(player.laser().ranges.len(), beams);
             let time = player.bench.exported_at("laser").expect("it has played a scan");
-            assert!(time >= last, "time goes on");
+            assert!(time >= last, "time does not go back");
             last = time;
         }
         if mission.state == Mission::DONE {
@@ -407,10 +403,10 @@ fn real(name: &str, beams: usize, scans: u32) {
 
 #[test]
 fn a_real_building_of_180_beams() {
-    real("intel-corrected.log.gz", 180, 910);
+    play_real_log("intel-corrected.log.gz", 180, 910);
 }
 
 #[test]
 fn a_real_building_of_361_beams() {
-    real("csail-corrected.log.gz", 361, 406);
+    play_real_log("csail-corrected.log.gz", 361, 406);
 }

@@ -12,7 +12,7 @@ pub(crate) struct EmulatedScanner {
     /// Whether it still uses its old protocol, SCIP 1.
     pub(crate) scip1: bool,
     pub(crate) laser: bool,
-    /// The question that it answers with scans, while it streams.
+    /// The request to which it sends scans, while it streams.
     pub(crate) streaming: Option<String>,
     pub(crate) sheet: &'static [&'static str],
     /// Every distance of its scans, mm.
@@ -21,7 +21,7 @@ pub(crate) struct EmulatedScanner {
     pub(crate) clock: u32,
     pub(crate) silent: bool,
     pub(crate) noisy: bool,
-    /// A question that it refuses, and the status of the refusal.
+    /// A request that it refuses, and the status of the refusal.
     pub(crate) refuses: Option<(&'static str, &'static str)>,
     /// The status of its scans.
     pub(crate) status: &'static str,
@@ -32,7 +32,7 @@ pub(crate) struct EmulatedScanner {
 pub(crate) fn letters(value: u32, count: usize) -> Vec<u8> {
     (0..count)
         .rev()
-        .map(|place| (value >> (6 * place) & 0x3f) as u8 + 0x30)
+        .map(|digit| (value >> (6 * digit) & 0x3f) as u8 + 0x30)
         .collect()
 }
 
@@ -95,20 +95,20 @@ impl EmulatedScanner {
         }
     }
 
-    fn reply_to(&mut self, question: &str) -> Vec<u8> {
+    fn reply_to(&mut self, request: &str) -> Vec<u8> {
         let (mut status, mut lines) = ("00", Vec::new());
         let checked = |line: &&str| format!("{line};{}", char::from(checksum(line.as_bytes())));
-        if let Some((refused, with)) = self.refuses
-            && question.starts_with(refused)
+        if let Some((refused, refusal)) = self.refuses
+            && request.starts_with(refused)
         {
-            return answer(question, with, &[]);
+            return reply(request, refusal, &[]);
         }
         if self.scip1 {
-            self.scip1 = question != "SCIP2.0";
-            // Answers of the old protocol have one digit and no checksum.
-            return format!("{question}\n{}\n\n", if self.scip1 { "E" } else { "0" }).into_bytes();
+            self.scip1 = request != "SCIP2.0";
+            // Replies of the old protocol have one digit and no checksum.
+            return format!("{request}\n{}\n\n", if self.scip1 { "E" } else { "0" }).into_bytes();
         }
-        match question.get(..2) {
+        match request.get(..2) {
             Some("QT") => (self.laser, self.streaming) = (false, None),
             Some("BM") => {
                 status = if self.laser { "02" } else { "00" };
@@ -134,19 +134,19 @@ impl EmulatedScanner {
                     .collect()
             }
             Some("SS") => {
-                let said = answer(question, "00", &[]);
-                self.baud = question[2..].parse().expect("six digits");
-                assert_eq!(question.len(), 8);
-                return said;
+                let reply = reply(request, "00", &[]);
+                self.baud = request[2..].parse().expect("six digits");
+                assert_eq!(request.len(), 8);
+                return reply;
             }
             Some("MD" | "MS") => {
-                assert!(question.len() == 15 && question.ends_with("00"), "{question}");
+                assert!(request.len() == 15 && request.ends_with("00"), "{request}");
                 self.laser = true;
-                self.streaming = Some(question.to_owned());
+                self.streaming = Some(request.to_owned());
             }
             _ => status = "0E",
         }
-        answer(question, status, &lines)
+        reply(request, status, &lines)
     }
 }
 
@@ -160,45 +160,45 @@ impl Emulator for EmulatedScanner {
             return vec![0xf8, 0x00, b'\n', b'\n', 0x8e];
         }
         self.received.extend_from_slice(bytes);
-        let mut answers = Vec::new();
+        let mut replies = Vec::new();
         while let Some(end) = self.received.iter().position(|byte| *byte == b'\n') {
             let line: Vec<u8> = self.received.drain(..=end).collect();
-            let question = String::from_utf8(line[..end].to_vec()).expect("questions are letters");
-            answers.extend(self.reply_to(&question));
+            let request = String::from_utf8(line[..end].to_vec()).expect("requests are letters");
+            replies.extend(self.reply_to(&request));
         }
-        answers
+        replies
     }
 
     fn poll_output(&mut self) -> Vec<u8> {
         self.clock = (self.clock + 25) & 0xff_ffff;
-        let Some(question) = self.streaming.as_ref().filter(|_| !self.silent) else {
+        let Some(request) = self.streaming.as_ref().filter(|_| !self.silent) else {
             return Vec::new();
         };
-        let step = |place: core::ops::Range<usize>| question[place].parse::<u32>().expect("digits");
+        let step = |digits: core::ops::Range<usize>| request[digits].parse::<u32>().expect("digits");
         let count = (step(6..10) - step(2..6)) / step(10..12) + 1;
-        let letters = if question.starts_with("MD") { 3 } else { 2 };
+        let letters = if request.starts_with("MD") { 3 } else { 2 };
         let lines = match self.status {
             "99" => scan_lines(self.clock, &vec![self.distance; count as usize], letters),
             _ => Vec::new(),
         };
-        let mut said = if self.noisy {
+        let mut output = if self.noisy {
             b"\xff\x80noise\n\n".to_vec()
         } else {
             Vec::new()
         };
-        said.extend(format!("{question}\n").bytes());
-        said.extend(with_sum(self.status.as_bytes()));
-        said.push(b'\n');
+        output.extend(format!("{request}\n").bytes());
+        output.extend(with_sum(self.status.as_bytes()));
+        output.push(b'\n');
         lines
             .iter()
-            .for_each(|line| said.extend([line, &b"\n"[..]].concat()));
-        said.push(b'\n');
-        said
+            .for_each(|line| output.extend([line, &b"\n"[..]].concat()));
+        output.push(b'\n');
+        output
     }
 }
 
-fn answer(question: &str, status: &str, lines: &[String]) -> Vec<u8> {
+fn reply(request: &str, status: &str, lines: &[String]) -> Vec<u8> {
     let sum = char::from(checksum(status.as_bytes()));
     let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
-    format!("{question}\n{status}{sum}\n{lines}\n").into_bytes()
+    format!("{request}\n{status}{sum}\n{lines}\n").into_bytes()
 }

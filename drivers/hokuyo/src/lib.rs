@@ -27,7 +27,7 @@ pub struct Scip2 {
     /// Its address: "tcp:192.168.0.10:10940", or "serial:/dev/ttyACM0@115200".
     #[modulation(default = "", fixed)]
     port: Modulation<Text<256>>,
-    /// The angle to cover, centred ahead; limited to the scanner's own.
+    /// The angle to cover, centred ahead; limited to that of the scanner.
     #[modulation(default = TAU, unit = "rad", min = 0.0, max = TAU, fixed)]
     view: Modulation<f64>,
     /// Turns skipped between two scans.
@@ -51,7 +51,7 @@ struct Scanner {
     clock: Clock,
     beams: Option<Beams>,
     /// Whether `laser` has a value.
-    seen: bool,
+    has_scan: bool,
 }
 
 impl Schema for Scip2 {
@@ -67,8 +67,8 @@ impl Schema for Scip2 {
         let Some(scanner) = &mut self.scanner else {
             return Err("it is not awake".into());
         };
-        for news in scanner.device.step(cx) {
-            match news {
+        for data in scanner.device.step(cx) {
+            match data {
                 ScannerData::Beams(beams) => {
                     info!(cx, "{} beams", beams.count());
                     (scanner.clock, scanner.beams) = (Clock::default(), Some(beams));
@@ -76,8 +76,8 @@ impl Schema for Scip2 {
                 ScannerData::Scan(scan) => scanner.publish(cx, &mut self.laser, &scan)?,
             }
         }
-        if !scanner.device.is_ready() && scanner.seen {
-            scanner.seen = false;
+        if !scanner.device.is_ready() && scanner.has_scan {
+            scanner.has_scan = false;
             self.laser.retract(cx);
         }
         scanner.device.export_connection(cx, &mut self.connection);
@@ -99,7 +99,7 @@ impl Scip2 {
             Address::Serial { baud, .. } => Some(baud),
             Address::Tcp { .. } => None,
         };
-        let wanted = ScannerConfig {
+        let config = ScannerConfig {
             view: self.view.get(cx),
             skip: self.skip.get(cx),
             letters: match self.letters.get(cx) {
@@ -110,10 +110,10 @@ impl Scip2 {
         };
         let port = Port::new(address, Backoff::default());
         Ok(Scanner {
-            device: Device::new(port, wanted),
+            device: Device::new(port, config),
             clock: Clock::default(),
             beams: None,
-            seen: false,
+            has_scan: false,
         })
     }
 
@@ -160,16 +160,12 @@ impl Scanner {
         laser.ranges.clear();
         laser.ranges.extend_from_slice(&scan.ranges)?;
         laser.publish_at(time);
-        self.seen = true;
+        self.has_scan = true;
         Ok(())
     }
 }
 
-jde_schema::export!(
-    "hokuyo",
-    "Drives Hokuyo laser scanners that speak SCIP 2.",
-    [Scip2]
-);
+jde_schema::export!("hokuyo", "Drives Hokuyo laser scanners that use SCIP 2.", [Scip2]);
 
 #[cfg(test)]
 mod tests;

@@ -1,17 +1,17 @@
 //! Messages of SCIP 2 on the wire: lines, checksums, and numbers encoded in letters. This module does not
 //! interpret them.
 //!
-//! From Hokuyo's "Communication Protocol Specification for SCIP 2.0 Standard": an answer repeats the question
+//! From Hokuyo's "Communication Protocol Specification for SCIP 2.0 Standard": a reply repeats the request
 //! and adds a status line, data lines and an empty line. Each letter encodes 6 bits, starting with `0`.
 
 /// Upper limit of a message, bytes. The longest has 1440 steps of three letters, a checksum and an end of
 /// line per 64 letters, and the head.
 const MAX_MESSAGE: usize = 8192;
 
-/// An answer, or a scan, which answers an earlier question.
+/// A reply to a request, or a scan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
-    /// The question, as the scanner received it.
+    /// The request, as the scanner received it.
     pub(crate) echo: String,
     /// Two letters; `00` is success, and `99` marks a scan.
     pub(crate) status: [u8; 2],
@@ -136,28 +136,28 @@ mod tests {
         assert_eq!(number(b"0\x70"), None);
     }
 
-    fn heard(pieces: &[&[u8]]) -> Vec<Message> {
+    fn receive_all(pieces: &[&[u8]]) -> Vec<Message> {
         let mut receiver = Receiver::default();
-        let mut all = Vec::new();
+        let mut messages = Vec::new();
         for piece in pieces {
             receiver.receive(piece);
-            all.extend(core::iter::from_fn(|| receiver.next()));
+            messages.extend(core::iter::from_fn(|| receiver.next()));
         }
-        all
+        messages
     }
 
     const VERSION: &[u8] = b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\n";
 
     #[test]
     fn a_message_is_found_between_noise_and_empty_lines() {
-        let all = heard(&[b"\xff\x00\n\n\n\n", VERSION, b"half a word\n\nQT\n00P\n\n"]);
-        let echoes: Vec<&str> = all.iter().map(|message| &*message.echo).collect();
+        let messages = receive_all(&[b"\xff\x00\n\n\n\n", VERSION, b"half a line\n\nQT\n00P\n\n"]);
+        let echoes: Vec<&str> = messages.iter().map(|message| &*message.echo).collect();
         assert_eq!(echoes, ["VV", "QT"]);
-        assert_eq!((all[0].status, all[0].lines.len()), (*b"00", 2));
+        assert_eq!((messages[0].status, messages[0].lines.len()), (*b"00", 2));
     }
 
     #[test]
-    fn a_value_is_believed_with_either_checksum_and_with_no_other() {
+    fn a_value_is_accepted_with_either_checksum_and_with_no_other() {
         let text = b"DMAX:5600";
         for (checked, good) in [(&text[..], true), (b"DMAX:5600;", true), (b"DMAX:5700", false)] {
             let line = [text, &b";"[..], &[checksum(checked)]].concat();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_without_end_is_not_kept() {
+    fn endless_noise_is_discarded() {
         let mut receiver = Receiver::default();
         for _ in 0..1000 {
             receiver.receive(&[b'x'; 1000]);
@@ -185,15 +185,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn messages_survive_any_cut(cut in 0..VERSION.len()) {
+        fn messages_are_found_after_any_split(cut in 0..VERSION.len()) {
             let (head, tail) = VERSION.split_at(cut);
-            prop_assert_eq!(heard(&[head, tail]), heard(&[VERSION]));
+            prop_assert_eq!(receive_all(&[head, tail]), receive_all(&[VERSION]));
         }
 
         #[test]
         fn no_bytes_panic(pieces in prop::collection::vec(prop::collection::vec(prop_oneof![any::<u8>(), Just(b'\n'), Just(b';')], 0..300), 0..6)) {
             let pieces: Vec<&[u8]> = pieces.iter().map(|piece| &piece[..]).collect();
-            for message in heard(&pieces) {
+            for message in receive_all(&pieces) {
                 message.value("DMAX");
             }
         }

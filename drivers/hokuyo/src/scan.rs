@@ -9,7 +9,7 @@ use crate::message::{Message, checked, number};
 /// Most beams of a scan, by the capacity of the exported type.
 const MAX_BEAMS: u32 = 1088;
 
-/// The scanner's parameters, from the answer to `PP`.
+/// The scanner's parameters, from the reply to `PP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parameters {
     /// Range of the distances that it measures, mm.
@@ -59,14 +59,14 @@ pub(crate) struct Scan {
 /// The reason for rejecting a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unusable {
-    /// The checksum of a line is wrong.
+    /// The checksum of a line is invalid.
     Checksum,
     /// The number of letters differs from the request.
     Length(usize),
 }
 
 impl Parameters {
-    /// Reads the answer to `PP`.
+    /// Reads the reply to `PP`.
     pub(crate) fn read(message: &Message) -> Result<Self, String> {
         let value = |key: &str| {
             let text = message
@@ -92,7 +92,7 @@ impl Parameters {
         let Self {
             first, last, turn, ..
         } = parameters;
-        // A question has four digits for a step.
+        // A request has four digits for a step.
         if turn == 0 || parameters.speed == 0 || first > last || last > 9999 || last - first >= turn {
             return Err(format!(
                 "steps {first} to {last} of {turn} at {} turns a minute cannot be",
@@ -123,7 +123,7 @@ impl Beams {
     /// The beams within an angle centred ahead, rad. Combines neighbouring steps if they exceed the capacity
     /// of a scan.
     pub(crate) fn new(parameters: Parameters, view: f64, skip: u32, letters: Letters) -> Self {
-        // A step that is missed only by rounding counts.
+        // The small addend includes steps that rounding would exclude.
         let half = (view / core::f64::consts::TAU * f64::from(parameters.turn) / 2.0 + 1e-6).floor() as u32;
         let first = parameters
             .first
@@ -143,7 +143,7 @@ impl Beams {
         }
     }
 
-    /// The question for continuous scans, without the remaining count, which changes in the echoes.
+    /// The request for continuous scans, without the remaining count, which changes in the echoes.
     pub(crate) fn request(self) -> String {
         let Self {
             first,
@@ -264,7 +264,7 @@ pub(crate) mod tests {
             ..emulator.clone()
         };
         receiver.receive(&emulator.receive(b"PP\n", emulator.baud));
-        Parameters::read(&receiver.next().expect("it answers")).expect("parameters")
+        Parameters::read(&receiver.next().expect("the emulator replies")).expect("parameters")
     }
 
     fn scan(beams: Beams, stamp: u32, values: &[u32]) -> Message {
@@ -276,7 +276,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_small_scanner_is_described_as_its_data_sheet_says() {
+    fn the_beams_of_a_small_scanner_agree_with_its_data_sheet() {
         let beams = Beams::new(
             parameters(&EmulatedScanner::urg()),
             f64::from(TAU),
@@ -298,16 +298,16 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_view_is_centred_ahead_and_never_beyond_what_the_scanner_has() {
+    fn a_view_is_centred_ahead_and_limited_by_the_scanner() {
         let parameters = parameters(&EmulatedScanner::utm());
-        let question = |view: f64| Beams::new(parameters, view, 2, Letters::Three).request();
-        assert_eq!(question(f64::from(TAU)), "MD00001080012");
-        assert_eq!(question(core::f64::consts::PI), "MD01800900012");
-        assert_eq!(question(0.0), "MD05400540012");
+        let request = |view: f64| Beams::new(parameters, view, 2, Letters::Three).request();
+        assert_eq!(request(f64::from(TAU)), "MD00001080012");
+        assert_eq!(request(core::f64::consts::PI), "MD01800900012");
+        assert_eq!(request(0.0), "MD05400540012");
     }
 
     #[test]
-    fn more_steps_than_fit_are_put_together() {
+    fn steps_beyond_the_capacity_are_combined() {
         let parameters = Parameters {
             turn: 2880,
             first: 0,
@@ -322,7 +322,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn values_that_are_no_distance_follow_rep_117() {
+    fn values_that_are_not_distances_follow_rep_117() {
         let parameters = Parameters {
             first: 384,
             last: 389,
@@ -350,7 +350,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn ten_thousand_scans_with_wrong_bytes_are_not_believed_where_they_are_wrong() {
+    fn ten_thousand_scans_with_wrong_bytes_are_rejected() {
         let beams = Beams::new(
             parameters(&EmulatedScanner::urg()),
             f64::from(TAU),
@@ -364,24 +364,24 @@ pub(crate) mod tests {
             (seed >> 16) as usize
         };
         for _ in 0..10_000 {
-            let mut wrong = good.clone();
-            let line = random() % wrong.lines.len();
-            let place = random() % wrong.lines[line].len();
+            let mut invalid = good.clone();
+            let line = random() % invalid.lines.len();
+            let index = random() % invalid.lines[line].len();
             // One of the six checked bits.
-            wrong.lines[line][place] ^= 1 << (random() % 6);
-            assert_eq!(beams.decode(&wrong), Err(Unusable::Checksum));
-            wrong.lines.remove(line);
-            assert!(beams.decode(&wrong).is_err());
+            invalid.lines[line][index] ^= 1 << (random() % 6);
+            assert_eq!(beams.decode(&invalid), Err(Unusable::Checksum));
+            invalid.lines.remove(line);
+            assert!(beams.decode(&invalid).is_err());
         }
         assert_eq!(
             letters(1234, 2),
             b"CB",
-            "the emulator writes as the specification does"
+            "the emulator encodes as the specification does"
         );
     }
 
     #[test]
-    fn parameters_that_cannot_be_are_named() {
+    fn invalid_parameters_are_refused_with_a_message() {
         let read = |change: (&str, &str)| {
             let text =
                 "DMIN:20 DMAX:5600 ARES:1024 AMIN:44 AMAX:725 AFRT:384 SCAN:600".replace(change.0, change.1);
@@ -403,13 +403,17 @@ pub(crate) mod tests {
             read(("5600", "far")),
             Err("its DMAX is `far`, which is no such number".to_owned())
         );
-        for wrong in [
+        for invalid in [
             ("1024", "0"),
             ("SCAN:600", "SCAN:0"),
             ("AMIN:44", "AMIN:800"),
             ("AMAX:725", "AMAX:10000"),
         ] {
-            assert!(read(wrong).expect_err("it cannot be").ends_with("cannot be"));
+            assert!(
+                read(invalid)
+                    .expect_err("the parameters are invalid")
+                    .ends_with("cannot be")
+            );
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The driver on the bench, with emulated scanners at a real pseudo-terminal and a real TCP connection.
+//! The driver on a test bench, with emulated scanners at a real pseudo-terminal and a real TCP connection.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -19,11 +19,11 @@ fn driver(port: &str) -> DriverTest<Scip2> {
 /// Returns the first scan.
 fn scan(driver: &mut DriverTest<Scip2>) -> &LaserScan {
     driver.run_until(|bench| bench.exported_at("laser").is_some());
-    driver.bench.exported_in_place("laser").expect("just seen")
+    driver.bench.exported_in_place("laser").expect("it is exported")
 }
 
 #[test]
-fn a_scanner_at_a_serial_line_is_seen_at_the_speed_of_its_address() {
+fn a_scanner_at_a_serial_line_sends_scans_at_the_speed_of_its_address() {
     let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
     let mut driver = driver(&format!("serial:{}@115200", path.display()));
     let scan = scan(&mut driver);
@@ -40,7 +40,7 @@ fn a_scanner_at_a_serial_line_is_seen_at_the_speed_of_its_address() {
 }
 
 #[test]
-fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
+fn a_scanner_over_ethernet_is_reconnected_after_silence_noise_and_a_restart() {
     let (scanner, address) = EmulatedDevice::at_tcp(
         EmulatedScanner {
             noisy: true,
@@ -55,7 +55,7 @@ fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
     assert_eq!(
         driver.bench.exported::<LaserScan>("laser"),
         None,
-        "what is not heard is taken back"
+        "the scan of a lost scanner is retracted"
     );
     scanner.with(|scanner| {
         *scanner = EmulatedScanner {
@@ -67,15 +67,15 @@ fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
 }
 
 #[test]
-fn a_plug_that_is_pulled_and_put_back_is_survived() {
+fn the_driver_reconnects_when_the_plug_is_pulled_and_put_back() {
     let name = std::env::temp_dir().join(format!("jde-hokuyo-{}", std::process::id()));
     let mut driver = driver(&format!("serial:{}@19200", name.display()));
     assert!(driver.wait_lost().contains("there is no such device"));
     for _ in 0..2 {
         let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
-        symlink(path, &name).expect("a name");
+        symlink(path, &name).expect("a symbolic link");
         scan(&mut driver);
-        fs::remove_file(&name).expect("it is there");
+        fs::remove_file(&name).expect("the link exists");
         drop(scanner);
         driver.wait_lost();
         assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
@@ -83,17 +83,17 @@ fn a_plug_that_is_pulled_and_put_back_is_survived() {
 }
 
 #[test]
-fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
+fn the_same_error_is_logged_once_over_many_attempts() {
     let mut driver = driver("serial:/dev/no-such-line@9600");
     while driver.attempts() < 3 {
         driver.step();
     }
-    let said = driver.bench.log();
-    assert_eq!(said.len(), 1, "{said:?}");
+    let log = driver.bench.log();
+    assert_eq!(log.len(), 1, "{log:?}");
 }
 
 #[test]
-fn asleep_its_laser_is_off() {
+fn the_laser_is_off_while_the_driver_sleeps() {
     let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::urg());
     let mut driver = driver(&format!("serial:{}@19200", path.display()));
     scan(&mut driver);
@@ -105,15 +105,15 @@ fn asleep_its_laser_is_off() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_anything_is_opened() {
+fn invalid_settings_are_refused_before_the_port_is_opened() {
     let refused = |port: &str| {
         let mut bench = Bench::<Scip2>::new();
         bench.set("port", Text::<256>::new(port));
-        let found = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("it cannot be").reason;
-        let said = found.iter().filter(|problem| !problem.unavailable);
-        let said: Vec<_> = said.map(|problem| &*problem.words).collect();
-        assert_eq!(said, [&*reason], "an inspection says the same");
+        let problems = bench.inspect().expect("it inspects");
+        let reason = bench.awake().expect_err("the setting is invalid").reason;
+        let errors = problems.iter().filter(|problem| !problem.unavailable);
+        let errors: Vec<_> = errors.map(|problem| &*problem.words).collect();
+        assert_eq!(errors, [&*reason], "an inspection reports the same");
         reason
     };
     assert!(refused("").contains("give it one"));
@@ -125,17 +125,20 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
     assert!(
         bench
             .awake()
-            .expect_err("nothing hurries it")
+            .expect_err("it needs real time")
             .reason
             .contains("--lockstep")
     );
 }
 
 #[test]
-fn a_line_that_is_not_there_is_waited_for() {
+fn a_missing_line_is_reported_as_unavailable() {
     let mut bench = Bench::<Scip2>::new();
     bench.set("port", Text::<256>::new("serial:/dev/no-such-line@19200"));
-    let found = bench.inspect().expect("it inspects");
-    assert!(found[0].unavailable && found[0].modulation == "port", "{found:?}");
-    assert!(found[0].words.contains("is it plugged in"), "{found:?}");
+    let problems = bench.inspect().expect("it inspects");
+    assert!(
+        problems[0].unavailable && problems[0].modulation == "port",
+        "{problems:?}"
+    );
+    assert!(problems[0].words.contains("is it plugged in"), "{problems:?}");
 }

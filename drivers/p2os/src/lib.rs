@@ -29,7 +29,7 @@ const HOLD: PanTilt = PanTilt {
 
 /// A Pioneer robot at a serial line or behind TCP, or a simulator in its place.
 ///
-/// While the robot does not answer, its exports are retracted, `connection` gives the reason, and the driver
+/// While the robot does not reply, its exports are retracted, `connection` gives the reason, and the driver
 /// looks for it again by itself.
 #[derive(Describe)]
 #[schema(driver, period = "25ms", budget = "25ms")]
@@ -56,7 +56,7 @@ pub struct Pioneer {
     /// Greatest range of that laser.
     #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// The pan-tilt head at the first auxiliary port: "none", "vc-c4", or "vc-c4-one-way" if its answers are
+    /// The pan-tilt head at the first auxiliary port: "none", "vc-c4", or "vc-c4-one-way" if its replies are
     /// not wired.
     #[modulation(default = "none", fixed)]
     head_kind: Modulation<Text<28>>,
@@ -85,7 +85,7 @@ pub struct Pioneer {
     /// The counts of the wheels, if the robot reports them.
     #[export]
     encoders: Export<WheelEncoders>,
-    /// Position of the head: measured, or estimated if the head cannot answer.
+    /// Position of the head: measured, or estimated if the head cannot reply.
     #[export]
     pan_tilt: Export<PanTilt>,
     /// Whether the robot is connected, its name, or the reason for the loss.
@@ -109,7 +109,7 @@ impl Schema for Pioneer {
             return Err("it is not awake".into());
         };
         let (twist, head) = (self.velocity.get(cx), self.head.get(cx));
-        let wish = Setpoint {
+        let setpoint = Setpoint {
             linear: twist.linear.x,
             angular: twist.angular.z,
             head: HeadSetpoint {
@@ -119,31 +119,31 @@ impl Schema for Pioneer {
                 tilt_speed: head.tilt_velocity,
             },
         };
-        let stepped = robot.step(&wish);
-        let sensed = if robot.is_up() {
+        let step_result = robot.step(&setpoint);
+        let sense_result = if robot.is_up() {
             self.sense(cx, &mut robot)
         } else {
-            self.take_back(cx);
+            self.retract_exports(cx);
             Ok(())
         };
         robot.export_connection(cx, &mut self.connection);
         self.robot = Some(robot);
-        stepped.and(sensed)
+        step_result.and(sense_result)
     }
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(robot) = &mut self.robot {
             robot.close();
         }
-        self.take_back(cx);
+        self.retract_exports(cx);
         self.connection.retract(cx);
     }
 }
 
 impl Pioneer {
     /// Retracts the exports, because they no longer describe the robot.
-    fn take_back(&mut self, cx: &Context) {
-        if !self.senses.forget() {
+    fn retract_exports(&mut self, cx: &Context) {
+        if !self.senses.reset() {
             return;
         }
         self.laser.retract(cx);

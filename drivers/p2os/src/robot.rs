@@ -41,9 +41,9 @@ impl RobotConnection {
     /// Receives bytes, advances the session, and sends its output.
     ///
     /// # Errors
-    /// If the robot cannot be driven, which a person must correct. A robot that does not answer is not an
+    /// If the robot cannot be driven, which a person must correct. A robot that does not reply is not an
     /// error.
-    pub(crate) fn step(&mut self, wish: &Setpoint) -> Result {
+    pub(crate) fn step(&mut self, setpoint: &Setpoint) -> Result {
         let now = self.clock.elapsed();
         if self.port.poll(now).is_connected() {
             if !self.was_connected {
@@ -53,17 +53,17 @@ impl RobotConnection {
             self.received.clear();
             self.port.read(&mut self.received);
             self.session.receive(&self.received, now);
-            self.session.drive(wish, now);
+            self.session.drive(setpoint, now);
             self.port.write(&self.session.output());
         }
         match self.session.state() {
-            State::Refused(words) => {
-                let words = words.clone();
-                self.port.disconnect_with(&words);
+            State::Refused(reason) => {
+                let reason = reason.clone();
+                self.port.disconnect_with(&reason);
                 self.was_connected = false;
-                return Err(words.into());
+                return Err(reason.into());
             }
-            State::Lost(words) if self.was_connected => self.port.disconnect_with(words),
+            State::Lost(reason) if self.was_connected => self.port.disconnect_with(reason),
             State::Idle | State::Syncing | State::Opening(_) | State::Connected(_) | State::Lost(_) => {}
         }
         if self.was_connected && !self.port.state().is_connected() {
@@ -97,14 +97,14 @@ impl RobotConnection {
             State::Connected(names) => Some(format!("{}, {} {}", names.name, names.class, names.subclass)),
             State::Idle | State::Syncing | State::Opening(_) | State::Refused(_) | State::Lost(_) => None,
         };
-        let standing = ConnectionState::of(&self.port, name.as_deref(), "robot");
-        self.report.update(cx, export, standing, self.port.attempts());
+        let state = ConnectionState::of(&self.port, name.as_deref(), "robot");
+        self.report.update(cx, export, state, self.port.attempts());
     }
 
     /// Stops the robot, switches it off and closes the port. The next step looks for it again.
     pub(crate) fn close(&mut self) {
-        let farewell = self.session.close();
-        if self.was_connected && self.port.write(&farewell) {
+        let last_packets = self.session.close();
+        if self.was_connected && self.port.write(&last_packets) {
             self.port.flush(CLOSE_TIMEOUT);
             // Bytes received meanwhile are read; otherwise closing could reset the connection before the
             // robot has read the last packets.

@@ -22,13 +22,13 @@ pub(crate) struct SensorState {
     /// The time of the last sweep.
     sweep: Option<Duration>,
     /// Whether there are exports to retract.
-    warned: bool,
+    has_exports: bool,
 }
 
 impl SensorState {
     /// Discards the state. Returns whether there were exports to retract.
-    pub(crate) fn forget(&mut self) -> bool {
-        core::mem::take(self).warned
+    pub(crate) fn reset(&mut self) -> bool {
+        core::mem::take(self).has_exports
     }
 }
 
@@ -36,7 +36,7 @@ impl Pioneer {
     /// Publishes the robot's events.
     pub(crate) fn sense(&mut self, cx: &Context, robot: &mut RobotConnection) -> Result {
         while let Some(event) = robot.next_event() {
-            self.senses.warned = true;
+            self.senses.has_exports = true;
             let Some(model) = robot.session().model() else {
                 break;
             };
@@ -44,9 +44,9 @@ impl Pioneer {
                 Event::Sip(sip) => self.state(cx, robot, model, &sip)?,
                 Event::Laser(sweep) => self.scan(cx, robot.beams(), &sweep)?,
                 Event::Encoders { left, right } => {
-                    let told = robot.session().config().map_or(0, |config| config.ticks_per_mm);
-                    let ticks = if told > 0 {
-                        f64::from(told)
+                    let reported = robot.session().config().map_or(0, |config| config.ticks_per_mm);
+                    let ticks = if reported > 0 {
+                        f64::from(reported)
                     } else {
                         model.encoders.per_mm
                     };
@@ -59,7 +59,7 @@ impl Pioneer {
                     self.encoders.write(cx, encoders);
                 }
                 Event::Head { pan, tilt } => self.publish_pan_tilt(cx, pan, tilt),
-                Event::Warning(words) => warn!(cx, "{words}"),
+                Event::Warning(message) => warn!(cx, "{message}"),
                 Event::Config(config) if config.watchdog == 0 => {
                     warn!(
                         cx,
@@ -124,21 +124,21 @@ impl Pioneer {
     }
 
     fn scan(&mut self, cx: &Context, beams: Beams, sweep: &[Reading]) -> Result {
-        let most = self.laser_range.get(cx) as f32;
+        let max_range = self.laser_range.get(cx) as f32;
         let start = f64::from(beams.start_deg).to_radians();
         let view = (f64::from(beams.end_deg) - f64::from(beams.start_deg)).to_radians();
         let increment = view / (sweep.len().saturating_sub(1).max(1)) as f64;
         let now = cx.now();
-        let since = self.senses.sweep.replace(now);
+        let last = self.senses.sweep.replace(now);
         let mut laser = self.laser.loan(cx);
         laser.header = Header::new(now, "laser");
         laser.angle_min = start as f32;
         laser.angle_increment = increment as f32;
         laser.angle_max = (start + increment * sweep.len().saturating_sub(1) as f64) as f32;
         laser.time_increment = 0.0;
-        laser.scan_time = since.map_or(0.0, |since| now.saturating_sub(since).as_secs_f32());
+        laser.scan_time = last.map_or(0.0, |last| now.saturating_sub(last).as_secs_f32());
         laser.range_min = 0.0;
-        laser.range_max = most;
+        laser.range_max = max_range;
         laser.ranges.clear();
         laser.intensities.clear();
         // A simulator may send more readings than requested, and more than fit; the surplus follows the
@@ -146,7 +146,7 @@ impl Pioneer {
         let reflected = sweep.iter().any(|reading| reading.reflectance != 0);
         for reading in sweep.iter().take(1088) {
             let range = f32::from(reading.range) / 1000.0;
-            let range = if range >= most { f32::INFINITY } else { range };
+            let range = if range >= max_range { f32::INFINITY } else { range };
             laser.ranges.extend_from_slice(&[range])?;
             if reflected {
                 laser
@@ -196,10 +196,10 @@ fn twist(model: &Model, sip: &Sip) -> Twist {
 }
 
 fn bumpers(now: Duration, model: &Model, config: Option<&Config>, sip: &Sip) -> Result<Bumpers> {
-    let count = |told: Option<u8>, known: usize| told.map_or(known, usize::from).min(7);
-    let told = config.filter(|config| config.front_bumpers > 0 || config.rear_bumpers > 0);
-    let front = count(told.map(|config| config.front_bumpers), model.bumpers.front);
-    let rear = count(told.map(|config| config.rear_bumpers), model.bumpers.rear);
+    let count = |reported: Option<u8>, known: usize| reported.map_or(known, usize::from).min(7);
+    let reported = config.filter(|config| config.front_bumpers > 0 || config.rear_bumpers > 0);
+    let front = count(reported.map(|config| config.front_bumpers), model.bumpers.front);
+    let rear = count(reported.map(|config| config.rear_bumpers), model.bumpers.rear);
     let mut bumpers = Bumpers {
         header: Header::new(now, "base_link"),
         stalled: sip.stalled().into(),

@@ -1,5 +1,5 @@
-//! Converts the modulations into a robot to look for. Every mistake in them is an error here, before a port
-//! is opened.
+//! Converts the modulations into a robot to look for. Every mistake in them is an error before a port is
+//! opened.
 
 use jde_device::inspect_port;
 use jde_p2os::{Beams, HeadKind, LaserMode, Model, Options, Pose};

@@ -1,7 +1,7 @@
 //! Plays a recording as the sensors of a robot, so that schemas, panels and tools work on it: at any speed,
 //! paused, message by message, from any position. Commands are exported for display and have no effect.
 //!
-//! A replay shows how schemas would have decided, never what would have happened then. `jde replay --decide`
+//! A replay shows how schemas would have decided, not how the robot would have moved. `jde replay --decide`
 //! compares their decisions with the recorded ones.
 
 mod output;
@@ -165,16 +165,16 @@ impl Schema for Recording {
             player.playhead.wake(cx.now());
             return Ok(());
         }
-        let tape = self.open_reader(cx)?;
-        let lanes = self.outputs(cx, &tape)?;
-        if let Some(damage) = tape.damage() {
+        let reader = self.open_reader(cx)?;
+        let outputs = self.outputs(cx, &reader)?;
+        if let Some(damage) = reader.damage() {
             warn!(cx, "{damage}; what comes before is played");
         }
-        info!(cx, "{} s of {}", tape.length().as_secs_f64(), lanes.names());
+        info!(cx, "{} s of {}", reader.length().as_secs_f64(), outputs.names());
         self.player = Some(Player {
-            playhead: Playhead::new(cx.now(), tape.length()),
-            reader: tape,
-            outputs: lanes,
+            playhead: Playhead::new(cx.now(), reader.length()),
+            reader,
+            outputs,
             spoilt: 0,
         });
         Ok(())
@@ -204,17 +204,20 @@ impl Schema for Recording {
 
 impl Inspect for Recording {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let Some(tape) = problems.expect(&self.file, self.open_reader(cx)) else {
+        let Some(reader) = problems.expect(&self.file, self.open_reader(cx)) else {
             return;
         };
-        let mut found = true;
-        let lanes = self.outputs_or(cx, &tape, |topic, error| {
-            found = false;
+        let mut all_found = true;
+        let outputs = self.outputs_or(cx, &reader, |topic, error| {
+            all_found = false;
             problems.wrong(topic, error);
             Ok(())
         });
-        if found {
-            problems.expect(&self.file, lanes.and_then(|lanes| require_outputs(lanes, &tape)));
+        if all_found {
+            problems.expect(
+                &self.file,
+                outputs.and_then(|outputs| require_outputs(outputs, &reader)),
+            );
         }
     }
 }
@@ -231,22 +234,22 @@ impl Recording {
         Ok(RecordingReader::open(file.as_str())?)
     }
 
-    fn outputs(&self, cx: &Context, tape: &RecordingReader) -> Result<Outputs> {
-        require_outputs(self.outputs_or(cx, tape, |_, error| Err(error))?, tape)
+    fn outputs(&self, cx: &Context, reader: &RecordingReader) -> Result<Outputs> {
+        require_outputs(self.outputs_or(cx, reader, |_, error| Err(error))?, reader)
     }
 
-    /// Finds the topics to play. Calls `wrong` for each modulation that names an unsuitable topic.
+    /// Finds the topics to play. Calls `on_error` for each modulation that names an unsuitable topic.
     fn outputs_or(
         &self,
         cx: &Context,
-        tape: &RecordingReader,
-        mut wrong: impl FnMut(&Modulation<Text<120>>, Error) -> Result,
+        reader: &RecordingReader,
+        mut on_error: impl FnMut(&Modulation<Text<120>>, Error) -> Result,
     ) -> Result<Outputs> {
-        let mut lanes = Outputs::default();
+        let mut outputs = Outputs::default();
         macro_rules! add {
             ($($sensor:ident: $output:ident as $topic:ident),*) => {$(
-                if let Err(error) = lanes.add::<$sensor>(tape, Output::$output, &self.$topic.get(cx)) {
-                    wrong(&self.$topic, error)?;
+                if let Err(error) = outputs.add::<$sensor>(reader, Output::$output, &self.$topic.get(cx)) {
+                    on_error(&self.$topic, error)?;
                 }
             )*};
         }
@@ -261,26 +264,25 @@ impl Recording {
             Connection: Connection as connection_topic,
             Image: Image as image_topic
         );
-        Ok(lanes)
+        Ok(outputs)
     }
 
     /// Publishes the messages that are due.
     fn play(&mut self, cx: &Context, player: &mut Player, plan: playhead::PlaybackStep) -> Result {
-        if let Some(place) = plan.seek {
-            // Publishes the last values before the position, so that no schema continues with values from
-            // elsewhere.
-            for message in player.reader.seek(place, |topic| player.outputs.has(topic))? {
+        if let Some(position) = plan.seek {
+            // Publishes the last values before the position, so that no schema uses values of another position.
+            for message in player.reader.seek(position, |topic| player.outputs.has(topic))? {
                 self.publish(cx, player, &message);
             }
         }
         let until = player.playhead.position();
-        let mut left = plan.messages;
+        let mut remaining = plan.messages;
         while let Some(message) = player
             .reader
-            .next(until, left, |topic| player.outputs.has(topic))?
+            .next(until, remaining, |topic| player.outputs.has(topic))?
         {
-            player.playhead.played(message.at, left.is_some());
-            left = left.map(|left| left - 1);
+            player.playhead.played(message.at, remaining.is_some());
+            remaining = remaining.map(|count| count - 1);
             self.publish(cx, player, &message);
         }
         Ok(())
@@ -291,12 +293,12 @@ impl Recording {
             .playhead
             .time_of(message.at, cx.now())
             .saturating_sub(message.age);
-        let Some((lane, bytes)) = player.outputs.read(message) else {
+        let Some((output, bytes)) = player.outputs.read(message) else {
             player.spoilt += 1;
             if player.spoilt == 1 {
                 warn!(
                     cx,
-                    "a message of {} is not what its type says, and is left out",
+                    "a message of {} does not match its type, and is left out",
                     message.topic()
                 );
             }
@@ -311,7 +313,7 @@ impl Recording {
                 room.publish_at(time);
             }};
         }
-        match lane {
+        match output {
             Output::Laser => put!(laser),
             Output::Sonars => put!(sonars),
             Output::Odometry => put!(odometry),
@@ -326,28 +328,28 @@ impl Recording {
 
     fn export_state(&mut self, cx: &Context, player: &Player) {
         let Player {
-            playhead: head,
-            reader: tape,
+            playhead,
+            reader,
             spoilt,
             ..
         } = player;
-        let ended = head.has_ended() && !self.repeat.get(cx).get();
+        let ended = playhead.has_ended() && !self.repeat.get(cx).get();
         self.playback.write(
             cx,
             Playback {
-                position: head.position().as_secs_f64(),
-                length: tape.length().as_secs_f64(),
+                position: playhead.position().as_secs_f64(),
+                length: reader.length().as_secs_f64(),
                 speed: self.speed.get(cx),
-                messages: head.messages(),
+                messages: playhead.messages(),
                 spoilt: *spoilt,
-                playing: Flag::from(head.is_playing()),
+                playing: Flag::from(playhead.is_playing()),
                 padding: Padding::default(),
             },
         );
         let mission = Mission {
             state: if ended { Mission::DONE } else { Mission::RUNNING },
-            reached: head.position().as_secs() as u32,
-            total: tape.length().as_secs() as u32,
+            reached: playhead.position().as_secs() as u32,
+            total: reader.length().as_secs() as u32,
             note: Text::new("seconds played"),
             ..Mission::default()
         };
@@ -356,16 +358,16 @@ impl Recording {
 }
 
 /// Returns the topics, or an error if there are none.
-fn require_outputs(lanes: Outputs, tape: &RecordingReader) -> Result<Outputs> {
-    if lanes.is_empty() {
+fn require_outputs(outputs: Outputs, reader: &RecordingReader) -> Result<Outputs> {
+    if outputs.is_empty() {
         return Err(format!(
             "{} has no topic that a robot senses; it has {}",
-            tape.path(),
-            tape.topics()
+            reader.path(),
+            reader.topics()
         )
         .into());
     }
-    Ok(lanes)
+    Ok(outputs)
 }
 
 jde_schema::export!(

@@ -24,7 +24,7 @@ pub(crate) enum Output {
     Image,
 }
 
-/// The topics that are played.
+/// The topics that are channel.
 #[derive(Default)]
 pub(crate) struct Outputs {
     channels: Vec<OutputChannel>,
@@ -46,29 +46,29 @@ impl Outputs {
     /// If there is no topic of that name, or it is of another type.
     pub(crate) fn add<T: Value>(
         &mut self,
-        tape: &RecordingReader,
-        lane: Output,
+        reader: &RecordingReader,
+        output: Output,
         topic: &Text<120>,
     ) -> Result {
         let topic = topic.as_str();
         let value_type = T::describe();
         let name = definition::name(&value_type);
-        let fits = |channel: &&Channel| channel.type_name == name && channel.encoding == "cdr";
+        let is_suitable = |channel: &&Channel| channel.type_name == name && channel.encoding == "cdr";
         let found = if topic.is_empty() {
-            tape.channels().find(fits)
+            reader.channels().find(is_suitable)
         } else {
-            let named = tape.channels().find(|channel| channel.topic == topic);
+            let named = reader.channels().find(|channel| channel.topic == topic);
             let named = named.ok_or_else(|| {
                 Error::from(format!(
                     "{} has no topic `{topic}`; it has {}",
-                    tape.path(),
-                    tape.topics()
+                    reader.path(),
+                    reader.topics()
                 ))
             })?;
-            if !fits(&named) {
+            if !is_suitable(&named) {
                 return Err(format!(
                     "`{topic}` of {} is a {} in {}, and a {name} in cdr is wanted",
-                    tape.path(),
+                    reader.path(),
                     named.type_name,
                     named.encoding
                 )
@@ -78,7 +78,7 @@ impl Outputs {
         };
         self.channels.extend(found.map(|channel| OutputChannel {
             topic: channel.topic.clone(),
-            output: lane,
+            output,
             bytes: vec![0; value_type.bytes],
             decode: Box::new(move |message, bytes| cdr::decode_into(&value_type, message, bytes).is_ok()),
         }));
@@ -90,22 +90,22 @@ impl Outputs {
     }
 
     pub(crate) fn has(&self, topic: &str) -> bool {
-        self.channels.iter().any(|played| played.topic == topic)
+        self.channels.iter().any(|channel| channel.topic == topic)
     }
 
     /// Lists the topics.
     pub(crate) fn names(&self) -> String {
-        let names: Vec<_> = self.channels.iter().map(|played| &*played.topic).collect();
+        let names: Vec<_> = self.channels.iter().map(|channel| &*channel.topic).collect();
         names.join(", ")
     }
 
     /// Decodes a message; `None` if it does not match its type.
-    pub(crate) fn read(&mut self, due: &TimedMessage) -> Option<(Output, &[u8])> {
-        let played = self
+    pub(crate) fn read(&mut self, message: &TimedMessage) -> Option<(Output, &[u8])> {
+        let channel = self
             .channels
             .iter_mut()
-            .find(|played| played.topic == due.topic())?;
-        let is_one = (played.decode)(&due.message.data, &mut played.bytes);
-        is_one.then_some((played.output, &*played.bytes))
+            .find(|channel| channel.topic == message.topic())?;
+        let matches = (channel.decode)(&message.message.data, &mut channel.bytes);
+        matches.then_some((channel.output, &*channel.bytes))
     }
 }

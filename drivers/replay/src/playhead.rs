@@ -60,28 +60,28 @@ impl Playhead {
     }
 
     /// Advances the position to this time, and returns the actions.
-    pub(crate) fn advance(&mut self, wish: &PlaybackRequest) -> PlaybackStep {
+    pub(crate) fn advance(&mut self, request: &PlaybackRequest) -> PlaybackStep {
         let mut plan = PlaybackStep::default();
-        let passed = wish.now.saturating_sub(self.since);
-        self.since = wish.now;
+        let passed = request.now.saturating_sub(self.since);
+        self.since = request.now;
         // The time before the first iteration does not count.
         let passed = if self.begun { passed } else { Duration::ZERO };
-        self.speed = wish.speed;
-        self.playing = !wish.paused;
-        let (written, place) = wish.position;
-        if self.position_written != written || (!self.begun && place > 0.0) {
+        self.speed = request.speed;
+        self.playing = !request.paused;
+        let (written, seconds) = request.position;
+        if self.position_written != written || (!self.begun && seconds > 0.0) {
             self.position_written = written;
-            let place = Duration::try_from_secs_f64(place).unwrap_or(self.length);
-            plan.seek = Some(place.min(self.length));
-        } else if self.ended && wish.repeat && self.playing {
+            let position = Duration::try_from_secs_f64(seconds).unwrap_or(self.length);
+            plan.seek = Some(position.min(self.length));
+        } else if self.ended && request.repeat && self.playing {
             plan.seek = Some(Duration::ZERO);
         }
-        if let Some(place) = plan.seek {
-            (self.position, self.ended) = (place, false);
+        if let Some(position) = plan.seek {
+            (self.position, self.ended) = (position, false);
         } else if self.playing {
             self.position = (self.position + passed.mul_f64(self.speed)).min(self.length);
         }
-        let (written, count) = wish.step;
+        let (written, count) = request.step;
         if self.step_written != written {
             self.step_written = written;
             plan.messages = (!self.playing).then_some(count);

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use jde_log::{Channel, Message, Messages, ReadError, Recording};
 
-/// How far before a position the last values are searched.
-const LOOK_BACK: Duration = Duration::from_secs(5);
+/// The time before a position in which the last values are searched.
+const SEARCH_TIME: Duration = Duration::from_secs(5);
 
 /// A recording that is being played.
 pub(crate) struct RecordingReader {
@@ -85,52 +85,52 @@ impl RecordingReader {
         }
     }
 
-    /// Returns the next message of the wanted topics, if it is due. With a count of messages `left` it is
-    /// due while the count is positive; otherwise it is due if it was published up to `until`.
+    /// Returns the next message of the selected topics, if it is due. With a count `remaining` it is due while
+    /// the count is positive; otherwise it is due if it was published up to `until`.
     pub(crate) fn next(
         &mut self,
         until: Duration,
-        left: Option<u32>,
-        wanted: impl Fn(&str) -> bool,
+        remaining: Option<u32>,
+        selected: impl Fn(&str) -> bool,
     ) -> Result<Option<TimedMessage>, OpenError> {
-        if left == Some(0) {
+        if remaining == Some(0) {
             return Ok(None);
         }
         if self.next.is_none() {
-            self.next = self.read(wanted)?;
+            self.next = self.read(selected)?;
         }
-        Ok(self.next.take_if(|next| left.is_some() || next.at <= until))
+        Ok(self.next.take_if(|next| remaining.is_some() || next.at <= until))
     }
 
-    /// Continues from a position. Returns the last message of each wanted topic before it.
+    /// Continues from a position. Returns the last message of each selected topic before it.
     pub(crate) fn seek(
         &mut self,
-        place: Duration,
-        wanted: impl Fn(&str) -> bool,
+        position: Duration,
+        selected: impl Fn(&str) -> bool,
     ) -> Result<Vec<TimedMessage>, OpenError> {
-        let from = u64::try_from(place.saturating_sub(LOOK_BACK).as_nanos()).unwrap_or(0);
+        let from = u64::try_from(position.saturating_sub(SEARCH_TIME).as_nanos()).unwrap_or(0);
         let from = self.start.saturating_add(from);
         self.messages = self.recording.messages_from(from)?;
         let mut last = BTreeMap::new();
         self.next = loop {
-            match self.read(&wanted)? {
-                Some(due) if due.at < place => last.insert(due.topic().to_owned(), due),
+            match self.read(&selected)? {
+                Some(due) if due.at < position => last.insert(due.topic().to_owned(), due),
                 next => break next,
             };
         };
         Ok(last.into_values().collect())
     }
 
-    fn read(&mut self, wanted: impl Fn(&str) -> bool) -> Result<Option<TimedMessage>, OpenError> {
+    fn read(&mut self, selected: impl Fn(&str) -> bool) -> Result<Option<TimedMessage>, OpenError> {
         for message in self.messages.by_ref() {
             let message = match message {
                 Ok(message) => message,
-                // Reported when the recording was opened, or the file became shorter since. The recording
-                // ends here.
+                // The damage was reported at the opening, or the file has become shorter since. The recording
+                // ends at this message.
                 Err(ReadError::Damaged { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),
             };
-            if wanted(&message.channel.topic) {
+            if selected(&message.channel.topic) {
                 return Ok(Some(TimedMessage {
                     at: Duration::from_nanos(message.log_time.saturating_sub(self.start)),
                     age: Duration::from_nanos(message.log_time.saturating_sub(message.publish_time)),

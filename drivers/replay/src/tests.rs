@@ -1,4 +1,4 @@
-//! Playback of recordings: times, speeds, pauses, steps and positions, with damaged, truncated and foreign
+//! Playback of recordings: times, speeds, pauses, steps and positions, with damaged, truncated and unsuitable
 //! files.
 
 use std::collections::BTreeMap;
@@ -16,12 +16,12 @@ use super::*;
 const MS: u64 = 1_000_000;
 
 /// A recording in a folder of its own, and the driver that plays it.
-struct Played {
+struct Fixture {
     bench: Bench<Recording>,
     folder: TempDir,
 }
 
-impl Played {
+impl Fixture {
     /// Records ten seconds at 10 Hz of a laser whose range in metres is the time in seconds, on two topics,
     /// and one pose at 0.05 s.
     fn new() -> Self {
@@ -49,12 +49,12 @@ impl Played {
             }
         }
         recorder.finish();
-        let mut played = Self {
+        let mut fixture = Self {
             bench: Bench::new(),
             folder,
         };
-        played.bench.set("file", text(&played.file()));
-        played
+        fixture.bench.set("file", text(&fixture.file()));
+        fixture
     }
 
     fn file(&self) -> PathBuf {
@@ -70,22 +70,22 @@ impl Played {
     fn at(&mut self, seconds: f64) -> Playback {
         self.bench.set_now(Duration::from_secs_f64(seconds));
         self.bench.iterate().expect("it plays");
-        self.bench.exported("playback").expect("it says how far it is")
+        self.bench.exported("playback").expect("it is exported")
     }
 
     /// The first range of the exported scan, m.
-    fn sees(&self) -> Option<f32> {
+    fn first_range(&self) -> Option<f32> {
         let laser: LaserScan = self.bench.exported("laser")?;
         laser.ranges.first().copied()
     }
 
     #[track_caller]
     fn refused(mut self) -> String {
-        let found = self.bench.inspect().expect("it inspects");
+        let problems = self.bench.inspect().expect("it inspects");
         let refused = self.bench.awake().map_err(|Failure { reason, .. }| reason);
-        let reason = refused.expect_err("it is nothing to be played");
-        let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
-        assert_eq!(said, [&*reason], "an inspection says the same");
+        let reason = refused.expect_err("it cannot be played");
+        let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
+        assert_eq!(messages, [&*reason], "an inspection reports the same");
         reason
     }
 }
@@ -103,7 +103,7 @@ fn recorder(file: &Path) -> Recorder {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     };
     Recorder::create(file, options).expect("a file")
 }
@@ -121,194 +121,211 @@ fn text(path: &Path) -> Text<1024> {
 }
 
 #[test]
-fn a_drive_is_played_at_its_times() {
-    let mut played = Played::new().awake();
-    assert_eq!(played.at(0.0).messages, 1);
-    assert_eq!(played.sees(), Some(0.0), "the first laser there is");
-    let playback = played.at(0.25);
+fn a_drive_is_played_at_its_recorded_times() {
+    let mut fixture = Fixture::new().awake();
+    assert_eq!(fixture.at(0.0).messages, 1);
+    assert_eq!(fixture.first_range(), Some(0.0), "the first topic of the type");
+    let playback = fixture.at(0.25);
     assert_eq!((playback.position, playback.length), (0.25, 10.0));
-    assert_eq!(played.sees(), Some(0.2));
-    let odometry: Odometry = played.bench.exported("odometry").expect("it has played the pose");
+    assert_eq!(fixture.first_range(), Some(0.2));
+    let odometry: Odometry = fixture
+        .bench
+        .exported("odometry")
+        .expect("it has played the pose");
     assert!((odometry.pose2d().x - 1.0).abs() < 1e-9);
     assert_eq!(
-        played.bench.exported_at("laser"),
+        fixture.bench.exported_at("laser"),
         Some(Duration::from_millis(170)),
         "measured 30 ms before it was published, which was at 0.2 s"
     );
-    let laser: LaserScan = played.bench.exported("laser").expect("it sees");
+    let laser: LaserScan = fixture.bench.exported("laser").expect("it is exported");
     assert_eq!(laser.header.stamp, Duration::from_millis(170).into());
-    played.at(20.0);
-    let mission: Mission = played.bench.exported("mission").expect("it says how far it is");
-    assert_eq!((mission.state, played.sees()), (Mission::DONE, Some(10.0)));
+    fixture.at(20.0);
+    let mission: Mission = fixture.bench.exported("mission").expect("it is exported");
+    assert_eq!(
+        (mission.state, fixture.first_range()),
+        (Mission::DONE, Some(10.0))
+    );
 }
 
 #[test]
-fn a_named_topic_comes_before_the_first() {
-    let mut played = Played::new();
-    played.bench.set("laser_topic", Text::<120>::new("/rear/laser"));
-    let mut played = played.awake();
-    played.at(0.0);
-    assert_eq!(played.sees(), Some(100.0));
+fn a_named_topic_is_played_instead_of_the_first() {
+    let mut fixture = Fixture::new();
+    fixture.bench.set("laser_topic", Text::<120>::new("/rear/laser"));
+    let mut fixture = fixture.awake();
+    fixture.at(0.0);
+    assert_eq!(fixture.first_range(), Some(100.0));
 }
 
 #[test]
 fn a_sensor_that_was_not_recorded_has_no_value() {
-    let mut played = Played::new().awake();
-    played.at(5.0);
-    assert!(played.bench.exported::<BatteryState>("battery").is_none());
+    let mut fixture = Fixture::new().awake();
+    fixture.at(5.0);
+    assert!(fixture.bench.exported::<BatteryState>("battery").is_none());
 }
 
 #[test]
-fn it_goes_at_any_speed_and_not_back() {
-    let mut played = Played::new().awake();
-    played.at(0.0);
-    played.bench.set("speed", 4.0);
-    assert_eq!(played.at(1.0).position, 4.0);
-    played.bench.set("speed", 0.5);
-    assert_eq!(played.at(2.0).position, 4.5);
-    assert_eq!(played.sees(), Some(4.5));
+fn a_change_of_speed_does_not_change_the_position() {
+    let mut fixture = Fixture::new().awake();
+    fixture.at(0.0);
+    fixture.bench.set("speed", 4.0);
+    assert_eq!(fixture.at(1.0).position, 4.0);
+    fixture.bench.set("speed", 0.5);
+    assert_eq!(fixture.at(2.0).position, 4.5);
+    assert_eq!(fixture.first_range(), Some(4.5));
 }
 
 #[test]
-fn a_pause_stands_still_and_a_step_plays_messages() {
-    let mut played = Played::new().awake();
-    played.at(0.0);
-    played.at(1.0);
-    played.bench.set("paused", Flag::TRUE);
-    let playback = played.at(3.0);
+fn a_step_in_a_pause_plays_messages() {
+    let mut fixture = Fixture::new().awake();
+    fixture.at(0.0);
+    fixture.at(1.0);
+    fixture.bench.set("paused", Flag::TRUE);
+    let playback = fixture.at(3.0);
     assert_eq!((playback.position, playback.playing), (1.0, Flag::FALSE));
     let before = playback.messages;
-    played.bench.set("step", 2_u32);
-    let playback = played.at(4.0);
-    assert_eq!((playback.messages - before, played.sees()), (2, Some(1.2)));
-    assert_eq!(played.at(5.0).messages, playback.messages, "a step is taken once");
-    played.bench.set("step", 2_u32);
-    played.at(6.0);
-    assert_eq!(played.sees(), Some(1.4), "and again when it is written again");
-    played.bench.set("paused", Flag::FALSE);
-    played.at(6.5);
-    played.at(7.0);
-    assert_eq!(played.sees(), Some(2.4), "it goes on from where the steps led");
+    fixture.bench.set("step", 2_u32);
+    let playback = fixture.at(4.0);
+    assert_eq!(
+        (playback.messages - before, fixture.first_range()),
+        (2, Some(1.2))
+    );
+    assert_eq!(
+        fixture.at(5.0).messages,
+        playback.messages,
+        "a step is performed once"
+    );
+    fixture.bench.set("step", 2_u32);
+    fixture.at(6.0);
+    assert_eq!(fixture.first_range(), Some(1.4), "a second write steps again");
+    fixture.bench.set("paused", Flag::FALSE);
+    fixture.at(6.5);
+    fixture.at(7.0);
+    assert_eq!(
+        fixture.first_range(),
+        Some(2.4),
+        "it continues from the last step"
+    );
 }
 
 #[test]
-fn a_jump_shows_what_was_in_force_there_back_and_forth() {
-    let mut played = Played::new().awake();
-    played.at(0.0);
-    played.bench.set("position", 7.05);
-    assert_eq!(played.at(1.0).position, 7.05);
-    assert_eq!(played.sees(), Some(7.0));
-    played.bench.set("position", 2.05);
-    played.at(1.5);
-    assert_eq!(played.sees(), Some(2.0));
-    played.bench.set("paused", Flag::TRUE);
-    played.bench.set("position", 9.0);
-    played.at(2.0);
-    assert_eq!(played.sees(), Some(8.9), "also in a pause");
+fn a_jump_exports_the_values_in_force_at_the_new_position() {
+    let mut fixture = Fixture::new().awake();
+    fixture.at(0.0);
+    fixture.bench.set("position", 7.05);
+    assert_eq!(fixture.at(1.0).position, 7.05);
+    assert_eq!(fixture.first_range(), Some(7.0));
+    fixture.bench.set("position", 2.05);
+    fixture.at(1.5);
+    assert_eq!(fixture.first_range(), Some(2.0));
+    fixture.bench.set("paused", Flag::TRUE);
+    fixture.bench.set("position", 9.0);
+    fixture.at(2.0);
+    assert_eq!(fixture.first_range(), Some(8.9), "a jump also works in a pause");
 }
 
 #[test]
-fn it_begins_where_it_is_told_to() {
-    let mut played = Played::new();
-    played.bench.set("position", 3.0);
-    let mut played = played.awake();
-    assert_eq!(played.at(0.0).position, 3.0);
-    assert_eq!(played.at(1.0).position, 4.0);
+fn the_playback_begins_at_the_given_position() {
+    let mut fixture = Fixture::new();
+    fixture.bench.set("position", 3.0);
+    let mut fixture = fixture.awake();
+    assert_eq!(fixture.at(0.0).position, 3.0);
+    assert_eq!(fixture.at(1.0).position, 4.0);
 }
 
 #[test]
-fn it_begins_anew_if_it_is_to() {
-    let mut played = Played::new();
-    played.bench.set("repeat", Flag::TRUE);
-    let mut played = played.awake();
-    played.at(0.0);
-    played.at(10.5);
-    assert_eq!(played.sees(), Some(10.0));
-    let mission: Mission = played.bench.exported("mission").expect("it says how far it is");
-    assert_eq!(mission.state, Mission::RUNNING, "it never ends");
-    let playback = played.at(10.6);
+fn with_repeat_the_playback_starts_again() {
+    let mut fixture = Fixture::new();
+    fixture.bench.set("repeat", Flag::TRUE);
+    let mut fixture = fixture.awake();
+    fixture.at(0.0);
+    fixture.at(10.5);
+    assert_eq!(fixture.first_range(), Some(10.0));
+    let mission: Mission = fixture.bench.exported("mission").expect("it is exported");
+    assert_eq!(mission.state, Mission::RUNNING, "the mission never ends");
+    let playback = fixture.at(10.6);
     assert_eq!((playback.position, playback.playing), (0.0, Flag::TRUE));
-    played.at(11.1);
-    assert_eq!(played.sees(), Some(0.5));
+    fixture.at(11.1);
+    assert_eq!(fixture.first_range(), Some(0.5));
 }
 
 #[test]
-fn what_is_commanded_is_shown_and_goes_nowhere() {
-    let mut played = Played::new().awake();
-    played.at(0.0);
-    played.bench.command("velocity", &Twist::planar(0.2, 0.5));
-    played.at(0.5);
-    assert_eq!(played.bench.exported("wanted"), Some(Twist::planar(0.2, 0.5)));
+fn a_command_is_exported_and_has_no_effect() {
+    let mut fixture = Fixture::new().awake();
+    fixture.at(0.0);
+    fixture.bench.command("velocity", &Twist::planar(0.2, 0.5));
+    fixture.at(0.5);
+    assert_eq!(fixture.bench.exported("wanted"), Some(Twist::planar(0.2, 0.5)));
 }
 
 #[test]
-fn a_sleep_is_no_part_of_the_recording() {
-    let mut played = Played::new().awake();
-    played.at(0.0);
-    played.at(1.0);
-    played.bench.sleep().expect("it sleeps");
-    played.bench.set_now(Duration::from_secs(5));
-    played.bench.awake().expect("it wakes");
-    assert_eq!(played.at(6.0).position, 2.0);
+fn time_asleep_does_not_advance_the_recording() {
+    let mut fixture = Fixture::new().awake();
+    fixture.at(0.0);
+    fixture.at(1.0);
+    fixture.bench.sleep().expect("it sleeps");
+    fixture.bench.set_now(Duration::from_secs(5));
+    fixture.bench.awake().expect("it wakes");
+    assert_eq!(fixture.at(6.0).position, 2.0);
 }
 
 #[test]
-fn a_recording_that_was_cut_off_is_played_as_far_as_it_goes() {
-    let played = Played::new();
-    let bytes = fs::read(played.file()).expect("it was written");
-    fs::write(played.file(), &bytes[..bytes.len() - 200]).expect("it is cut");
-    let mut played = played.awake();
-    let warned = played
+fn a_truncated_recording_is_played_to_its_end() {
+    let fixture = Fixture::new();
+    let bytes = fs::read(fixture.file()).expect("it was written");
+    fs::write(fixture.file(), &bytes[..bytes.len() - 200]).expect("it is truncated");
+    let mut fixture = fixture.awake();
+    let warned = fixture
         .bench
         .log()
         .iter()
-        .any(|(_, words)| words.contains("is damaged behind byte"));
-    assert!(warned, "{:?}", played.bench.log());
-    played.at(0.0);
-    played.at(30.0);
-    let mission: Mission = played.bench.exported("mission").expect("it says how far it is");
+        .any(|(_, text)| text.contains("is damaged behind byte"));
+    assert!(warned, "{:?}", fixture.bench.log());
+    fixture.at(0.0);
+    fixture.at(30.0);
+    let mission: Mission = fixture.bench.exported("mission").expect("it is exported");
     assert_eq!(mission.state, Mission::DONE);
 }
 
 #[test]
-fn what_cannot_be_played_is_named() {
-    let mut played = Played::new();
-    played.bench.set("laser_topic", Text::<120>::new("/front/laser"));
-    let reason = played.refused();
+fn an_unplayable_recording_is_refused_with_its_reason() {
+    let mut fixture = Fixture::new();
+    fixture.bench.set("laser_topic", Text::<120>::new("/front/laser"));
+    let reason = fixture.refused();
     assert!(
         reason.contains("has no topic `/front/laser`; it has /pioneer/laser"),
         "{reason}"
     );
 
-    let mut played = Played::new();
-    played
+    let mut fixture = Fixture::new();
+    fixture
         .bench
         .set("laser_topic", Text::<120>::new("/pioneer/odometry"));
-    let reason = played.refused();
+    let reason = fixture.refused();
     assert!(
         reason
             .contains("is a nav_msgs/msg/Odometry in cdr, and a sensor_msgs/msg/LaserScan in cdr is wanted"),
         "{reason}"
     );
 
-    let mut played = Played::new();
-    played.bench.set("file", Text::<1024>::default());
-    assert!(played.refused().contains("--set NAME.file=drive.mcap"));
+    let mut fixture = Fixture::new();
+    fixture.bench.set("file", Text::<1024>::default());
+    assert!(fixture.refused().contains("--set NAME.file=drive.mcap"));
 
-    let played = Played::new();
-    fs::write(played.file(), "no recording at all").expect("it is written");
-    assert!(played.refused().contains("is no MCAP file"));
+    let fixture = Fixture::new();
+    fs::write(fixture.file(), "not a recording").expect("it is written");
+    assert!(fixture.refused().contains("is no MCAP file"));
 }
 
 #[test]
-fn a_recording_without_senses_is_refused() {
-    let played = Played::new();
-    fs::remove_file(played.file()).expect("it was there");
-    let recorder = recorder(&played.file());
+fn a_recording_without_topics_of_sensors_is_refused() {
+    let fixture = Fixture::new();
+    fs::remove_file(fixture.file()).expect("it was there");
+    let recorder = recorder(&fixture.file());
     let topic = recorder.topic("/mission", Arc::new(Mission::describe()), BTreeMap::new());
     topic.put(Mission::default().as_bytes(), stamps(0, 0, 1));
     recorder.finish();
-    let reason = played.refused();
+    let reason = fixture.refused();
     assert!(
         reason.ends_with("has no topic that a robot senses; it has /mission"),
         "{reason}"

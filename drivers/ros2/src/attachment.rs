@@ -22,7 +22,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_attachment_is_two_numbers_and_a_counted_name() {
+    fn an_attachment_has_sequence_time_and_length_prefixed_identifier() {
         let bytes = attachment(2, 0x0102, [7; 16]);
         assert_eq!(bytes[..8], [2, 0, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[8..16], [2, 1, 0, 0, 0, 0, 0, 0]);
@@ -30,7 +30,7 @@ mod tests {
     }
 
     #[test]
-    fn publications_of_a_session_have_numbers_of_their_own() {
+    fn publications_and_sessions_have_distinct_identifiers() {
         let session = [9; 16];
         assert_ne!(gid(session, 1), gid(session, 2));
         assert_ne!(gid(session, 1), gid([8; 16], 1));

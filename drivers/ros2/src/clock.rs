@@ -10,7 +10,7 @@ use jde_schema::prelude::Time;
 const DRIFT: i128 = 1_000_000;
 /// Difference, ns, beyond which the clocks of the two machines are not the same, or the other side uses
 /// simulated time.
-const APART: i128 = 10_000_000_000;
+const MAX_DIFFERENCE: i128 = 10_000_000_000;
 
 /// Wall-clock time at the application's start, ns.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +29,7 @@ impl Clock {
     /// Compares the two clocks. Called once per iteration.
     pub(crate) fn compare(&mut self, now: Duration, wall: Duration) {
         let offset = nanos(wall) - nanos(now);
-        if self.0.is_none_or(|known| (known - offset).abs() > DRIFT) {
+        if self.0.is_none_or(|previous| (previous - offset).abs() > DRIFT) {
             self.0 = Some(offset);
         }
     }
@@ -43,11 +43,11 @@ impl Clock {
     /// Returns when a message with this stamp and arrival was measured; never after its arrival.
     pub(crate) fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
         let wall = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
-        let ahead = wall - self.0.unwrap_or(0) - nanos(arrived);
-        if ahead.abs() > APART {
-            return Measured::OnArrival(arrived, ahead as f64 / 1e9);
+        let difference = wall - self.0.unwrap_or(0) - nanos(arrived);
+        if difference.abs() > MAX_DIFFERENCE {
+            return Measured::OnArrival(arrived, difference as f64 / 1e9);
         }
-        let time = (nanos(arrived) + ahead.min(0)).max(0);
+        let time = (nanos(arrived) + difference.min(0)).max(0);
         Measured::At(Duration::from_nanos(u64::try_from(time).unwrap_or(0)))
     }
 }
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_and_back_is_the_same_time() {
+    fn a_stamp_converts_back_to_the_same_time() {
         let time = Duration::from_millis(12_345);
         let stamp = clock().stamp(time);
         assert_eq!((stamp.sec, stamp.nanosec), (1_700_000_012, 345_000_000));
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_was_measured_after_it_arrived_or_before_the_start() {
+    fn measurement_times_are_limited_to_the_start_and_the_arrival() {
         let stamp = clock().stamp(Duration::from_secs(15));
         assert_eq!(
             clock().measured(stamp, Duration::from_secs(14)),
@@ -97,13 +97,14 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_of_another_clock_counts_as_its_arrival() {
+    fn a_stamp_of_another_clock_is_replaced_by_the_arrival() {
         let arrived = Duration::from_secs(20);
-        let Measured::OnArrival(time, ahead) = clock().measured(Time { sec: 5, nanosec: 0 }, arrived) else {
-            panic!("simulated time is not ours");
+        let Measured::OnArrival(time, difference) = clock().measured(Time { sec: 5, nanosec: 0 }, arrived)
+        else {
+            panic!("simulated time must not be used");
         };
         assert_eq!(time, arrived);
-        assert!((ahead + 1_700_000_015.0).abs() < 1e-3, "{ahead}");
+        assert!((difference + 1_700_000_015.0).abs() < 1e-3, "{difference}");
         let extreme = Time {
             sec: i32::MIN,
             nanosec: u32::MAX,
@@ -115,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn small_differences_leave_stamps_equal_and_a_clock_that_was_set_counts() {
+    fn small_differences_leave_stamps_equal_and_an_adjusted_clock_is_followed() {
         let mut clock = clock();
         let stamp = clock.stamp(Duration::from_secs(11));
         clock.compare(Duration::from_secs(12), WALL + Duration::from_micros(12_000_300));

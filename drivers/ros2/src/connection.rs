@@ -1,5 +1,5 @@
 //! Shared by the drivers of this plugin: a node, the clocks of both sides, and reports of the connection. It
-//! knows no topics.
+//! does not depend on any topic.
 
 use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -11,7 +11,7 @@ use crate::clock::{Clock, Measured};
 use crate::messages::Codec;
 use crate::node::{Node, NodeConfig, NodeState};
 
-/// Most complaints until the driver wakes again.
+/// Most warnings until the driver wakes again.
 const MAX_WARNINGS: usize = 32;
 
 /// A node and its state.
@@ -21,7 +21,7 @@ pub(crate) struct RosConnection {
     report: ConnectionReport,
     warnings: Vec<String>,
     /// Its name, domain and address, for messages.
-    who: String,
+    description: String,
 }
 
 /// A subscription.
@@ -34,19 +34,19 @@ pub(crate) struct TopicSubscription<T> {
 }
 
 impl RosConnection {
-    pub(crate) fn start(plan: NodeConfig) -> Result<Self> {
-        let who = format!(
+    pub(crate) fn start(config: NodeConfig) -> Result<Self> {
+        let description = format!(
             "node {}, domain {}, {}",
-            plan.name.full(),
-            plan.name.domain,
-            plan.endpoint
+            config.name.full(),
+            config.name.domain,
+            config.endpoint
         );
         Ok(Self {
-            node: Node::start(plan)?,
+            node: Node::start(config)?,
             clock: Clock::default(),
             report: ConnectionReport::default(),
             warnings: Vec::new(),
-            who,
+            description,
         })
     }
 
@@ -60,14 +60,14 @@ impl RosConnection {
     }
 
     /// Warns of an invalid message, once per text.
-    pub(crate) fn warn_once(&mut self, cx: &Context, words: String) {
-        if self.warnings.len() >= MAX_WARNINGS || self.warnings.contains(&words) {
+    pub(crate) fn warn_once(&mut self, cx: &Context, message: String) {
+        if self.warnings.len() >= MAX_WARNINGS || self.warnings.contains(&message) {
             return;
         }
-        warn!(cx, "{words}");
-        self.warnings.push(words);
+        warn!(cx, "{message}");
+        self.warnings.push(message);
         if self.warnings.len() == MAX_WARNINGS {
-            warn!(cx, "so much is wrong that no more of it is said");
+            warn!(cx, "too many different warnings; further ones are not logged");
         }
     }
 
@@ -75,14 +75,14 @@ impl RosConnection {
     pub(crate) fn receive<T: Value>(
         &mut self,
         cx: &Context,
-        inlet: &mut TopicSubscription<T>,
+        subscription: &mut TopicSubscription<T>,
         value: &mut T,
     ) -> Option<Duration> {
-        let arrived = self.node.take(inlet.number)?;
-        match inlet.codec.decode_into(&arrived.message.to_bytes(), value) {
+        let arrived = self.node.take(subscription.number)?;
+        match subscription.codec.decode_into(&arrived.message.to_bytes(), value) {
             Ok(()) => Some(cx.now().saturating_sub(arrived.received_at.elapsed())),
             Err(error) => {
-                self.warn_once(cx, format!("{}: {error}", inlet.topic));
+                self.warn_once(cx, format!("{}: {error}", subscription.topic));
                 None
             }
         }
@@ -92,7 +92,7 @@ impl RosConnection {
     pub(crate) fn stamp<T: Value>(
         &mut self,
         cx: &Context,
-        inlet: &TopicSubscription<T>,
+        subscription: &TopicSubscription<T>,
         header: &mut Header,
         arrived: Duration,
     ) -> Duration {
@@ -100,14 +100,14 @@ impl RosConnection {
             Measured::At(time) => time,
             Measured::OnArrival(time, ahead) => {
                 let side = if ahead < 0.0 { "behind" } else { "ahead of" };
-                let words = format!(
-                    "{} is stamped {:.0} s {side} this clock, perhaps in simulated time: its arrival counts instead",
-                    inlet.topic,
+                let message = format!(
+                    "{} is stamped {:.0} s {side} this clock, perhaps in simulated time: the time of its arrival is used instead",
+                    subscription.topic,
                     ahead.abs()
                 );
-                let known = format!("{} is stamped ", inlet.topic);
-                if !self.warnings.iter().any(|told| told.starts_with(&known)) {
-                    self.warn_once(cx, words);
+                let prefix = format!("{} is stamped ", subscription.topic);
+                if !self.warnings.iter().any(|warning| warning.starts_with(&prefix)) {
+                    self.warn_once(cx, message);
                 }
                 time
             }
@@ -116,22 +116,22 @@ impl RosConnection {
         time
     }
 
-    /// Reports the node's connection. `looking` names the missing counterpart of a connected node.
+    /// Reports the node's connection. `missing` names the missing counterpart of a connected node.
     pub(crate) fn export_connection(
         &mut self,
         cx: &Context,
         export: &mut Export<Connection>,
-        looking: Option<&str>,
+        missing: Option<&str>,
     ) {
-        let (link, attempts) = self.node.state();
-        let standing = match (&link, looking) {
+        let (node_state, attempts) = self.node.state();
+        let state = match (&node_state, missing) {
             (NodeState::Connecting, _) => ConnectionState::Connecting,
             (NodeState::Alone, _) => ConnectionState::Probing("other nodes"),
-            (NodeState::Connected, Some(looking)) => ConnectionState::Probing(looking),
-            (NodeState::Connected, None) => ConnectionState::Connected(&self.who),
-            (NodeState::Lost(why), _) => ConnectionState::Lost(why),
+            (NodeState::Connected, Some(missing)) => ConnectionState::Probing(missing),
+            (NodeState::Connected, None) => ConnectionState::Connected(&self.description),
+            (NodeState::Lost(reason), _) => ConnectionState::Lost(reason),
         };
-        self.report.update(cx, export, standing, attempts);
+        self.report.update(cx, export, state, attempts);
     }
 
     /// Sends the submitted messages and ends the node.
@@ -162,14 +162,16 @@ impl<T: Value> TopicSubscription<T> {
         self.last_received = Some(arrived);
     }
 
-    /// Whether its newest message still counts.
+    /// Whether its newest message is not stale.
     pub(crate) fn has_received(&self) -> bool {
         self.last_received.is_some()
     }
 
-    /// Returns whether its newest message has just become older than `patience`.
-    pub(crate) fn falls_silent(&mut self, now: Duration, patience: Duration) -> bool {
-        let silent = self.last_received.is_some_and(|heard| now > heard + patience);
+    /// Returns whether its newest message has just become older than `timeout`.
+    pub(crate) fn falls_silent(&mut self, now: Duration, timeout: Duration) -> bool {
+        let silent = self
+            .last_received
+            .is_some_and(|received| now > received + timeout);
         if silent {
             self.last_received = None;
         }

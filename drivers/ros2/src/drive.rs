@@ -18,36 +18,36 @@ pub(crate) enum Drive {
     #[default]
     Silent,
     /// A command.
-    Driving { twist: Twist, said: Duration },
+    Driving { twist: Twist, sent_at: Duration },
     /// Zero, to stop the robot.
-    Stopping { since: Duration, said: Duration },
+    Stopping { since: Duration, sent_at: Duration },
 }
 
 impl Drive {
     /// Returns the velocity to send now, if any; `command` is the command in force.
     pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>) -> Option<Twist> {
-        let due = |said: Duration| now >= said + REPEAT_INTERVAL;
-        let (next, words) = match (command, *self) {
-            (Some(twist), Self::Driving { twist: last, said }) if twist == last && !due(said) => {
+        let due = |sent_at: Duration| now >= sent_at + REPEAT_INTERVAL;
+        let (next, output) = match (command, *self) {
+            (Some(twist), Self::Driving { twist: last, sent_at }) if twist == last && !due(sent_at) => {
                 (*self, None)
             }
-            (Some(twist), _) => (Self::Driving { twist, said: now }, Some(twist)),
+            (Some(twist), _) => (Self::Driving { twist, sent_at: now }, Some(twist)),
             (None, Self::Silent) => (Self::Silent, None),
             (None, Self::Driving { .. }) => (
                 Self::Stopping {
                     since: now,
-                    said: now,
+                    sent_at: now,
                 },
                 Some(Twist::ZERO),
             ),
             (None, Self::Stopping { since, .. }) if now >= since + STOPPING => (Self::Silent, None),
-            (None, Self::Stopping { since, said }) if due(said) => {
-                (Self::Stopping { since, said: now }, Some(Twist::ZERO))
+            (None, Self::Stopping { since, sent_at }) if due(sent_at) => {
+                (Self::Stopping { since, sent_at: now }, Some(Twist::ZERO))
             }
             (None, Self::Stopping { .. }) => (*self, None),
         };
         *self = next;
-        words
+        output
     }
 
     /// Returns the last velocity to send, if one is needed.
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_is_said_at_once_and_repeated_while_it_is_in_force() {
+    fn a_command_is_sent_at_once_and_repeated_while_it_is_in_force() {
         let mut drive = Drive::default();
         assert_eq!(drive.step(at(0), None), None);
         assert_eq!(drive.step(at(20), Some(AHEAD)), Some(AHEAD));
@@ -78,24 +78,24 @@ mod tests {
     }
 
     #[test]
-    fn r7_without_a_command_it_is_told_to_stop_and_then_left_to_others() {
+    fn r7_without_a_command_zero_is_sent_for_a_while_and_then_nothing() {
         let mut drive = Drive::default();
         drive.step(at(0), Some(AHEAD));
-        let said: Vec<u64> = (1..100)
-            .map(|turn| turn * 20)
+        let sent: Vec<u64> = (1..100)
+            .map(|iteration| iteration * 20)
             .filter(|now| {
-                let words = drive.step(at(*now), None);
-                assert!(words.is_none_or(|twist| twist == Twist::ZERO));
-                words.is_some()
+                let output = drive.step(at(*now), None);
+                assert!(output.is_none_or(|twist| twist == Twist::ZERO));
+                output.is_some()
             })
             .collect();
-        assert_eq!(said, [20, 80, 140, 200, 260, 320, 380, 440, 500]);
+        assert_eq!(sent, [20, 80, 140, 200, 260, 320, 380, 440, 500]);
         assert_eq!(drive, Drive::Silent);
         assert_eq!(drive.end(), None);
     }
 
     #[test]
-    fn the_last_word_is_to_stop() {
+    fn the_last_velocity_sent_is_zero() {
         let mut drive = Drive::default();
         drive.step(at(0), Some(AHEAD));
         assert_eq!(drive.end(), Some(Twist::ZERO));

@@ -25,7 +25,7 @@ pub use base::Base;
 pub use follow::Follow;
 pub use topics::Topics;
 
-jde_schema::export!("ros2", "Speaks to ROS 2 over Zenoh.", [Topics, Base, Follow]);
+jde_schema::export!("ros2", "Connects to ROS 2 over Zenoh.", [Topics, Base, Follow]);
 
 #[cfg(test)]
 mod tests;

@@ -83,8 +83,8 @@ impl<T: Stamped> Codec<T> {
     pub(crate) fn encode_stamped(&self, value: &T, time: Duration, clock: &Clock) -> Vec<u8> {
         let mut message = self.encode(value);
         let stamp = clock.stamp(measured(value.header(), time));
-        if let Some(room) = message.get_mut(STAMP) {
-            let (seconds, nanos) = room.split_at_mut(4);
+        if let Some(field) = message.get_mut(STAMP) {
+            let (seconds, nanos) = field.split_at_mut(4);
             seconds.copy_from_slice(&stamp.sec.to_le_bytes());
             nanos.copy_from_slice(&stamp.nanosec.to_le_bytes());
         }
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_has_its_stamp_in_the_time_of_ros() {
+    fn an_encoded_stamp_is_wall_clock_time() {
         let mut clock = Clock::default();
         clock.compare(Duration::ZERO, Duration::from_secs(1_700_000_000));
         let codec = Codec::<Odometry>::new();
@@ -115,15 +115,15 @@ mod tests {
             Twist::ZERO,
         );
         let message = codec.encode_stamped(&value, Duration::from_secs(9), &clock);
-        let mut back = Odometry::default();
-        codec.decode_into(&message, &mut back).unwrap();
+        let mut decoded = Odometry::default();
+        codec.decode_into(&message, &mut decoded).unwrap();
         assert_eq!(
-            (back.header.stamp.sec, back.header.stamp.nanosec),
+            (decoded.header.stamp.sec, decoded.header.stamp.nanosec),
             (1_700_000_002, 500_000_000)
         );
-        assert_eq!(back.pose, value.pose);
+        assert_eq!(decoded.pose, value.pose);
         let unstamped = codec.encode_stamped(&Odometry::default(), Duration::from_secs(9), &clock);
-        codec.decode_into(&unstamped, &mut back).unwrap();
-        assert_eq!(back.header.stamp.sec, 1_700_000_009);
+        codec.decode_into(&unstamped, &mut decoded).unwrap();
+        assert_eq!(decoded.header.stamp.sec, 1_700_000_009);
     }
 }

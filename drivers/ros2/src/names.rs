@@ -1,4 +1,5 @@
-//! Names of ROS 2: validity of topics, namespaces and nodes, and full names of topics. It knows no keys.
+//! Names of ROS 2: validity of topics, namespaces and nodes, and full names of topics. It does not depend on
+//! keys.
 
 /// Returns the full name of a topic, such as `/robot/scan`. A name that begins with `/` is full already; any
 /// other is relative to the namespace. Returns `None` for an empty name, which switches a topic off.
@@ -19,7 +20,7 @@ pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, Strin
         return Ok(Some(full));
     }
     Err(format!(
-        "`{name}` is no name of a topic; use letters, digits and `_`, with `/` between parts, as in \"scan\" or \"/robot/scan\""
+        "`{name}` is not a valid name of a topic; use letters, digits and `_`, with `/` between parts, as in \"scan\" or \"/robot/scan\""
     ))
 }
 
@@ -46,18 +47,18 @@ pub(crate) fn namespace(name: &str) -> Result<String, String> {
 /// If the name is not valid in ROS 2.
 pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
     if name.is_empty() {
-        let letter = |letter: char| {
+        let adapt = |letter: char| {
             if letter.is_ascii_alphanumeric() {
                 letter
             } else {
                 '_'
             }
         };
-        let plain: String = schema.chars().map(letter).collect();
-        return Ok(if plain.starts_with(|first: char| first.is_ascii_digit()) {
-            format!("_{plain}")
+        let adapted: String = schema.chars().map(adapt).collect();
+        return Ok(if adapted.starts_with(|first: char| first.is_ascii_digit()) {
+            format!("_{adapted}")
         } else {
-            plain
+            adapted
         });
     }
     if is_token(name) {
@@ -72,9 +73,9 @@ pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
 ///
 /// # Errors
 /// If the environment's value is not a number from 0 to 232.
-pub(crate) fn domain(given: i32, environment: Option<&str>) -> Result<u32, String> {
-    if let Ok(given) = u32::try_from(given) {
-        return Ok(given);
+pub(crate) fn domain(number: i32, environment: Option<&str>) -> Result<u32, String> {
+    if let Ok(number) = u32::try_from(number) {
+        return Ok(number);
     }
     let text = environment.map_or("", str::trim);
     if text.is_empty() {
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_topic_stands_in_the_namespace_unless_it_begins_with_a_slash() {
+    fn a_topic_is_relative_to_the_namespace_unless_it_begins_with_a_slash() {
         let full = |namespace, name| topic(namespace, name).unwrap().unwrap();
         assert_eq!(full("", "scan"), "/scan");
         assert_eq!(full("/robot", "front/scan"), "/robot/front/scan");
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ros_could_not_be_asked_for_is_refused() {
+    fn invalid_names_are_rejected() {
         for name in [
             "/", "a b", "a//b", "scan/", "2d", "a__b", "sc*n", "a$b", "#", "?", "@",
         ] {
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_namespace_has_one_slash_ahead() {
+    fn a_namespace_begins_with_one_slash() {
         for name in ["robot", "/robot", "/robot/"] {
             assert_eq!(namespace(name), Ok("/robot".to_owned()));
         }
@@ -130,14 +131,14 @@ mod tests {
     }
 
     #[test]
-    fn a_node_is_called_like_its_schema_unless_it_has_a_name() {
+    fn a_node_without_a_name_has_that_of_its_schema() {
         assert_eq!(node("", "ros-topics"), Ok("ros_topics".to_owned()));
         assert_eq!(node("", "2"), Ok("_2".to_owned()));
         assert_eq!(node("jde", "x"), Ok("jde".to_owned()));
     }
 
     #[test]
-    fn the_domain_is_the_one_given_then_the_environments_then_0() {
+    fn the_domain_is_from_the_setting_then_the_environment_then_0() {
         assert_eq!(domain(7, Some("3")), Ok(7));
         assert_eq!(domain(-1, Some(" 3 ")), Ok(3));
         assert_eq!(domain(-1, Some("")), Ok(0));

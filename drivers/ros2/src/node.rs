@@ -1,5 +1,5 @@
 //! A ROS 2 node, as a driver uses it in its iterations: it submits messages and takes those that arrived. It
-//! never waits for the network. A thread of its own does, and sends only what was submitted.
+//! never waits for the network. Its own thread does, and sends only what was submitted.
 
 use std::io;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::session;
 use crate::shared::Shared;
 
 /// Time limit for sending the last messages.
-const FAREWELL: Duration = Duration::from_millis(300);
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// The parameters of a node.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct NodeConfig {
     pub(crate) subscriptions: Vec<Topic>,
 }
 
-/// A node, connected or not. Dropping it asks its thread to end and does not wait for it.
+/// A node, connected or not. Dropping it requests the end of its thread and does not wait for it.
 #[derive(Debug)]
 pub(crate) struct Node(Arc<Shared>);
 
@@ -55,18 +55,18 @@ impl Node {
     ///
     /// # Errors
     /// If the system cannot start a thread.
-    pub(crate) fn start(plan: NodeConfig) -> io::Result<Self> {
-        let shared = Arc::new(Shared::new(plan.publications.len(), plan.subscriptions.len()));
-        let theirs = Arc::clone(&shared);
+    pub(crate) fn start(config: NodeConfig) -> io::Result<Self> {
+        let shared = Arc::new(Shared::new(config.publications.len(), config.subscriptions.len()));
+        let thread_shared = Arc::clone(&shared);
         thread::Builder::new()
             .name("ros2".to_owned())
-            .spawn(move || session::run(&theirs, &plan))?;
+            .spawn(move || session::run(&thread_shared, &config))?;
         Ok(Self(shared))
     }
 
     /// Whether this publication has subscribers.
-    pub(crate) fn is_wanted(&self, publication: usize) -> bool {
-        self.0.is_wanted(publication)
+    pub(crate) fn has_subscribers(&self, publication: usize) -> bool {
+        self.0.has_subscribers(publication)
     }
 
     /// Submits messages to send, and replaces those that were not sent yet.
@@ -91,7 +91,7 @@ impl Node {
 
     /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
     pub(crate) fn close(self) {
-        self.0.finish(FAREWELL);
+        self.0.finish(CLOSE_TIMEOUT);
     }
 }
 

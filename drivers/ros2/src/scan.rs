@@ -28,24 +28,24 @@ impl Sweep {
     pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), &'static str> {
         let numbers = [self.angle_min, self.angle_increment, self.range_min];
         if numbers.iter().any(|number| !number.is_finite()) || self.range_max.is_nan() {
-            return Err("its angles and limits are no numbers");
+            return Err("its angles and limits are not finite numbers");
         }
-        let together = self.ranges.len().div_ceil(Seq::<f32, 1088>::CAPACITY).max(1);
-        let wide = together as f32;
+        let group_size = self.ranges.len().div_ceil(Seq::<f32, 1088>::CAPACITY).max(1);
+        let size = group_size as f32;
         scan.header = self.header;
-        scan.angle_min = self.angle_min + yaw + self.angle_increment * (wide - 1.0) / 2.0;
-        scan.angle_increment = self.angle_increment * wide;
-        scan.time_increment = self.time_increment * wide;
+        scan.angle_min = self.angle_min + yaw + self.angle_increment * (size - 1.0) / 2.0;
+        scan.angle_increment = self.angle_increment * size;
+        scan.time_increment = self.time_increment * size;
         scan.scan_time = self.scan_time;
         scan.range_min = self.range_min;
         scan.range_max = self.range_max;
         scan.ranges.clear();
         scan.intensities.clear();
-        for (group, ranges) in self.ranges.chunks(together).enumerate() {
+        for (group, ranges) in self.ranges.chunks(group_size).enumerate() {
             let (nearest, range) = self.nearest(ranges);
             // The size of the groups ensures that they fit.
             let _ = scan.ranges.push(range);
-            if let Some(intensity) = self.intensities.get(group * together + nearest) {
+            if let Some(intensity) = self.intensities.get(group * group_size + nearest) {
                 let _ = scan.intensities.push(*intensity);
             }
         }
@@ -67,7 +67,7 @@ impl Sweep {
             rank(*a.1).cmp(&rank(*b.1)).then_with(|| a.1.total_cmp(b.1))
         };
         let nearest = ranges.iter().enumerate().min_by(order);
-        nearest.map_or((0, f32::NAN), |(place, range)| (place, *range))
+        nearest.map_or((0, f32::NAN), |(index, range)| (index, *range))
     }
 }
 
@@ -86,55 +86,52 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_fits_stays_as_it_is() {
-        let mut ours = LaserScan::default();
+    fn a_scan_that_fits_is_copied_unchanged() {
+        let mut scan = LaserScan::default();
         let mut sweep = sweep(&[1.0, f32::INFINITY, 0.0]);
         sweep.intensities.extend_from_slice(&[5.0, 6.0, 7.0]).unwrap();
-        sweep.fill(0.0, &mut ours).unwrap();
-        assert_eq!(ours.ranges.as_slice(), [1.0, f32::INFINITY, 0.0]);
-        assert_eq!(ours.intensities.as_slice(), [5.0, 6.0, 7.0]);
-        assert_eq!((ours.angle_min, ours.angle_increment), (-1.0, 0.001));
-        assert!((ours.angle_max + 0.998).abs() < 1e-6);
-        sweep.fill(0.5, &mut ours).unwrap();
-        assert_eq!(ours.angle_min, -0.5);
+        sweep.fill(0.0, &mut scan).unwrap();
+        assert_eq!(scan.ranges.as_slice(), [1.0, f32::INFINITY, 0.0]);
+        assert_eq!(scan.intensities.as_slice(), [5.0, 6.0, 7.0]);
+        assert_eq!((scan.angle_min, scan.angle_increment), (-1.0, 0.001));
+        assert!((scan.angle_max + 0.998).abs() < 1e-6);
+        sweep.fill(0.5, &mut scan).unwrap();
+        assert_eq!(scan.angle_min, -0.5);
     }
 
     #[test]
-    fn of_beams_too_many_the_nearest_of_each_group_stays_where_it_was() {
+    fn too_many_beams_are_reduced_to_the_nearest_of_each_group() {
         let mut ranges = vec![5.0_f32; 2000];
         ranges[1000] = f32::NAN;
         ranges[1001] = 2.0;
         ranges[10] = f32::NEG_INFINITY;
         ranges[20] = 0.05;
         ranges[1999] = 1.0;
-        let mut ours = LaserScan::default();
-        sweep(&ranges).fill(0.0, &mut ours).unwrap();
-        assert_eq!(ours.ranges.len(), 1000);
-        assert_eq!((ours.ranges[500], ours.ranges[999]), (2.0, 1.0));
-        assert_eq!(ours.ranges[5], f32::NEG_INFINITY);
-        assert_eq!(
-            ours.ranges[10], 5.0,
-            "what is below the least range was not measured"
-        );
-        let angle = ours.angle(500);
+        let mut scan = LaserScan::default();
+        sweep(&ranges).fill(0.0, &mut scan).unwrap();
+        assert_eq!(scan.ranges.len(), 1000);
+        assert_eq!((scan.ranges[500], scan.ranges[999]), (2.0, 1.0));
+        assert_eq!(scan.ranges[5], f32::NEG_INFINITY);
+        assert_eq!(scan.ranges[10], 5.0, "a range below the minimum was not measured");
+        let angle = scan.angle(500);
         assert!((angle - (-1.0 + 1000.5 * 0.001)).abs() < 1e-4, "{angle}");
     }
 
     #[test]
-    fn beams_that_hit_nothing_are_free_rather_than_unknown() {
+    fn groups_with_an_infinite_range_are_free_rather_than_unknown() {
         let mut ranges = vec![f32::NAN; 1089];
         ranges[1] = f32::INFINITY;
-        let mut ours = LaserScan::default();
-        sweep(&ranges).fill(0.0, &mut ours).unwrap();
-        assert_eq!(ours.ranges.len(), 545);
-        assert_eq!(ours.ranges[0], f32::INFINITY);
-        assert!(ours.ranges[1].is_nan());
+        let mut scan = LaserScan::default();
+        sweep(&ranges).fill(0.0, &mut scan).unwrap();
+        assert_eq!(scan.ranges.len(), 545);
+        assert_eq!(scan.ranges[0], f32::INFINITY);
+        assert!(scan.ranges[1].is_nan());
     }
 
     #[test]
-    fn a_scan_without_angles_is_refused() {
-        let mut blind = sweep(&[1.0]);
-        blind.angle_min = f32::NAN;
-        assert!(blind.fill(0.0, &mut LaserScan::default()).is_err());
+    fn a_scan_without_angles_is_rejected() {
+        let mut invalid = sweep(&[1.0]);
+        invalid.angle_min = f32::NAN;
+        assert!(invalid.fill(0.0, &mut LaserScan::default()).is_err());
     }
 }

@@ -54,19 +54,19 @@ impl Drop for EndGuard<'_> {
 }
 
 /// Keeps the node connected until it must end.
-pub(crate) fn run(shared: &Arc<Shared>, plan: &NodeConfig) {
+pub(crate) fn run(shared: &Arc<Shared>, config: &NodeConfig) {
     let _ending = EndGuard(shared);
     // Without the permission the niceness stays the same, which is not an error.
     let _ = rustix::process::nice(NICE);
     let mut pause = FIRST_PAUSE;
     loop {
-        match open(shared, plan) {
+        match open(shared, config) {
             Ok((session, declared)) => {
-                serve(shared, plan, &session, declared);
+                serve(shared, config, &session, declared);
                 let _ = session.close().wait();
                 return;
             }
-            Err(error) => shared.failed(format!("{}: {}", plan.endpoint, describe_error(&error))),
+            Err(error) => shared.failed(format!("{}: {}", config.endpoint, describe_error(&error))),
         }
         if shared.pause(pause) {
             return;
@@ -75,31 +75,36 @@ pub(crate) fn run(shared: &Arc<Shared>, plan: &NodeConfig) {
     }
 }
 
-fn open(shared: &Arc<Shared>, plan: &NodeConfig) -> zenoh::Result<(Session, Declared)> {
-    let session = zenoh::open(plan.config.clone()).wait()?;
-    let declared = declare(shared, plan, &session)?;
+fn open(shared: &Arc<Shared>, config: &NodeConfig) -> zenoh::Result<(Session, Declared)> {
+    let session = zenoh::open(config.config.clone()).wait()?;
+    let declared = declare(shared, config, &session)?;
     Ok((session, declared))
 }
 
 /// Declares the node, then its topics, then a subscription to the tokens of other nodes.
-fn declare(shared: &Arc<Shared>, plan: &NodeConfig, session: &Session) -> zenoh::Result<Declared> {
-    let (name, id) = (&plan.name, session.zid());
-    let own = id.to_string();
-    let mut tokens = vec![session.liveliness().declare_token(name.token(&own)).wait()?];
+fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zenoh::Result<Declared> {
+    let (name, id) = (&config.name, session.zid());
+    let session_id = id.to_string();
+    let mut tokens = vec![
+        session
+            .liveliness()
+            .declare_token(name.token(&session_id))
+            .wait()?,
+    ];
     let mut publishers = Vec::new();
-    for (number, topic) in plan.publications.iter().enumerate() {
+    for (number, topic) in config.publications.iter().enumerate() {
         let publisher = session
             .declare_publisher(topic.key(name))
             .congestion_control(CongestionControl::Drop)
             .wait()?;
-        let theirs = Arc::clone(shared);
+        let shared_in_callback = Arc::clone(shared);
         publisher
             .matching_listener()
-            .callback(move |status| theirs.set_wanted(number, status.matching()))
+            .callback(move |status| shared_in_callback.set_subscribed(number, status.matching()))
             .background()
             .wait()?;
-        shared.set_wanted(number, publisher.matching_status().wait()?.matching());
-        let token = topic.token(name, &own, Direction::Publish, 1 + number);
+        shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
+        let token = topic.token(name, &session_id, Direction::Publish, 1 + number);
         publishers.push(DeclaredPublisher {
             publisher,
             sequence: 0,
@@ -108,47 +113,47 @@ fn declare(shared: &Arc<Shared>, plan: &NodeConfig, session: &Session) -> zenoh:
         tokens.push(session.liveliness().declare_token(token).wait()?);
     }
     let mut subscribers = Vec::new();
-    for (number, topic) in plan.subscriptions.iter().enumerate() {
-        let theirs = Arc::clone(shared);
+    for (number, topic) in config.subscriptions.iter().enumerate() {
+        let shared_in_callback = Arc::clone(shared);
         let subscriber = session
             .declare_subscriber(topic.key(name))
             .callback(move |sample| {
                 if sample.kind() == SampleKind::Put {
-                    theirs.arrive(number, sample.payload().clone());
+                    shared_in_callback.arrive(number, sample.payload().clone());
                 }
             })
             .wait()?;
         let token = topic.token(
             name,
-            &own,
+            &session_id,
             Direction::Subscribe,
-            1 + plan.publications.len() + number,
+            1 + config.publications.len() + number,
         );
         subscribers.push(subscriber);
         tokens.push(session.liveliness().declare_token(token).wait()?);
     }
-    let (theirs, known) = (Arc::clone(shared), plan.clone());
-    let everyone = session
+    let (shared_in_callback, topics_of_node) = (Arc::clone(shared), config.clone());
+    let all_tokens = session
         .liveliness()
-        .declare_subscriber(name.everyone())
+        .declare_subscriber(name.all_tokens())
         .history(true)
         .callback(move |sample| {
-            let ways = [
-                (Direction::Publish, &known.publications),
-                (Direction::Subscribe, &known.subscriptions),
+            let directions = [
+                (Direction::Publish, &topics_of_node.publications),
+                (Direction::Subscribe, &topics_of_node.subscriptions),
             ];
-            for (way, topics) in ways {
-                let mismatch = |topic: &Topic| topic.mismatch(way, sample.key_expr());
+            for (direction, topics) in directions {
+                let mismatch = |topic: &Topic| topic.mismatch(direction, sample.key_expr());
                 if sample.kind() == SampleKind::Put {
                     topics
                         .iter()
                         .filter_map(mismatch)
-                        .for_each(|words| theirs.remark(words));
+                        .for_each(|remark| shared_in_callback.remark(remark));
                 }
             }
         })
         .wait()?;
-    subscribers.push(everyone);
+    subscribers.push(all_tokens);
     Ok(Declared {
         publishers,
         _subscribers: subscribers,
@@ -157,27 +162,27 @@ fn declare(shared: &Arc<Shared>, plan: &NodeConfig, session: &Session) -> zenoh:
 }
 
 /// Sends messages and checks the connection until the node must end.
-fn serve(shared: &Shared, plan: &NodeConfig, session: &Session, mut declared: Declared) {
-    let mut looked: Option<Instant> = None;
-    let mut met = false;
+fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: Declared) {
+    let mut last_check: Option<Instant> = None;
+    let mut was_connected = false;
     loop {
-        if looked.is_none_or(|looked| looked.elapsed() >= CHECK_PERIOD) {
-            looked = Some(Instant::now());
+        if last_check.is_none_or(|last_check| last_check.elapsed() >= CHECK_PERIOD) {
+            last_check = Some(Instant::now());
             let others =
                 session.info().routers_zid().wait().count() + session.info().peers_zid().wait().count();
-            let link = match (others, met) {
+            let state = match (others, was_connected) {
                 (0, false) => NodeState::Alone,
-                (0, true) => NodeState::Lost(format!("{}: nobody is there any more", plan.endpoint)),
+                (0, true) => NodeState::Lost(format!("{}: nobody is there any more", config.endpoint)),
                 _ => NodeState::Connected,
             };
-            met |= others > 0;
-            shared.set_state(link);
+            was_connected |= others > 0;
+            shared.set_state(state);
         }
         let work = shared.work(CHECK_PERIOD);
         for (number, batch) in work.batches {
-            let outlet = &mut declared.publishers[number];
+            let publisher = &mut declared.publishers[number];
             for message in batch {
-                outlet.put(message);
+                publisher.put(message);
             }
         }
         if work.ending {
@@ -201,20 +206,20 @@ impl DeclaredPublisher {
 fn describe_error(error: &zenoh::Error) -> String {
     let text = error.to_string();
     let mut rest = text.as_str();
-    let mut words = String::new();
+    let mut result = String::new();
     while let Some((before, after)) = rest.split_once(" at /") {
-        words += before.trim_end();
+        result += before.trim_end();
         rest = after.split_once(".rs:").map_or("", |(_, line)| {
             line.trim_start_matches(|letter: char| letter.is_ascii_digit())
                 .trim_start_matches('.')
         });
     }
-    words += rest;
+    result += rest;
     // Zenoh gives no other reason if a client finds no router.
-    if words.starts_with("Unable to connect to any of") {
+    if result.starts_with("Unable to connect to any of") {
         return "nobody answers there; is the router running?".to_owned();
     }
-    words
+    result
 }
 
 #[cfg(test)]
@@ -222,16 +227,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_went_wrong_is_said_without_places_in_the_source() {
+    fn errors_are_described_without_source_locations() {
         let error = |text: &str| describe_error(&zenoh::Error::from(text.to_owned()));
-        let busy = "Can not listen: [127.0.0.1:1: Address already in use (os error 98) at /a b/tcp.rs:61.] at /c/unicast.rs:338.";
+        let port_in_use = "Can not listen: [127.0.0.1:1: Address already in use (os error 98) at /a b/tcp.rs:61.] at /c/unicast.rs:338.";
         assert_eq!(
-            error(busy),
+            error(port_in_use),
             "Can not listen: [127.0.0.1:1: Address already in use (os error 98)]"
         );
         assert_eq!(error("plain"), "plain");
-        let nobody = "Unable to connect to any of [Single(tcp/a:1)]!  at /c/orchestrator.rs:447.";
-        assert_eq!(error(nobody), "nobody answers there; is the router running?");
+        let unreachable = "Unable to connect to any of [Single(tcp/a:1)]!  at /c/orchestrator.rs:447.";
+        assert_eq!(error(unreachable), "nobody answers there; is the router running?");
         assert_eq!(error("cut at /home/x"), "cut");
     }
 }

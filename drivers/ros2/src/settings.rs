@@ -52,19 +52,22 @@ impl Settings<'_> {
     }
 
     /// Reports each invalid setting at its modulation.
-    pub(crate) fn inspect(&self, of: &Modulations<'_>, problems: &mut Problems<'_>) {
+    pub(crate) fn inspect(&self, modulations: &Modulations<'_>, problems: &mut Problems<'_>) {
         let environment = std::env::var("ROS_DOMAIN_ID").ok();
-        problems.expect(of.domain, names::domain(self.domain, environment.as_deref()));
-        let namespace = problems.expect(of.namespace, names::namespace(self.namespace));
-        problems.expect(of.node, names::node(self.node, self.schema));
-        if let Err(wrong) = self.connection_config() {
+        problems.expect(
+            modulations.domain,
+            names::domain(self.domain, environment.as_deref()),
+        );
+        let namespace = problems.expect(modulations.namespace, names::namespace(self.namespace));
+        problems.expect(modulations.node, names::node(self.node, self.schema));
+        if let Err(error) = self.connection_config() {
             match self.config {
-                "" => problems.wrong(of.connect, wrong),
-                _ => problems.wrong(of.config, wrong),
+                "" => problems.wrong(modulations.connect, error),
+                _ => problems.wrong(modulations.config, error),
             }
         }
         let namespace = namespace.unwrap_or_default();
-        for (modulation, name) in &of.topics {
+        for (modulation, name) in &modulations.topics {
             problems.expect(modulation, names::topic(&namespace, name.as_str()));
         }
     }
@@ -74,7 +77,7 @@ impl Settings<'_> {
         if !self.config.is_empty() {
             if self.has_endpoint {
                 return Err(
-                    "give either config, or connect and listen: the file says where to go".to_owned(),
+                    "give either config, or connect and listen: the file contains the addresses".to_owned(),
                 );
             }
             let config = Config::from_file(self.config)
@@ -85,7 +88,7 @@ impl Settings<'_> {
             endpoints("connect", self.connect)?,
             endpoints("listen", self.listen)?,
         );
-        let (mode, place) = match (connect.is_empty(), listen.is_empty()) {
+        let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
             (true, true) => {
                 return Err(
                     "it can reach nobody; give it connect = \"tcp/localhost:7447\", where the router is, or \
@@ -97,21 +100,21 @@ impl Settings<'_> {
             (_, false) => ("peer", self.listen),
         };
         let mut config = Config::default();
-        let lists = |places: &[EndPoint]| {
-            let quoted: Vec<String> = places
+        let lists = |endpoints: &[EndPoint]| {
+            let quoted: Vec<String> = endpoints
                 .iter()
-                .map(|place| format!("{:?}", place.to_string()))
+                .map(|endpoint| format!("{:?}", endpoint.to_string()))
                 .collect();
             format!("[{}]", quoted.join(","))
         };
         // A client fails if it cannot connect, and its session's thread tries again. A peer fails only if it
         // cannot listen, and connects to other nodes meanwhile.
-        let patient = mode == "peer";
+        let is_peer = mode == "peer";
         let entries = [
             ("mode", format!("{mode:?}")),
             ("connect/endpoints", lists(&connect)),
-            ("connect/timeout_ms", if patient { "-1" } else { "0" }.to_owned()),
-            ("connect/exit_on_failure", (!patient).to_string()),
+            ("connect/timeout_ms", if is_peer { "-1" } else { "0" }.to_owned()),
+            ("connect/exit_on_failure", (!is_peer).to_string()),
             (
                 "connect/retry",
                 "{ period_init_ms: 200, period_max_ms: 1000, period_increase_factor: 2 }".to_owned(),
@@ -127,35 +130,38 @@ impl Settings<'_> {
         for (key, value) in entries {
             config
                 .insert_json5(key, &value)
-                .map_err(|error| format!("Zenoh takes no `{key}` of {value}: {error}"))?;
+                .map_err(|error| format!("Zenoh does not accept {value} for `{key}`: {error}"))?;
         }
-        Ok((config, place.to_owned()))
+        Ok((config, endpoint.to_owned()))
     }
 }
 
 /// Parses addresses separated by commas.
 fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
-    let places = text.split(',').map(str::trim).filter(|place| !place.is_empty());
-    places
-        .map(|place| {
-            let wrong = || {
+    let addresses = text
+        .split(',')
+        .map(str::trim)
+        .filter(|address| !address.is_empty());
+    addresses
+        .map(|text| {
+            let error = || {
                 format!(
-                    "{key} = \"{place}\" is no place; expected tcp/HOST:PORT, tls/HOST:PORT or unixsock-stream/PATH, as in \
+                    "{key} = \"{text}\" is not an address; expected tcp/HOST:PORT, tls/HOST:PORT or unixsock-stream/PATH, as in \
                      \"tcp/localhost:7447\""
                 )
             };
-            let endpoint: EndPoint = place.parse().map_err(|_| wrong())?;
-            let way = endpoint.protocol();
+            let endpoint: EndPoint = text.parse().map_err(|_| error())?;
+            let protocol = endpoint.protocol();
             let address = endpoint.address();
-            let has_port = way.as_str() == "unixsock-stream"
+            let has_port = protocol.as_str() == "unixsock-stream"
                 || address
                     .as_str()
                     .rsplit_once(':')
                     .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-            if ENDPOINT_KEYS.contains(&way.as_str()) && has_port {
+            if ENDPOINT_KEYS.contains(&protocol.as_str()) && has_port {
                 Ok(endpoint)
             } else {
-                Err(wrong())
+                Err(error())
             }
         })
         .collect()
@@ -179,10 +185,10 @@ mod tests {
     }
 
     #[test]
-    fn who_listens_is_a_peer_and_who_does_not_a_client() {
+    fn a_node_that_listens_is_a_peer_and_others_are_clients() {
         let mode = |connect, listen| {
-            let (config, place) = settings(connect, listen).connection_config().unwrap();
-            (config.get_json("mode").unwrap(), place)
+            let (config, endpoint) = settings(connect, listen).connection_config().unwrap();
+            (config.get_json("mode").unwrap(), endpoint)
         };
         assert_eq!(
             mode("tcp/localhost:7447", ""),
@@ -202,8 +208,8 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_is_none_is_refused_with_what_was_expected() {
-        for place in [
+    fn an_invalid_address_is_rejected_with_the_expected_format() {
+        for address in [
             "localhost:7447",
             "tcp/localhost",
             "tcp/:7447",
@@ -212,9 +218,9 @@ mod tests {
             "tcp",
             "/",
         ] {
-            let error = settings(place, "").connection_config().unwrap_err();
+            let error = settings(address, "").connection_config().unwrap_err();
             assert!(
-                error.contains(place) && error.contains("tcp/HOST:PORT"),
+                error.contains(address) && error.contains("tcp/HOST:PORT"),
                 "{error}"
             );
         }
@@ -227,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_says_where_to_go_alone() {
+    fn a_configuration_file_excludes_other_addresses() {
         let both = Settings {
             config: "zenoh.json5",
             has_endpoint: true,
@@ -247,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_node_has_its_schemas_name_in_its_namespace() {
+    fn the_node_has_the_schema_name_in_its_namespace() {
         let name = settings("", "").name().unwrap();
         assert_eq!((name.domain, name.full().as_str()), (3, "/fleet/one"));
     }

@@ -12,12 +12,12 @@ use crate::node::{NodeState, ReceivedMessage};
 /// Most remarks per node. They are remembered so that none is repeated.
 const MAX_REMARKS: usize = 64;
 
-/// Submitted messages, arrived messages and news.
+/// Submitted messages, arrived messages and status.
 #[derive(Debug)]
 pub(crate) struct Shared {
     queue: Mutex<SendQueue>,
     changed: Condvar,
-    wanted: Vec<AtomicBool>,
+    subscribed: Vec<AtomicBool>,
     arrived: Vec<Mutex<Option<ReceivedMessage>>>,
     status: Mutex<NodeStatus>,
 }
@@ -56,7 +56,7 @@ impl Shared {
                 ended: false,
             }),
             changed: Condvar::new(),
-            wanted: (0..publications).map(|_| AtomicBool::new(false)).collect(),
+            subscribed: (0..publications).map(|_| AtomicBool::new(false)).collect(),
             arrived: (0..subscriptions).map(|_| Mutex::new(None)).collect(),
             status: Mutex::new(NodeStatus {
                 state: NodeState::Connecting,
@@ -67,8 +67,8 @@ impl Shared {
         }
     }
 
-    pub(crate) fn is_wanted(&self, publication: usize) -> bool {
-        self.wanted[publication].load(Ordering::Relaxed)
+    pub(crate) fn has_subscribers(&self, publication: usize) -> bool {
+        self.subscribed[publication].load(Ordering::Relaxed)
     }
 
     /// Submits messages to send, and replaces those that were not sent yet.
@@ -82,42 +82,42 @@ impl Shared {
     }
 
     pub(crate) fn state(&self) -> (NodeState, u32) {
-        let news = lock(&self.status);
-        (news.state.clone(), news.attempts)
+        let status = lock(&self.status);
+        (status.state.clone(), status.attempts)
     }
 
     pub(crate) fn remarks(&self) -> Vec<String> {
         std::mem::take(&mut lock(&self.status).remarks)
     }
 
-    /// Asks the thread to end, and waits for that for at most `patience`.
-    pub(crate) fn finish(&self, patience: Duration) {
-        let mut orders = lock(&self.queue);
-        orders.ending = true;
+    /// Requests the end of the thread, and waits for that for at most `timeout`.
+    pub(crate) fn finish(&self, timeout: Duration) {
+        let mut queue = lock(&self.queue);
+        queue.ending = true;
         self.changed.notify_one();
-        let until = Instant::now() + patience;
-        while !orders.ended {
-            let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+        let until = Instant::now() + timeout;
+        while !queue.ended {
+            let remaining = until.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
                 break;
             }
-            orders = wait(&self.changed, orders, left);
+            queue = wait(&self.changed, queue, remaining);
         }
     }
 
-    /// Returns the work to do. Waits for some for at most `patience`.
-    pub(crate) fn work(&self, patience: Duration) -> Work {
-        let mut orders = lock(&self.queue);
-        if !orders.ending && orders.waiting.iter().all(Vec::is_empty) {
-            orders = wait(&self.changed, orders, patience);
+    /// Returns the work to do. Waits for some for at most `timeout`.
+    pub(crate) fn work(&self, timeout: Duration) -> Work {
+        let mut queue = lock(&self.queue);
+        if !queue.ending && queue.waiting.iter().all(Vec::is_empty) {
+            queue = wait(&self.changed, queue, timeout);
         }
-        let batches = orders.waiting.iter_mut().enumerate();
+        let batches = queue.waiting.iter_mut().enumerate();
         Work {
             batches: batches
                 .filter(|(_, batch)| !batch.is_empty())
                 .map(|(number, batch)| (number, std::mem::take(batch)))
                 .collect(),
-            ending: orders.ending,
+            ending: queue.ending,
         }
     }
 
@@ -125,16 +125,16 @@ impl Shared {
     pub(crate) fn pause(&self, pause: Duration) -> bool {
         let until = Instant::now() + pause;
         loop {
-            let left = until.saturating_duration_since(Instant::now());
-            let work = self.work(left);
-            if work.ending || left.is_zero() {
+            let remaining = until.saturating_duration_since(Instant::now());
+            let work = self.work(remaining);
+            if work.ending || remaining.is_zero() {
                 return work.ending;
             }
         }
     }
 
-    pub(crate) fn set_wanted(&self, publication: usize, wanted: bool) {
-        self.wanted[publication].store(wanted, Ordering::Relaxed);
+    pub(crate) fn set_subscribed(&self, publication: usize, subscribed: bool) {
+        self.subscribed[publication].store(subscribed, Ordering::Relaxed);
     }
 
     pub(crate) fn arrive(&self, subscription: usize, message: ZBytes) {
@@ -145,27 +145,27 @@ impl Shared {
         *lock(&self.arrived[subscription]) = Some(arrived);
     }
 
-    pub(crate) fn set_state(&self, link: NodeState) {
-        let mut news = lock(&self.status);
-        if link == NodeState::Connected {
-            news.attempts = 0;
+    pub(crate) fn set_state(&self, state: NodeState) {
+        let mut status = lock(&self.status);
+        if state == NodeState::Connected {
+            status.attempts = 0;
         }
-        news.state = link;
+        status.state = state;
     }
 
     /// Records a failed attempt.
-    pub(crate) fn failed(&self, why: String) {
-        let mut news = lock(&self.status);
-        news.attempts = news.attempts.saturating_add(1);
-        news.state = NodeState::Lost(why);
+    pub(crate) fn failed(&self, reason: String) {
+        let mut status = lock(&self.status);
+        status.attempts = status.attempts.saturating_add(1);
+        status.state = NodeState::Lost(reason);
     }
 
     /// Adds a remark on other nodes, unless it is a repetition or there are too many.
     pub(crate) fn remark(&self, remark: String) {
-        let mut news = lock(&self.status);
-        if news.past_remarks.len() < MAX_REMARKS && !news.past_remarks.contains(&remark) {
-            news.past_remarks.push(remark.clone());
-            news.remarks.push(remark);
+        let mut status = lock(&self.status);
+        if status.past_remarks.len() < MAX_REMARKS && !status.past_remarks.contains(&remark) {
+            status.past_remarks.push(remark.clone());
+            status.remarks.push(remark);
         }
     }
 
@@ -182,9 +182,9 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 fn wait<'a>(
     changed: &Condvar,
-    orders: MutexGuard<'a, SendQueue>,
-    patience: Duration,
+    queue: MutexGuard<'a, SendQueue>,
+    timeout: Duration,
 ) -> MutexGuard<'a, SendQueue> {
-    let waited = changed.wait_timeout(orders, patience);
+    let waited = changed.wait_timeout(queue, timeout);
     waited.unwrap_or_else(PoisonError::into_inner).0
 }

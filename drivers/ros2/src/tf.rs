@@ -61,7 +61,7 @@ impl Transforms {
     }
 
     /// Adds a frame that is fixed on the base.
-    pub(crate) fn mount(&mut self, frame: Frame, place: Pose2D) {
+    pub(crate) fn mount(&mut self, frame: Frame, pose: Pose2D) {
         let Some(base) = self.transforms.first().copied() else {
             return;
         };
@@ -76,11 +76,11 @@ impl Transforms {
             child_frame_id: frame,
             transform: Transform {
                 translation: Vector3 {
-                    x: place.x,
-                    y: place.y,
+                    x: pose.x,
+                    y: pose.y,
                     z: 0.0,
                 },
-                rotation: Quaternion::from_yaw(place.theta),
+                rotation: Quaternion::from_yaw(pose.theta),
             },
         });
     }
@@ -92,10 +92,10 @@ impl Transforms {
 }
 
 /// Converts a ring of sonars to the messages of ROS 2: one per sonar, each in its own frame.
-pub(crate) fn echoes(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> + '_ {
+pub(crate) fn range_messages(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> + '_ {
     let sonars = ring.ranges.iter().zip(&ring.poses).enumerate();
     sonars.map(|(number, (range, pose))| {
-        let echo = Range {
+        let message = Range {
             header: Header {
                 stamp: ring.header.stamp,
                 frame_id: Frame::truncated(&format!("sonar_{number}")),
@@ -107,7 +107,7 @@ pub(crate) fn echoes(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> 
             range: *range,
             ..Range::default()
         };
-        (echo, *pose)
+        (message, *pose)
     })
 }
 
@@ -145,26 +145,26 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_is_as_many_echoes_in_frames_of_their_own() {
+    fn a_ring_is_one_message_per_sonar_each_in_its_own_frame() {
         let mut ring = RangeRing {
             max_range: 5.0,
             ..RangeRing::default()
         };
         ring.ranges.extend_from_slice(&[1.0, f32::INFINITY]).unwrap();
-        let place = Pose2D::new(0.2, 0.1, 0.3);
-        ring.poses.extend_from_slice(&[Pose2D::ORIGIN, place]).unwrap();
-        let echoes: Vec<_> = echoes(&ring).collect();
-        assert_eq!(echoes.len(), 2);
-        let (echo, pose) = &echoes[1];
+        let mount = Pose2D::new(0.2, 0.1, 0.3);
+        ring.poses.extend_from_slice(&[Pose2D::ORIGIN, mount]).unwrap();
+        let range_messages: Vec<_> = range_messages(&ring).collect();
+        assert_eq!(range_messages.len(), 2);
+        let (message, pose) = &range_messages[1];
         assert_eq!(
-            (echo.header.frame_id.as_str(), echo.range, echo.max_range),
+            (message.header.frame_id.as_str(), message.range, message.max_range),
             ("sonar_1", f32::INFINITY, 5.0)
         );
-        assert_eq!(*pose, place);
+        assert_eq!(*pose, mount);
     }
 
     #[test]
-    fn the_tree_has_the_types_of_ros() {
+    fn the_tree_has_the_type_name_and_hash_of_ros() {
         let topic = crate::messages::Codec::<Transforms>::new()
             .topic("/tf".to_owned(), crate::keys::Quality::Reliable);
         assert_eq!(topic.type_name, "tf2_msgs/msg/TFMessage");

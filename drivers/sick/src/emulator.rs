@@ -18,7 +18,7 @@ pub(crate) struct EmulatedScanner {
     /// Every value of the next scans.
     pub(crate) value: u16,
     pub(crate) status: u8,
-    /// How many of the next telegrams it answers with NACK, except the command to stop sending.
+    /// How many of the next telegrams it rejects with NACK, except the command to stop sending.
     pub(crate) nacks: u32,
     /// A command that it refuses.
     pub(crate) refuses: Option<u8>,
@@ -58,37 +58,37 @@ impl EmulatedScanner {
         assert_eq!(
             telegram,
             framed(0x00, payload),
-            "a telegram to a scanner is whole"
+            "a telegram to a scanner is complete"
         );
         if self.nacks > 0 && payload != [0x20, 0x25] {
             self.nacks -= 1;
             return vec![0x15];
         }
-        let mut answer = vec![0x06];
+        let mut reply = vec![0x06];
         let refused = self.refuses == Some(payload[0]);
-        let mut to = |data: &[u8]| {
+        let mut respond = |data: &[u8]| {
             let payload = [&[payload[0] | 0x80], data, &[self.status]].concat();
-            answer.extend(framed(0x80, &payload));
+            reply.extend(framed(0x80, &payload));
         };
         match payload {
-            [0x20, ..] if refused => to(&[0x02]),
+            [0x20, ..] if refused => respond(&[0x02]),
             [0x20, 0x00, password @ ..] => {
                 self.installing = password == b"SICK_LMS";
                 self.streaming = false;
-                to(&[u8::from(!self.installing)]);
+                respond(&[u8::from(!self.installing)]);
             }
             [0x20, 0x24] => {
                 self.streaming = true;
                 self.installing = false;
-                to(&[0]);
+                respond(&[0]);
             }
             [0x20, 0x25] => {
                 self.streaming = false;
                 self.installing = false;
-                to(&[0]);
+                respond(&[0]);
             }
             [0x20, speed] => {
-                to(&[0]);
+                respond(&[0]);
                 self.baud = match speed {
                     0x40 => 38_400,
                     0x41 => 19_200,
@@ -97,26 +97,26 @@ impl EmulatedScanner {
                     _ => panic!("no speed: {speed:#x}"),
                 };
             }
-            [0x3a] => to(b"LMS200;30106;V02.10 "),
+            [0x3a] => respond(b"LMS200;30106;V02.10 "),
             &[0x3b, view, 0, step, 0] => {
-                let good = !refused && self.installing;
-                to(&[u8::from(good), view, 0, step, 0]);
-                if good {
+                let accepted = !refused && self.installing;
+                respond(&[u8::from(accepted), view, 0, step, 0]);
+                if accepted {
                     (self.view, self.step) = (view.into(), step.into());
                 }
             }
-            [0x74] => to(&self.block.clone()),
+            [0x74] => respond(&self.block.clone()),
             [0x77, block @ ..] => {
-                let good = !refused && self.installing;
-                to(&[&[u8::from(good)], block].concat());
-                if good {
+                let accepted = !refused && self.installing;
+                respond(&[&[u8::from(accepted)], block].concat());
+                if accepted {
                     self.block = block.to_vec();
                     self.writes += 1;
                 }
             }
-            _ => panic!("the driver says what no scanner knows: {payload:02x?}"),
+            _ => panic!("no scanner knows this telegram: {payload:02x?}"),
         }
-        answer
+        reply
     }
 
     /// Switches it off and on, and returns its message.
@@ -140,20 +140,20 @@ impl Emulator for EmulatedScanner {
             return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
         }
         self.received.extend_from_slice(bytes);
-        let mut answers = Vec::new();
+        let mut replies = Vec::new();
         while let Some(start) = self.received.iter().position(|byte| *byte == 0x02) {
             self.received.drain(..start);
             let [_, _, low, high, ..] = *self.received else {
                 break;
             };
-            let whole = 6 + usize::from(low) + 256 * usize::from(high);
-            if self.received.len() < whole {
+            let size = 6 + usize::from(low) + 256 * usize::from(high);
+            if self.received.len() < size {
                 break;
             }
-            let telegram: Vec<u8> = self.received.drain(..whole).collect();
-            answers.extend(self.reply_to(&telegram));
+            let telegram: Vec<u8> = self.received.drain(..size).collect();
+            replies.extend(self.reply_to(&telegram));
         }
-        answers
+        replies
     }
 
     fn poll_output(&mut self) -> Vec<u8> {

@@ -18,6 +18,7 @@ use session::{Scan, ScannerConfig, SerialSpeed, Session};
 
 /// Time of one turn of the mirror, s: 75 turns per second.
 const TURN: f32 = 1.0 / 75.0;
+
 /// A SICK LMS 2xx laser scanner at a serial line, or behind a serial server.
 ///
 /// The driver finds the scanner at any of its speeds, configures it, and reconnects by itself after every
@@ -87,19 +88,19 @@ impl Schema for Lms2xx {
 impl Lms2xx {
     fn scanner(&self, cx: &Context) -> Result<Scanner> {
         let address = self.address(cx)?;
-        let baud = self.working(cx)?;
-        let line = match address {
+        let baud = self.working_baud(cx)?;
+        let speed = match address {
             Address::Serial { baud: first, .. } => SerialSpeed::Serial { first, working: baud },
             Address::Tcp { .. } => SerialSpeed::Fixed,
         };
-        let wanted = ScannerConfig {
+        let config = ScannerConfig {
             beams: self.scan(cx)?,
             reach: self.reach(cx)?,
-            speed: line,
+            speed,
         };
         let port = Port::new(address, Backoff::default());
         Ok(Scanner {
-            device: Device::new(port, wanted),
+            device: Device::new(port, config),
             last_scan: None,
         })
     }
@@ -115,7 +116,7 @@ impl Lms2xx {
     }
 
     /// Speed of the line while scans arrive, baud.
-    fn working(&self, cx: &Context) -> Result<u32> {
+    fn working_baud(&self, cx: &Context) -> Result<u32> {
         match self.baud.get(cx) {
             baud @ (9600 | 19_200 | 38_400 | 500_000) => Ok(baud),
             baud => Err(format!("baud = {baud}: it can be 9600, 19200, 38400 or 500000").into()),
@@ -137,7 +138,7 @@ impl Lms2xx {
 impl Inspect for Lms2xx {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         inspect_port(&self.port, self.address(cx), problems);
-        problems.expect(&self.baud, self.working(cx));
+        problems.expect(&self.baud, self.working_baud(cx));
         problems.expect(&self.beams, self.scan(cx));
         problems.expect(&self.reach, self.reach(cx));
     }

@@ -37,7 +37,7 @@ pub(crate) enum Unusable {
 }
 
 impl Beams {
-    /// All that the scanner supports.
+    /// All combinations that the scanner supports.
     const ALL: [Self; 5] = [
         Self::new(180, 100),
         Self::new(180, 50),
@@ -140,10 +140,10 @@ fn per_metre(unit: u8) -> Option<f32> {
 impl fmt::Display for Unusable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Short => f.write_str("a measurement is shorter than it says"),
+            Self::Short => f.write_str("a measurement is shorter than its count of beams requires"),
             Self::Partial => f.write_str("a measurement is a part of a turn"),
             Self::Count(count) => write!(f, "a measurement has {count} beams, which were not asked for"),
-            Self::Unit => f.write_str("a measurement has a unit that is none"),
+            Self::Unit => f.write_str("a measurement has an unknown unit"),
         }
     }
 }
@@ -171,29 +171,29 @@ mod tests {
             (201, 100.0, 0.5),
             (401, 100.0, 0.25),
         ] {
-            let beams = Beams::with_count(count).expect("it can");
+            let beams = Beams::with_count(count).expect("the scanner supports it");
             assert!((beams.angle_min() + f32::to_radians(view / 2.0)).abs() < 1e-6);
             assert!((beams.increment() - f32::to_radians(step)).abs() < 1e-6);
             let last = beams.angle_min() + beams.increment() * (count - 1) as f32;
             assert!(
                 (last + beams.angle_min()).abs() < 1e-4,
-                "as far to the left as to the right"
+                "the angles are symmetric"
             );
         }
         assert_eq!(Beams::with_count(180), None);
     }
 
     #[test]
-    fn values_that_are_no_distance_follow_rep_117() {
+    fn values_that_are_not_distances_follow_rep_117() {
         for (metres, top) in [(8, 8191_u16), (16, 16383), (32, 32767)] {
-            let reach = Reach::metres(metres).expect("it can");
+            let reach = Reach::metres(metres).expect("the scanner supports it");
             let mut values = [1234; 101];
             // Beyond the range, then the errors of the manual up to the invalid value.
-            for (place, value) in (top - 8..=top).enumerate() {
-                values[place] = value;
+            for (index, value) in (top - 8..=top).enumerate() {
+                values[index] = value;
             }
             values[9] = top - 9;
-            let beams = Beams::with_count(101).expect("it can");
+            let beams = Beams::with_count(101).expect("the scanner supports it");
             let ranges = reach
                 .decode(beams, &measurement(MILLIMETRES | 101, &values))
                 .expect("a scan");
@@ -209,9 +209,9 @@ mod tests {
     }
 
     #[test]
-    fn the_bits_of_the_fields_are_no_distance_and_the_unit_is_the_measurements_own() {
-        let beams = Beams::with_count(101).expect("it can");
-        let reach = Reach::metres(80).expect("it can");
+    fn field_bits_are_ignored_and_the_measurement_states_its_unit() {
+        let beams = Beams::with_count(101).expect("the scanner supports it");
+        let reach = Reach::metres(80).expect("the scanner supports it");
         let ranges = reach
             .decode(beams, &measurement(101, &[0xe000 | 1234; 101]))
             .expect("a scan");
@@ -221,16 +221,16 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_that_was_not_asked_for_is_not_used() {
+    fn a_measurement_that_was_not_requested_is_rejected() {
         let (beams, reach) = (
-            Beams::with_count(101).expect("it can"),
-            Reach::metres(8).expect("it can"),
+            Beams::with_count(101).expect("the scanner supports it"),
+            Reach::metres(8).expect("the scanner supports it"),
         );
-        let wrong = |head, count| reach.decode(beams, &measurement(head, &vec![0; count]));
+        let decode = |head, count| reach.decode(beams, &measurement(head, &vec![0; count]));
         assert_eq!(reach.decode(beams, &[1]), Err(Unusable::Short));
-        assert_eq!(wrong(MILLIMETRES | 101, 100), Err(Unusable::Short));
-        assert_eq!(wrong(MILLIMETRES | 181, 181), Err(Unusable::Count(181)));
-        assert_eq!(wrong(MILLIMETRES | 0x2000 | 101, 101), Err(Unusable::Partial));
-        assert_eq!(wrong(0x8000 | 101, 101), Err(Unusable::Unit));
+        assert_eq!(decode(MILLIMETRES | 101, 100), Err(Unusable::Short));
+        assert_eq!(decode(MILLIMETRES | 181, 181), Err(Unusable::Count(181)));
+        assert_eq!(decode(MILLIMETRES | 0x2000 | 101, 101), Err(Unusable::Partial));
+        assert_eq!(decode(0x8000 | 101, 101), Err(Unusable::Unit));
     }
 }

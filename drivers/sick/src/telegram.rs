@@ -2,12 +2,12 @@
 //! them.
 //!
 //! From SICK's "Telegrams for configuring and operating the LMS 2xx": STX, address, length (2 bytes, low
-//! first) of the part from the command to before the checksum, command, data, a status byte in answers, and a
+//! first) of the part from the command to before the checksum, command, data, a status byte in replies, and a
 //! checksum of everything before it (2 bytes, low first).
 
 const STX: u8 = 0x02;
 const NACK: u8 = 0x15;
-/// The host sends to address 0. The scanner answers from 0x80 plus its own number.
+/// The host sends to address 0. The scanner replies from 0x80 plus its own number.
 const TO_ANY: u8 = 0x00;
 const FROM_SCANNER: u8 = 0x80;
 /// STX, address and length.
@@ -22,14 +22,14 @@ const POLYNOMIAL: u16 = 0x8005;
 pub(crate) enum Received {
     /// The scanner could not read the last telegram.
     Nack,
-    /// An answer or an unsolicited telegram.
+    /// A reply or an unsolicited telegram.
     Telegram(Telegram),
 }
 
 /// A telegram from the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Telegram {
-    /// The command of the question with its highest bit set.
+    /// The command of the request with its highest bit set.
     pub(crate) command: u8,
     pub(crate) data: Vec<u8>,
     /// The state of the scanner.
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn questions_are_those_of_the_manual_to_the_byte() {
+    fn requests_are_those_of_the_manual_to_the_byte() {
         assert_eq!(request(&[0x31]), [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12]);
         assert_eq!(
             request(&[0x20, 0x24]),
@@ -185,26 +185,26 @@ mod tests {
         assert_eq!(password[password.len() - 2..], [0xbe, 0xc5]);
     }
 
-    fn answer(data: &[u8]) -> Vec<u8> {
+    fn reply(data: &[u8]) -> Vec<u8> {
         framed(0x80, &[&[0xb0], data, &[0x10]].concat())
     }
 
-    fn heard(pieces: impl IntoIterator<Item = Vec<u8>>) -> Vec<Received> {
+    fn receive_all(pieces: impl IntoIterator<Item = Vec<u8>>) -> Vec<Received> {
         let mut receiver = Receiver::default();
         let mut all = Vec::new();
         for piece in pieces {
             receiver.receive(&piece);
-            while let Some(heard) = receiver.next() {
-                all.push(heard);
+            while let Some(message) = receiver.next() {
+                all.push(message);
             }
         }
         all
     }
 
-    fn data(heard: &[Received]) -> Vec<&[u8]> {
-        heard
+    fn data(messages: &[Received]) -> Vec<&[u8]> {
+        messages
             .iter()
-            .map(|heard| match heard {
+            .map(|message| match message {
                 Received::Nack => &[][..],
                 Received::Telegram(telegram) => &*telegram.data,
             })
@@ -212,48 +212,48 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_is_none_costs_no_telegram_behind_it() {
-        // Each looks like the start of a telegram: STX, an answer's address, a length.
+    fn a_false_start_hides_no_telegram_after_it() {
+        // Each looks like the start of a telegram: STX, the address of a reply, a length.
         for false_start in [
             &[0x02_u8][..],
             &[0x02, 0x80],
             &[0x02, 0x80, 0x05, 0x00],
             &[0x02, 0x02, 0x80],
         ] {
-            let bytes = [false_start, &answer(b"one"), &answer(b"two")].concat();
-            assert_eq!(data(&heard([bytes])), [b"one", b"two"]);
+            let bytes = [false_start, &reply(b"one"), &reply(b"two")].concat();
+            assert_eq!(data(&receive_all([bytes])), [b"one", b"two"]);
         }
     }
 
     #[test]
-    fn what_is_too_long_is_no_telegram() {
+    fn a_telegram_that_is_too_long_is_rejected() {
         let longest = MAX_TELEGRAM - HEAD - CHECKSUM - 2;
-        assert_eq!(heard([answer(&vec![0xff; longest])]).len(), 1);
-        assert_eq!(heard([answer(&vec![0xff; longest + 1])]), []);
+        assert_eq!(receive_all([reply(&vec![0xff; longest])]).len(), 1);
+        assert_eq!(receive_all([reply(&vec![0xff; longest + 1])]), []);
     }
 
     #[test]
-    fn ten_thousand_telegrams_with_a_wrong_byte_are_never_believed() {
-        let whole = answer(b"ranges and more ranges");
+    fn ten_thousand_telegrams_with_a_wrong_byte_are_rejected() {
+        let whole = reply(b"ranges and more ranges");
         let mut number = 7_u32;
         let mut random = || {
             number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (number >> 16) as usize
         };
         for _ in 0..10_000 {
-            let mut wrong = whole.clone();
-            let place = random() % wrong.len();
-            wrong[place] ^= (1 + random() % 255) as u8;
-            let all = heard([wrong.clone(), answer(b"next"), vec![0; MAX_TELEGRAM]]);
-            let believed: Vec<_> = data(&all).into_iter().filter(|data| !data.is_empty()).collect();
-            assert_eq!(believed, [b"next"], "{wrong:?}");
+            let mut corrupted = whole.clone();
+            let index = random() % corrupted.len();
+            corrupted[index] ^= (1 + random() % 255) as u8;
+            let all = receive_all([corrupted.clone(), reply(b"next"), vec![0; MAX_TELEGRAM]]);
+            let accepted: Vec<_> = data(&all).into_iter().filter(|data| !data.is_empty()).collect();
+            assert_eq!(accepted, [b"next"], "{corrupted:?}");
         }
     }
 
     proptest! {
         #[test]
-        fn telegrams_survive_any_cut(cuts in prop::collection::vec(1_usize..40, 1..40)) {
-            let bytes = [answer(b"one"), vec![NACK], answer(&[0x02, 0x80, 0x15, 0x06]), answer(b"")].concat();
+        fn telegrams_are_found_after_any_split(cuts in prop::collection::vec(1_usize..40, 1..40)) {
+            let bytes = [reply(b"one"), vec![NACK], reply(&[0x02, 0x80, 0x15, 0x06]), reply(b"")].concat();
             let mut rest = &bytes[..];
             let mut pieces = Vec::new();
             for cut in cuts.iter().cycle() {
@@ -264,13 +264,13 @@ mod tests {
                 pieces.push(piece.to_vec());
                 rest = more;
             }
-            let all = heard(pieces);
+            let all = receive_all(pieces);
             prop_assert_eq!(data(&all), [&b"one"[..], &[], &[0x02, 0x80, 0x15, 0x06], &[]]);
         }
 
         #[test]
         fn no_bytes_panic(pieces in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..900), 0..6)) {
-            heard(pieces);
+            receive_all(pieces);
         }
     }
 }

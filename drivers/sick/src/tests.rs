@@ -1,4 +1,4 @@
-//! The driver on the bench, with emulated scanners at a real pseudo-terminal and a real TCP connection.
+//! The driver on a test bench, with emulated scanners at a real pseudo-terminal and a real TCP connection.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -20,11 +20,11 @@ fn driver(port: &str) -> DriverTest<Lms2xx> {
 /// Returns the first scan.
 fn scan(driver: &mut DriverTest<Lms2xx>) -> &LaserScan {
     driver.run_until(|bench| bench.exported_at("laser").is_some());
-    driver.bench.exported_in_place("laser").expect("just seen")
+    driver.bench.exported_in_place("laser").expect("it is exported")
 }
 
 #[test]
-fn a_scanner_at_a_serial_line_is_seen() {
+fn a_scanner_at_a_serial_line_sends_scans() {
     let (_scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
     let mut driver = driver(&format!("serial:{}@9600", path.display()));
     let scan = scan(&mut driver);
@@ -41,7 +41,7 @@ fn a_scanner_at_a_serial_line_is_seen() {
 }
 
 #[test]
-fn a_scanner_behind_a_serial_server_is_met_again_after_silence_noise_and_a_restart() {
+fn a_scanner_behind_a_serial_server_is_reconnected_after_silence_noise_and_a_restart() {
     let (scanner, address) = EmulatedDevice::at_tcp(
         EmulatedScanner {
             noisy: true,
@@ -56,7 +56,7 @@ fn a_scanner_behind_a_serial_server_is_met_again_after_silence_noise_and_a_resta
     assert_eq!(
         driver.bench.exported::<LaserScan>("laser"),
         None,
-        "what is not heard is taken back"
+        "the scan of a lost scanner is retracted"
     );
     scanner.with(|scanner| {
         scanner.silent = false;
@@ -67,15 +67,15 @@ fn a_scanner_behind_a_serial_server_is_met_again_after_silence_noise_and_a_resta
 }
 
 #[test]
-fn a_plug_that_is_pulled_and_put_back_is_survived() {
+fn the_driver_reconnects_when_the_plug_is_pulled_and_put_back() {
     let name = std::env::temp_dir().join(format!("jde-sick-{}", std::process::id()));
     let mut driver = driver(&format!("serial:{}@9600", name.display()));
     assert!(driver.wait_lost().contains("there is no such device"));
     for _ in 0..2 {
         let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
-        symlink(path, &name).expect("a name");
+        symlink(path, &name).expect("a symbolic link");
         scan(&mut driver);
-        fs::remove_file(&name).expect("it is there");
+        fs::remove_file(&name).expect("the link exists");
         drop(scanner);
         driver.wait_lost();
         assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
@@ -83,17 +83,17 @@ fn a_plug_that_is_pulled_and_put_back_is_survived() {
 }
 
 #[test]
-fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
+fn the_same_error_is_logged_once_over_many_attempts() {
     let mut driver = driver("serial:/dev/no-such-line@9600");
     while driver.attempts() < 3 {
         driver.step();
     }
-    let said = driver.bench.log();
-    assert_eq!(said.len(), 1, "{said:?}");
+    let log = driver.bench.log();
+    assert_eq!(log.len(), 1, "{log:?}");
 }
 
 #[test]
-fn asleep_it_tells_the_scanner_to_rest() {
+fn the_scanner_stops_while_the_driver_sleeps() {
     let (scanner, path) = EmulatedDevice::at_pty(EmulatedScanner::new());
     let mut driver = driver(&format!("serial:{}@9600", path.display()));
     scan(&mut driver);
@@ -105,16 +105,16 @@ fn asleep_it_tells_the_scanner_to_rest() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_anything_is_opened() {
+fn invalid_settings_are_refused_before_the_port_is_opened() {
     let refused = |set: fn(&mut Bench<Lms2xx>)| {
         let mut bench = Bench::<Lms2xx>::new();
         bench.set("port", Text::<256>::new("serial:/dev/no-such-line@9600"));
         set(&mut bench);
-        let found = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("it cannot be").reason;
-        let said = found.iter().filter(|problem| !problem.unavailable);
-        let said: Vec<_> = said.map(|problem| &*problem.words).collect();
-        assert_eq!(said, [&*reason], "an inspection says the same");
+        let problems = bench.inspect().expect("it inspects");
+        let reason = bench.awake().expect_err("the setting is invalid").reason;
+        let errors = problems.iter().filter(|problem| !problem.unavailable);
+        let errors: Vec<_> = errors.map(|problem| &*problem.words).collect();
+        assert_eq!(errors, [&*reason], "an inspection reports the same");
         reason
     };
     assert!(refused(|bench| bench.set("port", Text::<256>::EMPTY)).contains("give it one"));
@@ -138,7 +138,7 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
     assert!(
         bench
             .awake()
-            .expect_err("nothing hurries it")
+            .expect_err("it needs real time")
             .reason
             .contains("--lockstep")
     );

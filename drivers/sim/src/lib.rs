@@ -109,7 +109,7 @@ pub struct Pioneer {
     /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
     #[export]
     movers: Export<Movers>,
-    body: Option<ActiveRobot>,
+    active: Option<ActiveRobot>,
 }
 
 /// A robot in a world.
@@ -125,45 +125,45 @@ struct ActiveRobot {
 
 impl Schema for Pioneer {
     fn awake(&mut self, cx: &Context) -> Result {
-        if self.body.is_none() {
-            self.body = Some(self.add_robot(cx)?);
+        if self.active.is_none() {
+            self.active = Some(self.add_robot(cx)?);
         }
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        // Taken out while it senses: if an error occurs, the driver drops its robot, which then stops.
-        let Some(mut body) = self.body.take() else {
+        // Taken out during the iteration: after an error the driver drops its robot, which then stops.
+        let Some(mut active) = self.active.take() else {
             return Err("it is in no world".into());
         };
         let twist = *self.velocity.get(cx).value();
-        let look = *self.head.get(cx).value();
-        let mut world = body.claim.world();
+        let head = *self.head.get(cx).value();
+        let mut world = active.claim.world();
         // Up to now the last command applies; the new one applies from now on.
         world.advance_to(cx.now().as_nanos() as u64);
-        world.command(body.claim.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
-        let look = HeadCommand {
-            pan: look.pan,
-            tilt: look.tilt,
-            pan_speed: look.pan_velocity,
-            tilt_speed: look.tilt_velocity,
+        world.command(active.claim.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
+        let head = HeadCommand {
+            pan: head.pan,
+            tilt: head.tilt,
+            pan_speed: head.pan_velocity,
+            tilt_speed: head.tilt_velocity,
         };
-        world.command_head(body.claim.robot(), look)?;
-        self.sense(cx, &world, &body)?;
-        if body.due.is_none() {
+        world.command_head(active.claim.robot(), head)?;
+        self.sense(cx, &world, &active)?;
+        if active.due.is_none() {
             self.publish_scenery(cx, &world);
         }
-        if scenery::is_time(&mut body.due, cx.now()) {
-            self.publish_movers(cx, &world, body.claim.robot());
+        if scenery::is_time(&mut active.due, cx.now()) {
+            self.publish_movers(cx, &world, active.claim.robot());
         }
         drop(world);
-        self.body = Some(body);
+        self.active = Some(active);
         Ok(())
     }
 
     fn sleep(&mut self, _: &Context) {
-        if let Some(body) = &self.body {
-            body.claim.rest();
+        if let Some(active) = &self.active {
+            active.claim.stop();
         }
     }
 }
@@ -178,14 +178,14 @@ impl Pioneer {
             sigma: self.sonar_noise.get(cx),
             ..SonarConfig::default()
         };
-        let hold = RobotClaim::acquire(
+        let claim = RobotClaim::acquire(
             (cx.application(), path.as_str(), cx.seed()),
             name.as_str(),
             config,
         )?;
         let since = cx.now();
         Ok(ActiveRobot {
-            claim: hold,
+            claim,
             lasers,
             ring,
             since,

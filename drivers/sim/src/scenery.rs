@@ -72,12 +72,12 @@ impl Pioneer {
 
 /// Returns whether the moving objects are due now, and if so updates `due`.
 pub(crate) fn is_time(due: &mut Option<Duration>, now: Duration) -> bool {
-    let wanted = due.unwrap_or(now);
-    if now + SLACK < wanted {
+    let expected = due.unwrap_or(now);
+    if now + SLACK < expected {
         return false;
     }
-    let begun = if now <= wanted + SLACK { wanted } else { now };
-    *due = Some(begun + PUBLISH_PERIOD);
+    let start = if now <= expected + SLACK { expected } else { now };
+    *due = Some(start + PUBLISH_PERIOD);
     true
 }
 
@@ -131,17 +131,17 @@ start = { x = 4, y = 4, heading_deg = 180 }
     }
 
     #[test]
-    fn what_stands_is_told_once_with_place_size_and_color() {
+    fn static_objects_are_published_once_with_pose_size_and_color() {
         let (_folder, path) = file(ROOM);
         let mut robot = Robot::awake(&path, "bench");
         robot.idle(1.0);
-        let told = robot.bench.exported_at("scenery").expect("it was told");
+        let time = robot.bench.exported_at("scenery").expect("it is exported");
         assert_eq!(
-            told,
+            time,
             Duration::from_millis(50),
-            "when it entered the world, and not again"
+            "published only when the robot enters the world"
         );
-        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it was told");
+        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it is exported");
         assert_eq!((scenery.things.len(), scenery.left_out), (5, 0));
         let walls = scenery
             .things
@@ -159,36 +159,36 @@ start = { x = 4, y = 4, heading_deg = 180 }
     }
 
     #[test]
-    fn what_moves_is_told_ten_times_a_second_and_the_robot_is_not_among_it() {
+    fn moving_objects_without_the_robot_are_published_ten_times_a_second() {
         let (_folder, path) = file(ROOM);
         let mut robot = Robot::awake(&path, "bench");
         let mut times = BTreeSet::new();
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         for _ in 0..40 {
             robot.idle(0.05);
-            times.insert(robot.bench.exported_at("movers").expect("it was told"));
-            let movers: &Movers = robot.bench.exported_in_place("movers").expect("it was told");
+            times.insert(robot.bench.exported_at("movers").expect("it is exported"));
+            let movers: &Movers = robot.bench.exported_in_place("movers").expect("it is exported");
             let names: Vec<_> = movers.things.iter().map(|thing| thing.name.as_str()).collect();
             assert_eq!(
                 names,
                 ["eva", "ball"],
-                "and no robot that has not entered the world"
+                "without robots that have not entered the world"
             );
-            places.push(named(&movers.things, "eva").pose.y);
+            positions.push(named(&movers.things, "eva").pose.y);
         }
         assert_eq!(times.len(), 20);
-        let walked = places[0] - places[places.len() - 1];
+        let walked = positions[0] - positions[positions.len() - 1];
         assert!((walked - 0.95).abs() < 0.06, "eva walked {walked} m in 1.9 s");
         let other = Robot::awake(&path, "other");
         robot.idle(0.1);
-        let movers: &Movers = robot.bench.exported_in_place("movers").expect("it was told");
+        let movers: &Movers = robot.bench.exported_in_place("movers").expect("it is exported");
         let seen = named(&movers.things, "other");
         assert_eq!((seen.form, seen.pose.x, seen.pose.y), (Thing::ROBOT, 4.0, 4.0));
         drop(other);
     }
 
     #[test]
-    fn what_finds_no_room_is_counted() {
+    fn objects_beyond_the_capacity_are_counted() {
         let posts: String = (0..1100)
             .map(|post| {
                 let (x, y) = (post % 40, post / 40);
@@ -201,15 +201,15 @@ start = { x = 4, y = 4, heading_deg = 180 }
         assert_eq!(World::load(&path, 0).expect("a world").shapes().count(), 1100);
         let mut robot = Robot::awake(&path, "bench");
         robot.idle(0.05);
-        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it was told");
+        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it is exported");
         assert_eq!((scenery.things.len(), scenery.left_out), (1024, 76));
     }
 
     #[test]
-    fn what_moves_is_told_ten_times_a_second_by_an_uneven_clock() {
+    fn moving_objects_are_published_ten_times_a_second_with_an_uneven_clock() {
         let (_folder, path) = file(ROOM);
         let mut robot = Robot::awake(&path, "bench");
-        let mut told = BTreeSet::new();
+        let mut times = BTreeSet::new();
         for step in 1..=200_u64 {
             // One millisecond early, on time and late in turn, so that some intervals are shorter than the
             // period.
@@ -218,8 +218,8 @@ start = { x = 4, y = 4, heading_deg = 180 }
                 .bench
                 .set_now(Duration::from_micros(50_000 * step + 1000 - 1000 * early));
             robot.bench.iterate().expect("it drives and senses");
-            told.insert(robot.bench.exported_at("movers").expect("it was told"));
+            times.insert(robot.bench.exported_at("movers").expect("it is exported"));
         }
-        assert_eq!(told.len(), 100);
+        assert_eq!(times.len(), 100);
     }
 }

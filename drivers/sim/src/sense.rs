@@ -11,10 +11,10 @@ const GOOD: u8 = 1;
 
 impl Pioneer {
     /// Publishes every sensor at the world's time.
-    pub(crate) fn sense(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
-        self.scan(cx, world, body)?;
-        self.ping(cx, world, body)?;
-        let (now, robot) = (cx.now(), body.claim.robot());
+    pub(crate) fn sense(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
+        self.publish_laser(cx, world, active)?;
+        self.publish_sonars(cx, world, active)?;
+        let (now, robot) = (cx.now(), active.claim.robot());
         let odometry = world.odometry(robot);
         let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
         self.odometry
@@ -34,7 +34,7 @@ impl Pioneer {
         bumpers.rear.extend_from_slice(&rear)?;
         self.bumpers.write(cx, bumpers);
 
-        self.state(cx, world, body);
+        self.publish_state(cx, world, active);
         self.truth.write(
             cx,
             Truth {
@@ -49,8 +49,8 @@ impl Pioneer {
     }
 
     /// Publishes the state of the head, the battery, the encoders and the connection.
-    fn state(&mut self, cx: &Context, world: &World, body: &ActiveRobot) {
-        let (now, robot) = (cx.now(), body.claim.robot());
+    fn publish_state(&mut self, cx: &Context, world: &World, active: &ActiveRobot) {
+        let (now, robot) = (cx.now(), active.claim.robot());
         let head = world.head(robot);
         self.pan_tilt.write(
             cx,
@@ -92,7 +92,7 @@ impl Pioneer {
         self.connection.write(
             cx,
             Connection {
-                header: Header::new(body.since, ""),
+                header: Header::new(active.since, ""),
                 state: Connection::CONNECTED,
                 note: Text::truncated(world.name()),
                 ..Connection::default()
@@ -100,8 +100,8 @@ impl Pioneer {
         );
     }
 
-    fn scan(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
-        let lasers = &body.lasers;
+    fn publish_laser(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
+        let lasers = &active.lasers;
         let mut scan = self.laser.loan(cx);
         scan.header = Header::new(cx.now(), "laser");
         scan.angle_min = lasers.angle_min() as f32;
@@ -112,13 +112,13 @@ impl Pioneer {
         scan.range_min = lasers.range_min as f32;
         scan.range_max = lasers.range_max as f32;
         scan.intensities.clear();
-        world.laser(body.claim.robot(), lasers, scan.ranges.resize(lasers.beams))?;
+        world.laser(active.claim.robot(), lasers, scan.ranges.resize(lasers.beams))?;
         scan.publish();
         Ok(())
     }
 
-    fn ping(&mut self, cx: &Context, world: &World, body: &ActiveRobot) -> Result {
-        let ring = &body.ring;
+    fn publish_sonars(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
+        let ring = &active.ring;
         let mut sonars = self.sonars.loan(cx);
         sonars.header = Header::new(cx.now(), "base_link");
         sonars.radiation_type = 0;
@@ -134,7 +134,11 @@ impl Pioneer {
         {
             *pose = self::pose(*mount);
         }
-        world.sonars(body.claim.robot(), ring, sonars.ranges.resize(ring.mounts.len()))?;
+        world.sonars(
+            active.claim.robot(),
+            ring,
+            sonars.ranges.resize(ring.mounts.len()),
+        )?;
         sonars.publish();
         Ok(())
     }

@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A room of 6 x 5 m. `bench` is the name of schemas on the bench.
+/// A room of 6 x 5 m. `bench` is the name of schemas on a test bench.
 const ROOM: &str = r#"
 walls = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
 
@@ -19,7 +19,7 @@ start = { x = 2, y = 3, heading_deg = 0 }
 
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// A robot without noise on the bench. Its command is renewed before each iteration.
+/// A robot without noise on a test bench. Its command is renewed before each iteration.
 pub(crate) struct Robot {
     pub(crate) bench: Bench<Pioneer>,
     pub(crate) now: Duration,
@@ -41,7 +41,7 @@ impl Robot {
 
     pub(crate) fn awake(world: &str, name: &str) -> Self {
         let mut robot = Self::asleep(world, name);
-        robot.bench.awake().expect("it finds its place in the world");
+        robot.bench.awake().expect("it enters the world");
         robot
     }
 
@@ -92,15 +92,15 @@ pub(crate) fn file(text: &str) -> (TempDir, String) {
 }
 
 #[track_caller]
-fn near(is: f64, wanted: f64, tolerance: f64) {
+fn near(actual: f64, expected: f64, tolerance: f64) {
     assert!(
-        (is - wanted).abs() <= tolerance,
-        "{is} is not {wanted} ± {tolerance}"
+        (actual - expected).abs() <= tolerance,
+        "{actual} is not {expected} ± {tolerance}"
     );
 }
 
 #[test]
-fn a_square_of_metres_and_radians_ends_where_it_began() {
+fn a_square_of_metres_and_radians_ends_at_its_start() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     let corners = [(3.0, 3.0), (3.0, 4.0), (2.0, 4.0), (2.0, 3.0)];
@@ -127,7 +127,7 @@ fn a_positive_turn_is_to_the_left_and_on_the_spot() {
 }
 
 #[test]
-fn what_the_wheels_tell_is_the_speed_of_the_moment_in_the_robots_frame() {
+fn the_odometry_contains_the_current_speed_in_the_frame_of_the_robot() {
     let (_folder, path) = file(&ROOM.replace("heading_deg = 0", "heading_deg = 90"));
     let mut robot = Robot::awake(&path, "bench");
     for _ in 0..30 {
@@ -142,7 +142,7 @@ fn what_the_wheels_tell_is_the_speed_of_the_moment_in_the_robots_frame() {
 }
 
 #[test]
-fn odometry_starts_at_the_start_pose_so_that_its_frame_is_the_worlds() {
+fn the_odometry_starts_at_the_start_pose_of_the_world() {
     let (_folder, path) = file(&ROOM.replace("heading_deg = 0", "heading_deg = 90"));
     let mut robot = Robot::awake(&path, "bench");
     robot.idle(0.05);
@@ -158,7 +158,7 @@ fn odometry_starts_at_the_start_pose_so_that_its_frame_is_the_worlds() {
 }
 
 #[test]
-fn the_laser_sees_walls_where_they_are_from_right_to_left() {
+fn the_laser_measures_the_walls_from_right_to_left() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.idle(0.05);
@@ -175,13 +175,13 @@ fn the_laser_sees_walls_where_they_are_from_right_to_left() {
 }
 
 #[test]
-fn a_beam_that_meets_nothing_is_infinite() {
+fn a_beam_without_an_obstacle_is_infinite() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::asleep(&path, "bench");
     robot.bench.set("laser_range", 3.5);
     robot.bench.set("laser_beams", 4_u32);
     robot.bench.set("laser_view", 2.0 * PI);
-    robot.bench.awake().expect("it finds its place in the world");
+    robot.bench.awake().expect("it enters the world");
     robot.idle(0.05);
     let scan = robot.laser();
     let [behind, right, ahead, left] = scan.ranges.as_slice() else {
@@ -192,25 +192,25 @@ fn a_beam_that_meets_nothing_is_infinite() {
     assert_eq!(
         *ahead,
         f32::INFINITY,
-        "the wall is 3.98 m away, and it sees 3.5 m"
+        "the wall is 3.98 m away, and the range is 3.5 m"
     );
     near(f64::from(*left), 2.0, 0.001);
 }
 
 #[test]
-fn sonars_go_from_left_to_right_ahead_and_back_behind() {
+fn sonars_are_ordered_clockwise_from_ahead_on_the_left() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.idle(0.05);
     let ring: RangeRing = robot.bench.exported("sonars").expect("it has iterated");
-    let looks: Vec<f64> = ring
+    let headings: Vec<f64> = ring
         .poses
         .iter()
         .map(|pose| pose.theta.to_degrees().round())
         .collect();
     let ahead = [90.0, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0];
     let behind = [-90.0, -130.0, -150.0, -170.0, 170.0, 150.0, 130.0, 90.0];
-    assert_eq!(looks, [ahead, behind].concat());
+    assert_eq!(headings, [ahead, behind].concat());
     // The outer sonars face the walls at the sides, 136 mm from the middle.
     for (sonar, range) in [(0, 2.0), (7, 3.0), (8, 3.0), (15, 2.0)] {
         near(f64::from(ring.ranges[sonar]), range - 0.136, 0.001);
@@ -218,7 +218,7 @@ fn sonars_go_from_left_to_right_ahead_and_back_behind() {
 }
 
 #[test]
-fn bumpers_say_where_it_is_touched_and_that_the_wheels_are_held() {
+fn bumpers_report_the_touched_side_and_blocked_wheels() {
     let (_folder, path) = file(&ROOM.replace("x = 2", "x = 5.6"));
     let mut robot = Robot::awake(&path, "bench");
     for _ in 0..60 {
@@ -235,7 +235,7 @@ fn bumpers_say_where_it_is_touched_and_that_the_wheels_are_held() {
 }
 
 #[test]
-fn bumpers_behind_count_from_left_to_right_as_one_looks_ahead() {
+fn rear_bumpers_are_ordered_from_left_to_right_facing_ahead() {
     // The robot backs into the wall at x = 6 and touches it with its right half: it faces 30 degrees to the
     // right of the direction away from the wall.
     let (_folder, path) = file(
@@ -254,7 +254,7 @@ fn bumpers_behind_count_from_left_to_right_as_one_looks_ahead() {
 }
 
 #[test]
-fn a_command_that_is_not_given_again_ends_with_its_validity() {
+fn a_command_that_is_not_renewed_ends_with_its_validity() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.bench.command("velocity", &Twist::planar(0.3, 0.0));
@@ -265,7 +265,7 @@ fn a_command_that_is_not_given_again_ends_with_its_validity() {
 }
 
 #[test]
-fn it_brakes_as_it_goes_to_sleep() {
+fn the_robot_brakes_when_its_driver_goes_to_sleep() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.bench.command("velocity", &Twist::planar(0.3, 0.0));
@@ -273,14 +273,14 @@ fn it_brakes_as_it_goes_to_sleep() {
     let before = robot.truth().pose;
     robot.bench.sleep().expect("it sleeps");
     robot.now += Duration::from_secs(5);
-    robot.bench.awake().expect("it wakes where it is");
+    robot.bench.awake().expect("it wakes");
     robot.idle(0.05);
     // From 0.15 m/s to 0 at 0.3 m/s².
     near(robot.truth().pose.x - before.x, 0.0375, 0.01);
 }
 
 /// Two robots that face each other at a distance of 3 m.
-const DUEL: &str = r#"
+const TWO_ROBOTS: &str = r#"
 walls = [{ name = "hall", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
 
 [robots.left]
@@ -292,7 +292,7 @@ start = { x = 4.5, y = 2, heading_deg = 180 }
 
 #[test]
 fn robots_of_one_application_share_the_world_of_a_file() {
-    let (_folder, path) = file(DUEL);
+    let (_folder, path) = file(TWO_ROBOTS);
     let (mut left, mut right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
     left.idle(0.05);
     near(f64::from(left.laser().ranges[90]), 3.0 - 0.018 - 0.25, 0.001);
@@ -307,8 +307,8 @@ fn robots_of_one_application_share_the_world_of_a_file() {
 }
 
 #[test]
-fn a_driver_that_starts_again_finds_its_robot_where_it_was_left() {
-    let (_folder, path) = file(DUEL);
+fn a_driver_that_restarts_finds_its_robot_at_its_last_pose() {
+    let (_folder, path) = file(TWO_ROBOTS);
     let (mut left, _right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
     left.drive(0.25, 0.0, 4.0);
     let now = left.now;
@@ -321,8 +321,8 @@ fn a_driver_that_starts_again_finds_its_robot_where_it_was_left() {
 }
 
 #[test]
-fn a_driver_that_is_let_go_of_while_it_moves_leaves_a_robot_that_stands() {
-    let (_folder, path) = file(DUEL);
+fn a_driver_that_is_dropped_stops_its_robot() {
+    let (_folder, path) = file(TWO_ROBOTS);
     let (mut left, mut right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
     left.bench.command("velocity", &Twist::planar(0.3, 0.0));
     left.idle(0.5);
@@ -330,11 +330,11 @@ fn a_driver_that_is_let_go_of_while_it_moves_leaves_a_robot_that_stands() {
     drop(left);
     right.idle(10.0);
     let distance = f64::from(right.laser().ranges[90]);
-    assert!(distance > 2.5, "it came on to {distance} m");
+    assert!(distance > 2.5, "the robot came as near as {distance} m");
 }
 
 #[test]
-fn a_world_is_new_once_nobody_is_in_it() {
+fn a_world_without_robots_closes_and_opens_anew() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.drive(0.25, 0.0, 4.0);
@@ -345,7 +345,7 @@ fn a_world_is_new_once_nobody_is_in_it() {
 }
 
 #[test]
-fn a_robot_without_a_name_has_that_of_its_schema() {
+fn a_robot_without_a_name_has_the_name_of_its_schema() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "");
     robot.idle(0.05);
@@ -353,31 +353,31 @@ fn a_robot_without_a_name_has_that_of_its_schema() {
 }
 
 #[track_caller]
-fn refused(world: &str, name: &str, words: &[&str]) {
+fn assert_refused(world: &str, name: &str, expected: &[&str]) {
     let mut bench = Robot::asleep(world, name).bench;
-    let found = bench.inspect().expect("it inspects");
-    let reason = bench.awake().expect_err("it has no place").reason;
-    for word in words {
-        assert!(reason.contains(word), "`{word}` is not in: {reason}");
+    let problems = bench.inspect().expect("it inspects");
+    let reason = bench.awake().expect_err("it cannot enter the world").reason;
+    for text in expected {
+        assert!(reason.contains(text), "`{text}` is not in: {reason}");
     }
-    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
-    assert_eq!(said, [reason], "an inspection says the same");
+    let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(messages, [reason], "an inspection reports the same");
 }
 
 #[test]
-fn without_a_place_in_a_world_it_says_what_to_do() {
-    refused("", "", &["it has no world", "world = \"worlds/office.toml\""]);
+fn invalid_worlds_and_robots_are_refused_with_a_remedy() {
+    assert_refused("", "", &["it has no world", "world = \"worlds/office.toml\""]);
     let (_folder, path) = file(ROOM);
-    refused(
+    assert_refused(
         &path.replace("place", "palace"),
         "bench",
         &["palace.toml", "cannot read the world"],
     );
-    refused(&path, "bnech", &["no robot `bnech`", "did you mean `bench`?"]);
+    assert_refused(&path, "bnech", &["no robot `bnech`", "did you mean `bench`?"]);
     let (_folder, path) = file(&ROOM.replace("x = 2,", "x = two,"));
-    refused(&path, "bench", &["place.toml:5"]);
+    assert_refused(&path, "bench", &["place.toml:5"]);
     let (_folder, path) = file(&ROOM.replace("x = 2,", "x = 0.1,"));
-    refused(&path, "bench", &["place.toml:5", "starts on `room`"]);
+    assert_refused(&path, "bench", &["place.toml:5", "starts on `room`"]);
 }
 
 #[test]
@@ -385,26 +385,30 @@ fn a_robot_has_one_driver() {
     let (_folder, path) = file(ROOM);
     let _first = Robot::awake(&path, "bench");
     let mut second = Robot::asleep(&path, "bench").bench;
-    let reason = second.awake().expect_err("it has no place").reason;
+    let reason = second.awake().expect_err("it cannot enter the world").reason;
     assert!(
         reason.contains("robot `bench` has a driver already") && reason.contains("robot = "),
         "{reason}"
     );
-    assert_eq!(second.inspect(), Ok(vec![]), "an inspection sees no other driver");
+    assert_eq!(
+        second.inspect(),
+        Ok(vec![]),
+        "an inspection does not consider other drivers"
+    );
 }
 
 #[test]
 #[should_panic(expected = "`laser_range` is 0.01 m, and at least 0.1 m is allowed")]
-fn r8_numbers_that_cannot_work_are_refused_before_they_get_here() {
+fn r8_numbers_out_of_range_are_refused() {
     let (_folder, path) = file(ROOM);
     Robot::asleep(&path, "bench").bench.set("laser_range", 0.01);
 }
 
 #[test]
-fn the_head_goes_where_it_is_sent_and_stays_there_without_a_new_command() {
+fn the_head_turns_to_the_commanded_angles_and_stays_there() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
-    let look = PanTilt {
+    let target = PanTilt {
         pan: 0.6,
         tilt: -0.2,
         pan_velocity: 0.5,
@@ -412,28 +416,28 @@ fn the_head_goes_where_it_is_sent_and_stays_there_without_a_new_command() {
         ..PanTilt::default()
     };
     robot.idle(0.05);
-    robot.bench.command("head", &look);
+    robot.bench.command("head", &target);
     robot.idle(0.6);
-    let seen: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    let head: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
     // Commanded at 0.1 s, measured 0.55 s later.
-    near(seen.pan, 0.275, 0.03);
-    near(seen.pan_velocity, 0.5, 1e-9);
-    near(seen.tilt, -0.2, 1e-9);
+    near(head.pan, 0.275, 0.03);
+    near(head.pan_velocity, 0.5, 1e-9);
+    near(head.tilt, -0.2, 1e-9);
     robot.idle(60.0);
-    let seen: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
-    assert_eq!((seen.pan, seen.tilt, seen.pan_velocity), (0.6, -0.2, 0.0));
+    let head: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    assert_eq!((head.pan, head.tilt, head.pan_velocity), (0.6, -0.2, 0.0));
 }
 
 #[test]
-fn a_head_whose_robot_sleeps_stays_where_it_is() {
+fn the_head_of_a_sleeping_robot_does_not_move() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
-    let look = PanTilt {
+    let target = PanTilt {
         pan: 1.0,
         pan_velocity: 0.5,
         ..PanTilt::default()
     };
-    robot.bench.command("head", &look);
+    robot.bench.command("head", &target);
     robot.idle(1.0);
     robot.bench.sleep().expect("it sleeps");
     let before: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
@@ -447,7 +451,7 @@ fn a_head_whose_robot_sleeps_stays_where_it_is() {
 }
 
 #[test]
-fn battery_and_encoders_tell_what_the_way_took() {
+fn a_drive_discharges_the_battery_and_counts_encoder_ticks() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.idle(0.05);
@@ -469,7 +473,7 @@ fn battery_and_encoders_tell_what_the_way_took() {
 }
 
 #[test]
-fn it_is_connected_since_it_entered_its_world() {
+fn the_robot_is_connected_since_it_entered_its_world() {
     let (_folder, path) = file(&format!("name = 'den'\n{ROOM}"));
     let mut robot = Robot::awake(&path, "bench");
     robot.idle(1.0);

@@ -17,13 +17,13 @@ pub(crate) struct Key {
     file: PathBuf,
 }
 
-/// A world, and the robots in it that have a driver at present.
+/// A world, and the robots in it that have a driver.
 pub(crate) struct SharedWorld {
     world: Mutex<World>,
     driven: Mutex<Vec<RobotId>>,
 }
 
-/// The exclusive hold of one driver on a robot. When it is dropped, the robot stops where it is until another
+/// The exclusive access of one driver to a robot. When it is dropped, the robot stops where it is until another
 /// driver takes it.
 pub(crate) struct RobotClaim {
     shared: Arc<SharedWorld>,
@@ -63,13 +63,13 @@ impl RobotClaim {
         Ok(Self { shared, robot })
     }
 
-    /// Locks the world. Other robots wait meanwhile.
+    /// Locks the world. Other robots wait until it is unlocked.
     pub(crate) fn world(&self) -> MutexGuard<'_, World> {
         lock(&self.shared.world)
     }
 
     /// Stops the robot and holds its head.
-    pub(crate) fn rest(&self) {
+    pub(crate) fn stop(&self) {
         let mut world = self.world();
         // Zero commands are finite, which is all that a command must be, so these calls cannot fail.
         let _ = world.command(self.robot, Twist2::default());
@@ -84,7 +84,7 @@ impl RobotClaim {
 
 impl Drop for RobotClaim {
     fn drop(&mut self) {
-        self.rest();
+        self.stop();
         lock(&self.shared.driven).retain(|robot| *robot != self.robot);
     }
 }
@@ -105,7 +105,7 @@ impl Key {
 }
 
 impl SharedWorld {
-    /// Locks the world. Robots wait meanwhile.
+    /// Locks the world. Robots wait until it is unlocked.
     pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
         lock(&self.world)
     }
@@ -127,8 +127,8 @@ fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError>
 }
 
 fn enter(world: &mut World, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
-    let there = world.robots().find(|(_, known)| *known == name);
-    match there.map(|(robot, _)| robot) {
+    let present = world.robots().find(|(_, known)| *known == name);
+    match present.map(|(robot, _)| robot) {
         Some(robot) => Ok(robot),
         None => world.add_robot(name, config),
     }

@@ -1,13 +1,13 @@
-//! A small sound plugin, in which a test changes one thing. It tests nothing itself.
+//! A small valid plugin, in which a test changes one value. It tests nothing itself.
 
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "each test program uses only some of it")]
 
 use core::ffi::{CStr, c_void};
 use core::ptr;
 
 use jde_abi::{raw, read};
 
-/// All tables of a small sound plugin, each in one place to be changed.
+/// All tables of a small valid plugin, each of which a test can change.
 pub(crate) struct Tables {
     pub(crate) plugin: raw::Plugin,
     pub(crate) schema: raw::Schema,
@@ -88,7 +88,7 @@ pub(crate) fn child(name: &'static CStr) -> raw::Child {
     }
 }
 
-/// A value of 32 bytes: a byte, three of padding, a number, a sequence of one double, a text of four bytes.
+/// Returns a plugin with a value of 32 bytes: a byte, three of padding, a number, a sequence of one double, a text of four bytes.
 pub(crate) fn tables() -> Box<Tables> {
     Box::new(Tables {
         plugin: raw::Plugin {
@@ -151,18 +151,18 @@ pub(crate) fn tables() -> Box<Tables> {
     })
 }
 
-/// Reads a plugin in which `change` changed something.
+/// Reads a plugin to which `change` was applied.
 pub(crate) fn read_changed(
     change: impl FnOnce(&mut Tables),
 ) -> Result<jde_abi::describe::Plugin, read::Refusal> {
     let mut tables = tables();
     link(&mut tables);
     change(&mut tables);
-    // SAFETY: every pointer of the tables leads to a table that lives here.
+    // SAFETY: every pointer of the tables points to a table that `tables` keeps alive.
     unsafe { read::plugin(&raw const tables.plugin) }
 }
 
-/// Points the tables to each other.
+/// Sets the pointers between the tables.
 pub(crate) fn link(tables: &mut Tables) {
     tables.ty.fields = tables.fields.as_ptr();
     tables.ty.field_count = tables.fields.len() as u32;
@@ -177,12 +177,12 @@ pub(crate) fn link(tables: &mut Tables) {
 }
 
 #[track_caller]
-pub(crate) fn refused(words: &str, change: impl FnOnce(&mut Tables)) {
+pub(crate) fn assert_refused(expected: &str, change: impl FnOnce(&mut Tables)) {
     match read_changed(change) {
-        Ok(_) => panic!("accepted, where it should say: {words}"),
+        Ok(_) => panic!("accepted instead of refused with: {expected}"),
         Err(refusal) => {
-            let said = refusal.to_string();
-            assert!(said.contains(words), "it says: {said}");
+            let message = refusal.to_string();
+            assert!(message.contains(expected), "the message is: {message}");
         }
     }
 }

@@ -1,6 +1,4 @@
-//! What the stories omit: unknown identifiers, late calls, calls in the wrong order.
-//!
-//! It refuses to repeat what the random tests check for every order of calls.
+//! Cases that no scenario contains: unknown identifiers, late calls, and calls in the wrong order.
 
 use jde_core::{
     ArbitrationReply, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused,
@@ -9,21 +7,21 @@ use jde_core::{
 
 use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
-const NOBODY: SchemaId = SchemaId(99);
+const UNKNOWN: SchemaId = SchemaId(99);
 
 #[test]
-fn calls_about_nobody_are_refused_or_have_no_effect() {
+fn calls_with_unknown_ids_are_refused_or_have_no_effect() {
     let mut h = family(Policy::PRIORITY);
     let before = h.clone();
     let out = effects(|out| {
-        h.checked(1, NOBODY, READY, out);
-        assert!(!h.begin(1, NOBODY, out));
-        h.end(1, NOBODY, out);
-        h.faulted(1, NOBODY, "?".into(), out);
-        h.restored(1, NOBODY, out);
-        h.overrun(NOBODY, out);
-        h.on_time(NOBODY, out);
-        h.set_period(NOBODY, 5);
+        h.checked(1, UNKNOWN, READY, out);
+        assert!(!h.begin(1, UNKNOWN, out));
+        h.end(1, UNKNOWN, out);
+        h.faulted(1, UNKNOWN, "?".into(), out);
+        h.restored(1, UNKNOWN, out);
+        h.overrun(UNKNOWN, out);
+        h.on_time(UNKNOWN, out);
+        h.set_period(UNKNOWN, 5);
         h.arbitrated(
             1,
             GroupId(99),
@@ -33,28 +31,28 @@ fn calls_about_nobody_are_refused_or_have_no_effect() {
         );
         h.fire(1, Timer::Hold(GroupId(99)), out);
         assert_eq!(h.set_policy(1, GroupId(99), Policy::FATHER, out), Ok(()));
-        assert_eq!(h.wake(1, NOBODY, A, out), Err(Refused::Unknown { index: 99 }));
+        assert_eq!(h.wake(1, UNKNOWN, A, out), Err(Refused::Unknown { index: 99 }));
         assert_eq!(
-            h.sleep(1, FATHER, NOBODY, out),
+            h.sleep(1, FATHER, UNKNOWN, out),
             Err(Refused::Unknown { index: 99 })
         );
         assert_eq!(
-            h.operator(1, Operator::Force(NOBODY), out),
+            h.operator(1, Operator::Force(UNKNOWN), out),
             Err(Refused::Unknown { index: 99 })
         );
     });
     assert_eq!(out, []);
     assert_eq!(h, before);
-    assert!(!h.is_taking(NOBODY) && !h.is_awake(NOBODY) && !h.has_authority(NOBODY));
+    assert!(!h.is_taking(UNKNOWN) && !h.is_awake(UNKNOWN) && !h.has_authority(UNKNOWN));
     assert_eq!(
-        (h.state(NOBODY), h.father(NOBODY), h.winner(GroupId(99))),
+        (h.state(UNKNOWN), h.father(UNKNOWN), h.winner(GroupId(99))),
         (State::Slept, None, None)
     );
 }
 
 #[test]
 fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
-    let mut h = Hierarchy::new(family(Policy::PRIORITY).spec().clone()).expect("a sound specification");
+    let mut h = Hierarchy::new(family(Policy::PRIORITY).spec().clone()).expect("a valid specification");
     let out = effects(|out| {
         assert_eq!(h.operator(0, Operator::Play(A), out), Err(Refused::NotRunning));
         assert_eq!(h.wake(0, FATHER, A, out), Err(Refused::NotRunning));
@@ -65,7 +63,7 @@ fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
 }
 
 #[test]
-fn a_check_of_one_asleep_and_the_end_of_nothing_have_no_effect() {
+fn a_check_of_a_sleeping_schema_and_an_end_without_a_begin_have_no_effect() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.sleep(1, FATHER, A, out).expect("authority"));
     let before = h.clone();
@@ -75,7 +73,7 @@ fn a_check_of_one_asleep_and_the_end_of_nothing_have_no_effect() {
 }
 
 #[test]
-fn r4_an_answer_to_an_old_question_has_no_effect() {
+fn r4_a_reply_to_an_old_arbitration_has_no_effect() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
@@ -94,22 +92,22 @@ fn r4_an_answer_to_an_old_question_has_no_effect() {
 }
 
 #[test]
-fn r4_one_that_fell_asleep_while_the_father_thought_is_not_its_fault() {
+fn r4_choosing_a_child_that_fell_asleep_during_the_arbitration_is_not_a_failure() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
     effects(|out| h.faulted(2, B, "gone".into(), out));
-    let answer = ArbitrationReply::Chosen {
+    let reply = ArbitrationReply::Chosen {
         child: Some(B),
-        reason: "it was there".into(),
+        reason: "it was ready".into(),
     };
-    effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(3, CHILDREN, ticket, reply, out));
     assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
 }
 
 #[test]
-fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
+fn r4_no_second_arbitration_begins_without_a_new_trigger() {
     let mut h = family(Policy::FATHER);
     effects(|out| {
         h.checked(
@@ -135,17 +133,17 @@ fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
     });
     assert!(matches!(out.last(), Some(Effect::Arbitrate { .. })));
     let ticket = h.pending_arbitration(CHILDREN).expect("an absence");
-    let nobody = ArbitrationReply::Chosen {
+    let no_choice = ArbitrationReply::Chosen {
         child: None,
         reason: "wait".into(),
     };
-    let out = effects(|out| h.arbitrated(2, CHILDREN, ticket, nobody, out));
+    let out = effects(|out| h.arbitrated(2, CHILDREN, ticket, no_choice, out));
     assert!(!out.iter().any(|e| matches!(e, Effect::Arbitrate { .. })));
     assert!(out.contains(&Effect::Brake { group: CHILDREN }));
 }
 
 #[test]
-fn r1_a_force_does_not_wait_for_the_father() {
+fn r1_a_force_does_not_wait_for_the_fathers_arbitration() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
@@ -179,7 +177,7 @@ fn back_off_doubles_without_overflowing() {
 }
 
 #[test]
-fn a_second_report_of_a_fault_is_the_same_fault() {
+fn a_second_report_of_a_fault_has_no_effect() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.faulted(1, A, "hung".into(), out));
     let before = h.clone();
@@ -191,7 +189,7 @@ fn a_second_report_of_a_fault_is_the_same_fault() {
 }
 
 #[test]
-fn an_overrun_is_noted_once_and_hides_nothing_worse() {
+fn an_overrun_is_reported_once_and_does_not_hide_a_fault() {
     let mut h = family(Policy::PRIORITY);
     let late = Effect::Health {
         id: A,
@@ -213,7 +211,7 @@ fn an_overrun_is_noted_once_and_hides_nothing_worse() {
 }
 
 #[test]
-fn a_check_that_brings_nothing_new_has_no_effect() {
+fn a_check_without_a_change_has_no_effect() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
@@ -226,22 +224,22 @@ fn r3_a_loser_that_hangs_is_no_longer_ready_so_the_level_selects_again() {
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
-    let nobody = ArbitrationReply::Chosen {
+    let no_choice = ArbitrationReply::Chosen {
         child: None,
         reason: "neither".into(),
     };
-    effects(|out| h.arbitrated(2, CHILDREN, ticket, nobody, out));
-    assert_eq!(h.winner(CHILDREN), Some(A), "it iterates still");
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, no_choice, out));
+    assert_eq!(h.winner(CHILDREN), Some(A), "a still iterates");
     effects(|out| h.fire(9, Timer::Patience(CHILDREN), out));
-    assert_eq!(h.winner(CHILDREN), Some(B), "it is alone now");
+    assert_eq!(h.winner(CHILDREN), Some(B), "only b is ready");
 }
 
 #[test]
-fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
+fn r2_changes_below_a_father_that_is_being_replaced_take_effect_when_it_stays() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
-    // The father is being replaced, but its child iterates. Meanwhile the child stops being READY.
+    // The father is being replaced while its child iterates. The child stops being READY in the meantime.
     effects(|out| {
         h.checked(
             2,
@@ -271,7 +269,7 @@ fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
 }
 
 #[test]
-fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father_thinks() {
+fn r10_a_winner_that_was_put_to_sleep_begins_no_iteration_during_an_arbitration() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
@@ -285,18 +283,18 @@ fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father
 }
 
 #[test]
-fn r5_a_handover_to_one_that_fell_asleep_goes_to_nobody_until_the_father_has_answered() {
+fn r5_a_handover_to_a_child_that_fell_asleep_leaves_no_winner_until_the_father_replies() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
-    let answer = ArbitrationReply::Chosen {
+    let reply = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    effects(|out| h.arbitrated(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, reply, out));
     effects(|out| h.checked(3, C, READY, out));
     assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(B));
     assert!(h.pending_arbitration(CHILDREN).is_some());
@@ -319,7 +317,7 @@ fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does
             GroupSpec::new("bottom", Some(SchemaId(1)), vec![SchemaId(2)]),
         ],
     };
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| h.start(0, out));
     for id in [SchemaId(1), SchemaId(2)] {
         effects(|out| h.operator(1, Operator::Play(id), out).expect("healthy"));
@@ -337,7 +335,7 @@ fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does
 }
 
 #[test]
-fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
+fn r4_a_reply_that_chooses_a_child_that_is_no_longer_ready_changes_nothing() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
@@ -353,17 +351,17 @@ fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
             out,
         )
     });
-    let answer = ArbitrationReply::Chosen {
+    let reply = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    let out = effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out));
+    let out = effects(|out| h.arbitrated(3, CHILDREN, ticket, reply, out));
     assert!(!out.contains(&Effect::Demoted(A)) && !out.contains(&Effect::Promoted(B)));
     assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
 }
 
 #[test]
-fn r5_a_fault_below_a_father_on_its_way_out_lets_it_go_at_once() {
+fn r5_a_fault_below_a_father_that_is_being_replaced_ends_its_handover_at_once() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
@@ -384,18 +382,18 @@ fn r5_a_fault_below_a_father_on_its_way_out_lets_it_go_at_once() {
 }
 
 #[test]
-fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_thinks() {
+fn r1_the_chosen_child_wins_when_the_loser_faults_during_another_arbitration() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.begin(1, A, &mut Vec::new()));
     effects(|out| h.checked(1, B, READY, out));
     let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
-    let answer = ArbitrationReply::Chosen {
+    let reply = ArbitrationReply::Chosen {
         child: Some(B),
         reason: "b".into(),
     };
-    effects(|out| h.arbitrated(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, reply, out));
     effects(|out| h.checked(3, C, READY, out));
     assert!(h.pending_arbitration(CHILDREN).is_some() && h.handover(CHILDREN).is_some());
     effects(|out| h.faulted(4, A, "hung".into(), out));
@@ -403,7 +401,7 @@ fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_
 }
 
 #[test]
-fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
+fn r14_forcing_a_sleeping_schema_ends_the_force_on_its_sibling() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.operator(2, Operator::Force(B), out).expect("healthy"));
@@ -415,7 +413,7 @@ fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
 }
 
 #[test]
-fn a_new_winner_is_taking_its_place_until_it_begins() {
+fn a_new_winner_is_taking_over_until_it_begins() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
     assert!(h.is_taking(A) && !h.is_taking(B));
@@ -424,7 +422,7 @@ fn a_new_winner_is_taking_its_place_until_it_begins() {
 }
 
 #[test]
-fn r4_a_father_whom_the_machine_held_up_is_overruled_and_not_blamed() {
+fn r4_a_father_that_the_machine_delayed_is_overruled_without_a_failure() {
     for excused in [false, true] {
         let mut h = family(Policy::FATHER);
         let out = effects(|out| {
@@ -434,7 +432,7 @@ fn r4_a_father_whom_the_machine_held_up_is_overruled_and_not_blamed() {
             if excused {
                 h.excuse(CHILDREN);
             }
-            let (due, timer) = h.timers().next().expect("it is being asked");
+            let (due, timer) = h.timers().next().expect("the arbitration has a budget");
             assert_eq!(timer, Timer::Arbitration(CHILDREN));
             h.tick(due, out);
         });

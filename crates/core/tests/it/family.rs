@@ -1,4 +1,4 @@
-//! A father with three children, for the tests that make each call themselves.
+//! A father with three children, for tests that make each call themselves.
 
 use jde_core::{
     Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Policy, Restart, SchemaId, SchemaSpec, Spec,
@@ -15,7 +15,7 @@ pub(crate) const READY: Check = Check {
     cause: 0,
 };
 
-/// Returns a father that wins and has woken the first two of its three children, decided by `policy`.
+/// Returns a father that wins and has woken the first two of its three children, which compete by `policy`.
 pub(crate) fn family(policy: Policy) -> Hierarchy {
     let restart = Restart::OnFault {
         backoff: 10,
@@ -34,7 +34,7 @@ pub(crate) fn family(policy: Policy) -> Hierarchy {
         schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
         groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
     };
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
         h.start(0, out);
         h.checked(0, FATHER, READY, out);

@@ -1,6 +1,6 @@
 //! Random hierarchies under random events: the rules hold after every transaction.
 //!
-//! It refuses to know the implementation: `shadow` has the checks, and `Wishes` has those of R6.
+//! The checks are independent of the implementation: those of R6 are in `Requests`, all others in `shadow`.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
-    fn rules_hold_whatever_happens(spec in specs(), events in prop::collection::vec(any::<[u16; 4]>(), 1..300)) {
+    fn rules_hold_after_every_random_event(spec in specs(), events in prop::collection::vec(any::<[u16; 4]>(), 1..300)) {
         let mut run = Run::new(spec);
         run.transaction(|h, out| h.start(0, out))?;
         for event in events {
@@ -29,16 +29,16 @@ proptest! {
 struct Run {
     h: Hierarchy,
     shadow: Shadow,
-    wishes: Wishes,
+    requests: Requests,
     now: Nanos,
     records: u64,
     tickets: Vec<(GroupId, u64, Vec<SchemaId>)>,
-    up: bool,
+    running: bool,
 }
 
-/// The requests that keep perceptive schemas awake, beside the needs of schemas, recorded independently (R6).
+/// The requests that keep perceptive schemas awake, besides the needs of schemas, recorded independently (R6).
 #[derive(Default)]
-struct Wishes {
+struct Requests {
     fathers: BTreeSet<(SchemaId, SchemaId)>,
     played: BTreeSet<SchemaId>,
     stopped: BTreeSet<SchemaId>,
@@ -47,15 +47,15 @@ struct Wishes {
 impl Run {
     fn new(spec: Spec) -> Self {
         let shadow = Shadow::new(&spec);
-        let h = Hierarchy::new(spec).expect("the generator makes sound specifications");
+        let h = Hierarchy::new(spec).expect("the generator makes valid specifications");
         Self {
             h,
             shadow,
-            wishes: Wishes::default(),
+            requests: Requests::default(),
             now: 0,
             records: 0,
             tickets: Vec::new(),
-            up: true,
+            running: true,
         }
     }
 
@@ -63,7 +63,7 @@ impl Run {
         self.now += u64::from(c % 4) * MS;
         let now = self.now;
         let other = self.pick_schema(b);
-        let schema = self.pick_fitting(a, what % 32);
+        let schema = self.pick_applicable(a, what % 32);
         let group = self.pick_group(a);
         match what % 32 {
             0..=7 => {
@@ -83,7 +83,7 @@ impl Run {
                 let policy = POLICIES[usize::from(b) % POLICIES.len()];
                 self.transaction(|h, out| drop(h.set_policy(now, group, policy, out)))
             }
-            24 | 25 => self.answer(a, b),
+            24 | 25 => self.reply(a, b),
             26 => {
                 self.transaction(|h, out| h.faulted(now, schema, "a fault".into(), out))?;
                 self.end(schema)
@@ -111,23 +111,23 @@ impl Run {
     fn transaction(&mut self, call: impl Fn(&mut Hierarchy, &mut Vec<Effect>)) -> Result<(), TestCaseError> {
         let mut twin = self.h.clone();
         let before: Vec<_> = self.group_ids().map(|g| self.h.winner(g)).collect();
-        let (mut out, mut again) = (Vec::new(), Vec::new());
+        let (mut out, mut twin_out) = (Vec::new(), Vec::new());
         call(&mut self.h, &mut out);
-        call(&mut twin, &mut again);
-        prop_assert_eq!(&out, &again, "R16: the same call gave other effects");
-        prop_assert_eq!(&self.h, &twin, "R16: the same call led elsewhere");
-        self.judge(&out)?;
-        self.absences_are_answered(&before, &out)
+        call(&mut twin, &mut twin_out);
+        prop_assert_eq!(&out, &twin_out, "R16: the same call had other effects");
+        prop_assert_eq!(&self.h, &twin, "R16: the same call led to another state");
+        self.check_effects(&out)?;
+        self.absences_have_an_effect(&before, &out)
     }
 
-    fn judge(&mut self, out: &[Effect]) -> Result<(), TestCaseError> {
+    fn check_effects(&mut self, out: &[Effect]) -> Result<(), TestCaseError> {
         let spec = self.h.spec().clone();
         self.shadow.apply(&spec, out).map_err(TestCaseError::fail)?;
         self.shadow.check_against(&self.h).map_err(TestCaseError::fail)?;
         for effect in out {
             match effect {
                 Effect::Slept { id, .. } => {
-                    self.wishes.fathers.retain(|(father, _)| father != id);
+                    self.requests.fathers.retain(|(father, _)| father != id);
                 }
                 Effect::Decided(record) => {
                     self.records += 1;
@@ -150,12 +150,12 @@ impl Run {
         for id in ids(spec).filter(|id| spec.schemas[id.index()].kind == Kind::Perceptive) {
             let needed =
                 ids(spec).any(|by| self.h.is_awake(by) && spec.schemas[by.index()].needs.contains(&id));
-            let woken = self.wishes.fathers.iter().any(|&(_, child)| child == id);
-            let down = self.wishes.stopped.contains(&id) || matches!(self.h.health(id), Health::Faulted(_));
-            let wanted = self.up && !down && (needed || woken || self.wishes.played.contains(&id));
+            let woken = self.requests.fathers.iter().any(|&(_, child)| child == id);
+            let down = self.requests.stopped.contains(&id) || matches!(self.h.health(id), Health::Faulted(_));
+            let expected = self.running && !down && (needed || woken || self.requests.played.contains(&id));
             prop_assert_eq!(
                 self.h.is_awake(id),
-                wanted,
+                expected,
                 "R6: {:?}, needed {} woken {}",
                 id,
                 needed,
@@ -165,7 +165,7 @@ impl Run {
         Ok(())
     }
 
-    /// R1, R3: the right member wins, unless a handover or a question is under way.
+    /// R1, R3: the right member wins, unless a handover or an arbitration is pending.
     fn groups_are_settled(&self) -> Result<(), TestCaseError> {
         for id in self.group_ids() {
             let spec = &self.h.spec().groups[id.index()];
@@ -174,7 +174,7 @@ impl Run {
                     .h
                     .timers()
                     .any(|armed| armed == (handover.deadline, Timer::Patience(id)));
-                prop_assert!(armed, "R1: a handover without patience");
+                prop_assert!(armed, "R1: a handover without a patience timer");
                 prop_assert!(
                     handover.to != self.h.winner(id),
                     "a handover to the winner itself"
@@ -183,10 +183,10 @@ impl Run {
             }
             if self.h.pending_arbitration(id).is_some() {
                 let armed = self.h.timers().any(|(_, timer)| timer == Timer::Arbitration(id));
-                prop_assert!(armed, "R4: a question without a budget");
+                prop_assert!(armed, "R4: an arbitration without a budget timer");
                 continue;
             }
-            if spec.father.is_some_and(|father| self.is_leaving(father)) {
+            if spec.father.is_some_and(|father| self.is_being_replaced(father)) {
                 continue;
             }
             let ready: Vec<_> = spec
@@ -204,13 +204,13 @@ impl Run {
                     prop_assert_eq!(
                         self.h.winner(id),
                         Some(forced),
-                        "R14: the forced one does not win"
+                        "R14: the forced schema does not win"
                     );
                 }
                 (None, []) => {}
                 (None, [only]) => {
-                    let fair = self.h.winner(id) == Some(*only);
-                    prop_assert!(fair, "R3: alone and not WINNER: {:?}", only);
+                    let wins = self.h.winner(id) == Some(*only);
+                    prop_assert!(wins, "R3: alone and not WINNER: {:?}", only);
                 }
                 (None, several) => {
                     // Only the father's own arbitration may leave a collision without a winner.
@@ -225,7 +225,7 @@ impl Run {
     }
 
     /// R9: a group that loses its winner and has no other one brakes or holds in the same transaction.
-    fn absences_are_answered(
+    fn absences_have_an_effect(
         &self,
         before: &[Option<SchemaId>],
         out: &[Effect],
@@ -233,14 +233,18 @@ impl Run {
         for (id, before) in self.group_ids().zip(before) {
             let group = &self.h.spec().groups[id.index()];
             let live = group.members.iter().any(|&m| self.h.is_awake(m));
-            let frozen = group.father.is_some_and(|father| self.is_leaving(father));
+            let frozen = group.father.is_some_and(|father| self.is_being_replaced(father));
             let due = before.is_some() && self.h.winner(id).is_none();
             if due && live && !frozen && self.h.pending_arbitration(id).is_none() {
-                let answered = out.iter().any(|effect| match *effect {
+                let has_effect = out.iter().any(|effect| match *effect {
                     Effect::Brake { group } | Effect::Hold { group, .. } => group == id,
                     _ => false,
                 });
-                prop_assert!(answered, "R9: nobody wins in {} and nothing brakes", group.name);
+                prop_assert!(
+                    has_effect,
+                    "R9: {} has no winner, and neither brakes nor holds",
+                    group.name
+                );
             }
         }
         Ok(())
@@ -248,17 +252,17 @@ impl Run {
 
     fn begin(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
         let mut out = Vec::new();
-        let granted = self.h.begin(self.now, id, &mut out);
+        let accepted = self.h.begin(self.now, id, &mut out);
         let may = self.h.state(id) == State::Winner && !self.shadow.is_running(id);
-        if granted {
-            prop_assert!(may, "begin granted to {:?}", id);
+        if accepted {
+            prop_assert!(may, "begin accepted of {:?}", id);
             prop_assert!(
-                !self.is_leaving(id),
-                "R5: an iteration begins in a subtree that is leaving"
+                !self.is_being_replaced(id),
+                "R5: an iteration begins in a subtree that is being replaced"
             );
             self.shadow.begin_iteration(id);
         }
-        self.judge(&out)
+        self.check_effects(&out)
     }
 
     fn end(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
@@ -270,35 +274,35 @@ impl Run {
     fn wake(&mut self, by: SchemaId, index: u16) -> Result<(), TestCaseError> {
         let (now, child) = (self.now, self.pick_child(by, index));
         let mut out = Vec::new();
-        let may = self.h.has_authority(by) && !self.is_leaving(by);
-        let answer = self.h.wake(now, by, child, &mut out);
-        match answer {
+        let may = self.h.has_authority(by) && !self.is_being_replaced(by);
+        let result = self.h.wake(now, by, child, &mut out);
+        match result {
             Ok(()) | Err(Refused::Stopped { .. }) => {
-                prop_assert!(may, "R7: {:?} woke without authority", by);
-                self.wishes.fathers.insert((by, child));
+                prop_assert!(may, "R7: {:?} woke a child without authority", by);
+                self.requests.fathers.insert((by, child));
             }
             Err(_) => prop_assert!(out.is_empty(), "a refused call has effects"),
         }
-        self.judge(&out)
+        self.check_effects(&out)
     }
 
     fn sleep(&mut self, by: SchemaId, index: u16) -> Result<(), TestCaseError> {
         let (now, child) = (self.now, self.pick_child(by, index));
         let mut out = Vec::new();
         if self.h.sleep(now, by, child, &mut out).is_ok() {
-            self.wishes.fathers.remove(&(by, child));
+            self.requests.fathers.remove(&(by, child));
         }
-        self.judge(&out)
+        self.check_effects(&out)
     }
 
-    fn answer(&mut self, index: u16, what: u16) -> Result<(), TestCaseError> {
+    fn reply(&mut self, index: u16, what: u16) -> Result<(), TestCaseError> {
         if self.tickets.is_empty() {
             return Ok(());
         }
-        let (group, ticket, on_offer) = self.tickets[usize::from(index) % self.tickets.len()].clone();
+        let (group, ticket, candidates) = self.tickets[usize::from(index) % self.tickets.len()].clone();
         let now = self.now;
         let reason = "a reason".to_owned();
-        let answer = match what % 6 {
+        let reply = match what % 6 {
             0 => ArbitrationReply::Failed { reason },
             1 => ArbitrationReply::Chosen { child: None, reason },
             2 => ArbitrationReply::Chosen {
@@ -306,46 +310,48 @@ impl Run {
                 reason,
             },
             _ => ArbitrationReply::Chosen {
-                child: on_offer.get(usize::from(what) % on_offer.len().max(1)).copied(),
+                child: candidates
+                    .get(usize::from(what) % candidates.len().max(1))
+                    .copied(),
                 reason,
             },
         };
-        self.transaction(|h, out| h.arbitrated(now, group, ticket, answer.clone(), out))
+        self.transaction(|h, out| h.arbitrated(now, group, ticket, reply.clone(), out))
     }
 
     fn operate(&mut self, id: SchemaId, what: u16) -> Result<(), TestCaseError> {
-        let act = match what % 4 {
+        let action = match what % 4 {
             0 => Operator::Play(id),
             1 => Operator::Stop(id),
             2 => Operator::Force(id),
             _ => Operator::Release(id),
         };
         let mut out = Vec::new();
-        let done = if what % 8 == 7 {
+        let result = if what % 8 == 7 {
             self.h.let_go(self.now, id, &mut out)
         } else {
-            self.h.operator(self.now, act, &mut out)
+            self.h.operator(self.now, action, &mut out)
         };
-        if done.is_ok() {
-            match act {
+        if result.is_ok() {
+            match action {
                 Operator::Play(_) => {
-                    self.wishes.stopped.remove(&id);
-                    self.wishes.played.insert(id);
+                    self.requests.stopped.remove(&id);
+                    self.requests.played.insert(id);
                 }
                 Operator::Stop(_) => {
-                    self.wishes.stopped.insert(id);
-                    self.wishes.played.remove(&id);
+                    self.requests.stopped.insert(id);
+                    self.requests.played.remove(&id);
                 }
                 Operator::Release(_) => {
-                    self.wishes.stopped.remove(&id);
-                    self.wishes.played.remove(&id);
+                    self.requests.stopped.remove(&id);
+                    self.requests.played.remove(&id);
                 }
                 Operator::Force(_) => {}
             }
         } else {
             prop_assert!(out.is_empty(), "a refused call has effects");
         }
-        self.judge(&out)
+        self.check_effects(&out)
     }
 
     fn fire(&mut self, index: u16) -> Result<(), TestCaseError> {
@@ -360,19 +366,19 @@ impl Run {
     }
 
     fn shutdown(&mut self) -> Result<(), TestCaseError> {
-        self.up = false;
+        self.running = false;
         self.shadow.begin_shutdown();
         let now = self.now;
         self.transaction(|h, out| h.shutdown(now, out))?;
         prop_assert!(
             ids(self.h.spec()).all(|id| !self.h.is_awake(id)),
-            "somebody is awake after the shutdown"
+            "a schema is awake after the shutdown"
         );
         prop_assert_eq!(self.h.next_timer(), None);
         Ok(())
     }
 
-    /// Ends every iteration and fires every timer, so nothing is under way.
+    /// Ends every iteration and fires every timer, so that nothing remains pending.
     fn finish(&mut self) -> Result<(), TestCaseError> {
         for id in ids(self.h.spec()) {
             if self.shadow.is_running(id) {
@@ -380,7 +386,11 @@ impl Run {
             }
         }
         for id in self.group_ids() {
-            prop_assert_eq!(self.h.handover(id), None, "R1: a handover waits for nothing");
+            prop_assert_eq!(
+                self.h.handover(id),
+                None,
+                "R1: a handover without a running loser"
+            );
         }
         for _ in 0..50 {
             let Some(due) = self.h.next_timer() else { break };
@@ -391,7 +401,7 @@ impl Run {
         self.shutdown()
     }
 
-    fn is_leaving(&self, id: SchemaId) -> bool {
+    fn is_being_replaced(&self, id: SchemaId) -> bool {
         self.group_ids().any(|g| {
             self.h.handover(g).is_some()
                 && self
@@ -410,19 +420,19 @@ impl Run {
     }
 
     /// Usually picks a schema to which the event applies, sometimes any.
-    fn pick_fitting(&self, index: u16, event: u16) -> SchemaId {
-        let fits = |id: &SchemaId| match event {
+    fn pick_applicable(&self, index: u16, event: u16) -> SchemaId {
+        let applies = |id: &SchemaId| match event {
             0..=7 => self.h.is_awake(*id) && self.h.group_of(*id).is_some(),
             8..=12 => self.h.state(*id) == State::Winner,
             13..=16 => self.shadow.is_running(*id),
             17..=22 => self.h.has_authority(*id) && !self.h.subtree(*id).is_empty(),
             _ => true,
         };
-        let fitting: Vec<_> = ids(self.h.spec()).filter(fits).collect();
-        if fitting.is_empty() || index.is_multiple_of(16) {
+        let applicable: Vec<_> = ids(self.h.spec()).filter(applies).collect();
+        if applicable.is_empty() || index.is_multiple_of(16) {
             return self.pick_schema(index / 16);
         }
-        fitting[usize::from(index / 16) % fitting.len()]
+        applicable[usize::from(index / 16) % applicable.len()]
     }
 
     fn pick_group(&self, index: u16) -> GroupId {

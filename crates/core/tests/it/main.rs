@@ -1,12 +1,12 @@
-//! The state machine: its rules in stories, in random and in all orders of events, and its specifications.
+//! The state machine: its rules in scenarios, in random orders of events and in all orders, and its specifications.
 
 mod edges;
-mod falls;
 mod family;
 mod invariants;
+mod loss;
 mod model;
 mod policies;
 mod random;
+mod scenario;
 mod scenarios;
 mod specification;
-mod story;

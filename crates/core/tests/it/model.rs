@@ -1,8 +1,8 @@
 //! Every order in which the threads of a small hierarchy can step, over the real state machine.
 //!
 //! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins,
-//! commands, wakes, ends, or faults, and each timer fires, at any moment. It refuses to trust the model
-//! itself: wrong executors run through the same model, and it must detect each of them.
+//! commands, wakes, ends, or faults, and each timer fires, at any moment. To test the model itself, executors with
+//! a defect run through the same model, which must detect each of them.
 
 use std::hash::{Hash, Hasher};
 
@@ -20,9 +20,9 @@ const ROOTS: GroupId = GroupId(0);
 const MOTION: GroupId = GroupId(1);
 
 #[test]
-fn every_interleaving_keeps_r1_r5_and_r7_and_stop_gets_through() {
+fn every_interleaving_keeps_r1_r5_and_r7_and_lets_stop_win() {
     let checker = Threads {
-        executor: Executor::Faithful,
+        executor: Executor::Correct,
     }
     .checker()
     .threads(2)
@@ -37,61 +37,61 @@ fn every_interleaving_keeps_r1_r5_and_r7_and_stop_gets_through() {
 }
 
 #[test]
-fn an_executor_that_cuts_off_before_patience_ends_is_caught() {
-    caught(Executor::Hasty);
+fn an_executor_that_abandons_before_patience_ends_is_detected() {
+    assert_detected(Executor::IgnoresPatience);
 }
 
 #[test]
-fn an_executor_that_does_not_report_its_iterations_is_caught() {
-    caught(Executor::Deaf);
+fn an_executor_that_iterates_without_permission_is_detected() {
+    assert_detected(Executor::IgnoresPermission);
 }
 
 #[test]
-fn an_executor_that_lets_every_command_through_is_caught() {
-    caught(Executor::Credulous);
+fn an_executor_that_accepts_every_command_is_detected() {
+    assert_detected(Executor::IgnoresAuthority);
 }
 
 #[test]
-fn an_executor_that_applies_the_effects_backwards_is_caught() {
-    caught(Executor::Backwards);
+fn an_executor_that_applies_the_effects_backwards_is_detected() {
+    assert_detected(Executor::ReversesEffects);
 }
 
 #[test]
-fn an_executor_that_lets_a_losers_command_stand_is_caught() {
-    caught(Executor::Careless);
+fn an_executor_that_keeps_a_losers_command_in_force_is_detected() {
+    assert_detected(Executor::KeepsLosersCommand);
 }
 
 #[test]
-fn an_executor_that_keeps_what_was_taken_over_and_not_written_is_caught() {
-    caught(Executor::Keeping);
+fn an_executor_that_keeps_a_command_taken_over_and_not_written_is_detected() {
+    assert_detected(Executor::KeepsUnwrittenCommand);
 }
 
-fn caught(executor: Executor) {
+fn assert_detected(executor: Executor) {
     let checker = Threads { executor }.checker().spawn_bfs().join();
     assert!(
-        checker.discovery(KEPT).is_some(),
-        "{executor:?} broke no rule: the model cannot fail"
+        checker.discovery(RULES_KEPT).is_some(),
+        "{executor:?} violated no rule: the model detects nothing"
     );
 }
 
-const KEPT: &str = "the rules are kept";
+const RULES_KEPT: &str = "the rules are kept";
 
 /// How the executor uses the state machine.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 enum Executor {
-    Faithful,
+    Correct,
     /// Fires the patience of a group at once.
-    Hasty,
+    IgnoresPatience,
     /// Iterates without permission.
-    Deaf,
+    IgnoresPermission,
     /// Accepts a command without a check of authority.
-    Credulous,
+    IgnoresAuthority,
     /// Applies the last effect first.
-    Backwards,
+    ReversesEffects,
     /// Keeps a loser's command in force at a takeover.
-    Careless,
+    KeepsLosersCommand,
     /// Keeps a command in force that was taken over and not written.
-    Keeping,
+    KeepsUnwrittenCommand,
 }
 
 struct Threads {
@@ -103,8 +103,8 @@ struct World {
     h: Hierarchy,
     shadow: Shadow,
     threads: [Thread; 4],
-    faults_left: u8,
-    broken: Option<String>,
+    remaining_faults: u8,
+    violation: Option<String>,
 }
 
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
@@ -131,21 +131,21 @@ impl Model for Threads {
     fn init_states(&self) -> Vec<World> {
         let spec = spec();
         let shadow = Shadow::new(&spec);
-        let h = Hierarchy::new(spec).expect("a sound specification");
+        let h = Hierarchy::new(spec).expect("a valid specification");
         let threads = [Thread::Between; 4];
         let mut world = World {
             h,
             shadow,
             threads,
-            faults_left: 1,
-            broken: None,
+            remaining_faults: 1,
+            violation: None,
         };
         world.call(self.executor, |h, out| h.start(0, out));
         vec![world]
     }
 
     fn actions(&self, world: &World, steps: &mut Vec<Step>) {
-        if world.broken.is_some() {
+        if world.violation.is_some() {
             return;
         }
         for id in ids(world.h.spec()) {
@@ -162,7 +162,7 @@ impl Model for Threads {
                     steps.push(Step::End(id));
                 }
             }
-            if world.faults_left > 0 {
+            if world.remaining_faults > 0 {
                 steps.push(Step::Fault(id));
             }
         }
@@ -180,8 +180,8 @@ impl Model for Threads {
 
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
-            Property::always(KEPT, |_, w: &World| w.broken.is_none()),
-            Property::always("patience gets every choice through", |_, w: &World| {
+            Property::always(RULES_KEPT, |_, w: &World| w.violation.is_none()),
+            Property::always("after the patience every chosen schema wins", |_, w: &World| {
                 [ROOTS, MOTION].into_iter().all(|group| {
                     let Some(handover) = w.h.handover(group) else {
                         return true;
@@ -191,23 +191,23 @@ impl Model for Threads {
                     later.winner(group) == handover.to
                 })
             }),
-            Property::always("a ready stop is one patience away", |_, w: &World| {
+            Property::always("a ready stop wins within one patience", |_, w: &World| {
                 let due = w.h.is_ready(STOP) && w.h.has_authority(EXAMPLE) && w.h.handover(ROOTS).is_none();
                 let mut later = w.h.clone();
                 later.fire(0, Timer::Patience(MOTION), &mut Vec::new());
                 !due || later.has_authority(STOP)
             }),
-            Property::sometimes("stop gets through while goon hangs", |_, w: &World| {
+            Property::sometimes("stop wins while goon hangs", |_, w: &World| {
                 w.h.has_authority(STOP) && w.threads[GOON.index()] == Thread::Iterating { commanded: false }
             }),
-            Property::sometimes("teleop gets through while goon hangs", |_, w: &World| {
+            Property::sometimes("teleop wins while goon hangs", |_, w: &World| {
                 w.h.has_authority(TELEOP) && w.h.is_abandoned(GOON)
             }),
             Property::sometimes(
                 "goon wakes again inside its abandoned iteration",
                 |_, w: &World| w.h.is_awake(GOON) && w.h.is_abandoned(GOON),
             ),
-            Property::sometimes("a faulted schema is back", |_, w: &World| {
+            Property::sometimes("a faulted schema wins again", |_, w: &World| {
                 w.h.restarts_left(0, GOON) == Some(0) && w.h.has_authority(GOON)
             }),
         ]
@@ -217,7 +217,7 @@ impl Model for Threads {
 impl World {
     fn step(&mut self, executor: Executor, step: Step) {
         let abandoned = self.abandoned();
-        let patient = !matches!(step, Step::Fire(_) | Step::Fault(_));
+        let within_patience = !matches!(step, Step::Fire(_) | Step::Fault(_));
         match step {
             Step::Check(id, ready) => {
                 let check = Check {
@@ -230,16 +230,16 @@ impl World {
             Step::Begin(id) => self.begin(executor, id),
             Step::Command(id) => {
                 self.threads[id.index()] = Thread::Iterating { commanded: true };
-                let accepted = executor == Executor::Credulous || self.h.has_authority(id);
+                let accepted = executor == Executor::IgnoresAuthority || self.h.has_authority(id);
                 if accepted && !self.may_command(id) {
-                    self.broken = Some(format!("R7: a command of {id:?} got through"));
+                    self.violation = Some(format!("R7: a command of {id:?} was accepted"));
                 }
             }
             Step::Wake(child) => {
-                let leads = self.h.has_authority(EXAMPLE);
+                let has_authority = self.h.has_authority(EXAMPLE);
                 self.call(executor, |h, out| {
                     let woken = h.wake(0, EXAMPLE, child, out).is_ok();
-                    assert!(leads || !woken, "R7: woken without authority");
+                    assert!(has_authority || !woken, "R7: woken without authority");
                 });
             }
             Step::End(id) => {
@@ -248,19 +248,19 @@ impl World {
                 self.call(executor, |h, out| h.end(0, id, out));
             }
             Step::Fault(id) => {
-                self.faults_left -= 1;
+                self.remaining_faults -= 1;
                 self.call(executor, |h, out| h.faulted(0, id, "a fault".into(), out));
             }
             Step::Fire(timer) => self.call(executor, |h, out| h.fire(0, timer, out)),
         }
-        if executor == Executor::Hasty && patient {
+        if executor == Executor::IgnoresPatience && within_patience {
             for group in [ROOTS, MOTION] {
                 self.call(executor, |h, out| h.fire(0, Timer::Patience(group), out));
             }
         }
-        if patient && self.abandoned() > abandoned {
-            self.broken
-                .get_or_insert("R1: cut off before patience ended".into());
+        if within_patience && self.abandoned() > abandoned {
+            self.violation
+                .get_or_insert("R1: abandoned before the patience ended".into());
         }
     }
 
@@ -269,7 +269,7 @@ impl World {
     }
 
     fn begin(&mut self, executor: Executor, id: SchemaId) {
-        let began = if executor == Executor::Deaf {
+        let began = if executor == Executor::IgnoresPermission {
             self.h.state(id) == State::Winner
         } else {
             self.h.begin(0, id, &mut Vec::new())
@@ -277,8 +277,10 @@ impl World {
         if began {
             self.threads[id.index()] = Thread::Iterating { commanded: false };
             self.shadow.begin_iteration(id);
-            if self.is_leaving(id) {
-                self.broken = Some(format!("R5: {id:?} begins while it or its father leaves"));
+            if self.is_being_replaced(id) {
+                self.violation = Some(format!(
+                    "R5: {id:?} begins while it or its father is being replaced"
+                ));
             }
         }
     }
@@ -286,24 +288,24 @@ impl World {
     fn call(&mut self, executor: Executor, call: impl FnOnce(&mut Hierarchy, &mut Vec<Effect>)) {
         let mut out = Vec::new();
         call(&mut self.h, &mut out);
-        if executor == Executor::Backwards {
+        if executor == Executor::ReversesEffects {
             out.reverse();
         }
         out.retain(|effect| match effect {
-            Effect::TakesOver { .. } => executor != Executor::Careless,
-            Effect::Lapsed(_) => executor != Executor::Keeping,
+            Effect::TakesOver { .. } => executor != Executor::KeepsLosersCommand,
+            Effect::Lapsed(_) => executor != Executor::KeepsUnwrittenCommand,
             _ => true,
         });
-        let kept = self
+        let result = self
             .shadow
             .apply(self.h.spec(), &out)
             .and_then(|()| self.shadow.check_against(&self.h));
-        if let Err(broken) = kept {
-            self.broken.get_or_insert(broken);
+        if let Err(violation) = result {
+            self.violation.get_or_insert(violation);
         }
     }
 
-    /// R7 by the states alone, and no command of an abandoned iteration.
+    /// Whether R7 allows a command, by the states alone and not inside an abandoned iteration.
     fn may_command(&self, id: SchemaId) -> bool {
         let wins = |id| self.shadow.state(id) == State::Winner;
         let chain = match id {
@@ -313,7 +315,7 @@ impl World {
         chain && !self.shadow.is_abandoned(id)
     }
 
-    fn is_leaving(&self, id: SchemaId) -> bool {
+    fn is_being_replaced(&self, id: SchemaId) -> bool {
         let loses = |group, id| self.h.handover(group).is_some() && self.h.winner(group) == Some(id);
         match id {
             STOP | GOON => loses(MOTION, id) || loses(ROOTS, EXAMPLE),
@@ -321,7 +323,7 @@ impl World {
         }
     }
 
-    /// Returns everything that determines what can happen next: all but times and the numbers of records.
+    /// Returns everything that determines the next steps: all but times and the numbers of records.
     fn key(&self) -> impl Hash + PartialEq + '_ {
         let nodes: Vec<_> = ids(self.h.spec())
             .map(|id| {
@@ -355,8 +357,8 @@ impl World {
             timers,
             &self.shadow,
             self.threads,
-            self.faults_left,
-            &self.broken,
+            self.remaining_faults,
+            &self.violation,
         )
     }
 }

@@ -1,6 +1,6 @@
 //! Random valid specifications.
 //!
-//! It refuses to make invalid ones: `specification.rs` tests those.
+//! `specification.rs` tests the invalid ones.
 
 use std::time::Duration;
 
@@ -30,8 +30,8 @@ pub(crate) fn specs() -> impl Strategy<Value = Spec> {
 
 fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
     let count = u32::try_from(motors.len()).expect("few");
-    let picked = |mask: u8, among: u32| -> Vec<SchemaId> {
-        (0..among)
+    let selected = |mask: u8, count_of_bits: u32| -> Vec<SchemaId> {
+        (0..count_of_bits)
             .filter(|bit| mask & (1 << bit) != 0)
             .map(|bit| SchemaId(count + bit))
             .collect()
@@ -44,7 +44,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
         let father = Some(father).filter(|&f| f < index && depths[f] < 4);
         depths.push(father.map_or(1, |f| depths[f] + 1));
         let mut schema = SchemaSpec::new(format!("motor{index}"), Kind::Motor, 10 * MS);
-        schema.needs = picked(needs, u32::try_from(perceptive.len()).expect("few"));
+        schema.needs = selected(needs, u32::try_from(perceptive.len()).expect("few"));
         if restart % 2 == 0 {
             schema.restart = Restart::OnFault {
                 backoff: MS,
@@ -63,7 +63,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
     }
     for (index, &needs) in (0u32..).zip(perceptive) {
         let mut schema = SchemaSpec::new(format!("perceptive{index}"), Kind::Perceptive, 10 * MS);
-        schema.needs = picked(needs, index);
+        schema.needs = selected(needs, index);
         schema.restart = Restart::OnFault {
             backoff: MS,
             limit: 2,

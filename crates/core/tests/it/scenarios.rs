@@ -1,19 +1,18 @@
-//! Runs the stories in `scenarios/` at the root of the repository, and checks that each rule has one.
+//! Plays the files in `scenarios/` at the root of the repository, and checks that each rule has one.
 //!
-//! It refuses stories that it does not understand: an unknown key, phrase or name fails with the file and the
-//! step.
+//! An unknown key, phrase or name fails with the file and the step.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use crate::story::Story;
+use crate::scenario::Scenario;
 
-/// Rules that the state machine alone cannot show, and where they are tested.
-const ELSEWHERE: [(&str, &str); 2] = [
+/// Rules that the state machine alone cannot show, and the part that keeps them.
+const OTHER_TESTS: [(&str, &str); 2] = [
     (
         "R8",
-        "values of modulations are never torn and keep still within an iteration: held by the variables' cells",
+        "values of modulations are never torn and do not change within an iteration; the cells of variables keep this",
     ),
     (
         "R11",
@@ -22,55 +21,55 @@ const ELSEWHERE: [(&str, &str); 2] = [
 ];
 
 #[test]
-fn every_story_goes_as_told() {
-    let failures: Vec<String> = stories()
+fn every_scenario_has_the_expected_effects() {
+    let failures: Vec<String> = scenarios()
         .into_iter()
         .filter_map(|(file, text)| {
-            let story = match Story::parse(&text) {
-                Ok(story) => story,
+            let scenario = match Scenario::parse(&text) {
+                Ok(scenario) => scenario,
                 Err(error) => return Some(format!("{file}: {error}")),
             };
-            story
+            scenario
                 .play()
                 .err()
-                .map(|error| format!("{file}, \"{}\", {error}", story.title()))
+                .map(|error| format!("{file}, \"{}\", {error}", scenario.title()))
         })
         .collect();
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
 #[test]
-fn every_rule_has_a_story_or_a_holder_elsewhere() {
-    let mut told: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for (file, text) in stories() {
-        let story = Story::parse(&text).unwrap_or_else(|error| panic!("{file}: {error}"));
-        for rule in story.rules() {
-            told.entry(rule.clone()).or_default().push(file.clone());
+fn every_rule_has_a_scenario_or_is_kept_elsewhere() {
+    let mut files_of_rule: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (file, text) in scenarios() {
+        let scenario = Scenario::parse(&text).unwrap_or_else(|error| panic!("{file}: {error}"));
+        for rule in scenario.rules() {
+            files_of_rule.entry(rule.clone()).or_default().push(file.clone());
         }
     }
     let rules: Vec<String> = (1..=17).map(|n| format!("R{n}")).collect();
     for rule in &rules {
-        let elsewhere = ELSEWHERE.iter().any(|(held, _)| held == rule);
+        let elsewhere = OTHER_TESTS.iter().any(|(other, _)| other == rule);
         assert!(
-            told.contains_key(rule) != elsewhere,
-            "{rule} must have a story or a holder elsewhere, not both"
+            files_of_rule.contains_key(rule) != elsewhere,
+            "{rule} must have either a scenario or an entry in OTHER_TESTS"
         );
     }
-    for (rule, files) in &told {
-        assert!(rules.contains(rule), "{rule} in {files:?} is no rule");
+    for (rule, files) in &files_of_rule {
+        assert!(rules.contains(rule), "{rule} in {files:?} is not a rule");
     }
 }
 
 #[test]
-fn a_story_that_goes_otherwise_is_caught() {
-    let story = |expected: &str| {
+fn a_scenario_with_other_effects_fails() {
+    let scenario = |expected: &str| {
         let text = format!(
             "title = 'one root'\nrule = ['R3']\n[groups.roots]\nmembers = ['a']\n[[step]]\nat = '1ms'\n\
              when = ['the application starts', 'a becomes ready']\n{expected}\n"
         );
-        Story::parse(&text).and_then(|story| story.play())
+        Scenario::parse(&text).and_then(|scenario| scenario.play())
     };
-    assert_eq!(story("winner = { roots = 'a' }"), Ok(()));
+    assert_eq!(scenario("winner = { roots = 'a' }"), Ok(()));
     for wrong in [
         "winner = { roots = 'nobody' }",
         "states = { a = 'ready' }",
@@ -84,23 +83,23 @@ fn a_story_that_goes_otherwise_is_caught() {
         "timer = '5ms'",
         "health = { a = 'overrun' }",
     ] {
-        let told = story(wrong).expect_err(wrong);
-        assert!(told.contains("step 1 at 1ms"), "{told} does not name the step");
+        let error = scenario(wrong).expect_err(wrong);
+        assert!(error.contains("step 1 at 1ms"), "{error} does not name the step");
     }
-    for nonsense in [
+    for invalid in [
         "winner = { nowhere = 'a' }",
         "when = ['a flies']",
         "states = { b = 'ready' }",
         "wenn = []",
     ] {
-        assert!(story(nonsense).is_err(), "{nonsense} was understood");
+        assert!(scenario(invalid).is_err(), "{invalid} was accepted");
     }
 }
 
-fn stories() -> Vec<(String, String)> {
+fn scenarios() -> Vec<(String, String)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
     let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut stories: Vec<_> = entries
+    let mut scenarios: Vec<_> = entries
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|e| e == "toml"))
         .map(|path| {
@@ -112,7 +111,7 @@ fn stories() -> Vec<(String, String)> {
             )
         })
         .collect();
-    stories.sort();
-    assert!(!stories.is_empty(), "no stories in {}", folder.display());
-    stories
+    scenarios.sort();
+    assert!(!scenarios.is_empty(), "no scenarios in {}", folder.display());
+    scenarios
 }

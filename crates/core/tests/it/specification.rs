@@ -1,6 +1,4 @@
-//! All faults of a specification are reported before the start, at once; and the contract's arithmetic.
-//!
-//! It refuses to start anything.
+//! Specifications: all their errors are reported at once before the start; and the arithmetic of contracts.
 
 use std::time::Duration;
 
@@ -15,7 +13,7 @@ const EXAMPLE: SchemaId = SchemaId(1);
 const STOP: SchemaId = SchemaId(2);
 const GOON: SchemaId = SchemaId(3);
 
-fn sound() -> Spec {
+fn valid() -> Spec {
     let motor = |name| SchemaSpec {
         needs: vec![LASER],
         ..SchemaSpec::new(name, Kind::Motor, 75 * MS)
@@ -36,19 +34,19 @@ fn sound() -> Spec {
 
 /// Returns the faults of a valid specification after a change.
 fn faults(change: impl FnOnce(&mut Spec)) -> Vec<SpecError> {
-    let mut spec = sound();
+    let mut spec = valid();
     change(&mut spec);
     Hierarchy::new(spec).err().unwrap_or_default()
 }
 
 #[test]
-fn a_sound_specification_has_no_faults() {
+fn a_valid_specification_has_no_faults() {
     assert_eq!(faults(|_| {}), []);
     assert_eq!(Spec::default().validate(), Ok(()));
 }
 
 #[test]
-fn r3_a_schema_with_two_places_is_refused() {
+fn r3_a_schema_in_two_groups_or_twice_in_one_is_refused() {
     let expected = SpecError::TwoFathers {
         schema: "stop".into(),
         first: "roots".into(),
@@ -93,7 +91,7 @@ fn r6_only_perceptive_schemas_can_be_needed() {
 }
 
 #[test]
-fn circles_of_fathers_and_of_needs_are_shown() {
+fn cycles_of_fathers_and_of_needs_are_reported() {
     let of_fathers = faults(|s| s.groups[0].father = Some(GOON));
     let path = ["example", "goon", "example"].map(String::from).to_vec();
     assert_eq!(of_fathers, [SpecError::FatherCycle { path }]);
@@ -103,7 +101,7 @@ fn circles_of_fathers_and_of_needs_are_shown() {
 }
 
 #[test]
-fn needs_that_meet_again_without_a_circle_are_sound() {
+fn needs_that_join_again_without_a_cycle_are_valid() {
     let diamond = faults(|s| {
         for name in ["walls", "doors", "map"] {
             s.schemas.push(SchemaSpec::new(name, Kind::Perceptive, MS));
@@ -116,7 +114,7 @@ fn needs_that_meet_again_without_a_circle_are_sound() {
 }
 
 #[test]
-fn policies_that_cannot_work_are_refused() {
+fn invalid_policies_are_refused() {
     let motion = || "motion".to_owned();
     let with = |policy| faults(|s| s.groups[1].policy = policy);
     assert_eq!(
@@ -143,9 +141,9 @@ fn policies_that_cannot_work_are_refused() {
             group: "roots".into()
         }]
     );
-    let stranger = faults(|s| s.groups[1].absence = Absence::Fallback(EXAMPLE));
+    let not_a_member = faults(|s| s.groups[1].absence = Absence::Fallback(EXAMPLE));
     assert_eq!(
-        stranger,
+        not_a_member,
         [SpecError::FallbackNotMember {
             group: motion(),
             fallback: "example".into()
@@ -154,8 +152,8 @@ fn policies_that_cannot_work_are_refused() {
 }
 
 #[test]
-fn a_policy_that_cannot_work_is_refused_while_running_too() {
-    let mut h = Hierarchy::new(sound()).expect("sound");
+fn an_invalid_policy_is_refused_at_run_time() {
+    let mut h = Hierarchy::new(valid()).expect("valid");
     let refused = h.set_policy(0, GroupId(0), Policy::FATHER, &mut Vec::new());
     assert_eq!(
         refused,
@@ -163,11 +161,11 @@ fn a_policy_that_cannot_work_is_refused_while_running_too() {
             group: "roots".into()
         })
     );
-    assert_eq!(h.spec(), &sound());
+    assert_eq!(h.spec(), &valid());
 }
 
 #[test]
-fn all_faults_are_reported_at_once_and_each_says_what_to_do() {
+fn all_faults_are_reported_at_once_with_a_remedy() {
     let all = faults(|s| {
         s.schemas[3].name = "stop".into();
         s.schemas[2].period = 0;
@@ -175,7 +173,7 @@ fn all_faults_are_reported_at_once_and_each_says_what_to_do() {
         s.groups[1].members.push(SchemaId(8));
         s.groups.push(GroupSpec::new("empty", None, vec![]));
     });
-    let told: Vec<String> = all.iter().map(ToString::to_string).collect();
+    let messages: Vec<String> = all.iter().map(ToString::to_string).collect();
     let expected = [
         "two schemas are called `stop`: give each its own name",
         "`stop` has a period of 0: give a time above 0",
@@ -183,7 +181,7 @@ fn all_faults_are_reported_at_once_and_each_says_what_to_do() {
         "`motion` names schema number 8, which does not exist: name a listed one",
         "the group `empty` has no members: list a motor schema or remove the group",
     ];
-    assert_eq!(told, expected);
+    assert_eq!(messages, expected);
 }
 
 /// Returns the contract of the group of stop and goon.
@@ -192,8 +190,8 @@ fn motion_contract(spec: &Spec) -> GroupContract {
 }
 
 #[test]
-fn r17_who_lets_go_slowly_and_who_acts_slowly_may_be_two() {
-    let mut spec = sound();
+fn r17_the_slowest_check_and_the_slowest_first_action_may_be_of_two_schemas() {
+    let mut spec = valid();
     spec.schemas[STOP.index()].period = 200 * MS;
     spec.schemas[STOP.index()].budget = 10 * MS;
     spec.schemas[GOON.index()].budget = 20 * MS;
@@ -207,8 +205,8 @@ fn r17_who_lets_go_slowly_and_who_acts_slowly_may_be_two() {
 }
 
 #[test]
-fn r17_a_triggered_schema_may_be_in_the_middle_of_a_turn() {
-    let mut spec = sound();
+fn r17_the_contract_of_a_triggered_schema_includes_a_turn_under_way() {
+    let mut spec = valid();
     for id in [STOP, GOON] {
         spec.schemas[id.index()].budget = 20 * MS;
         spec.schemas[id.index()].triggered = true;
@@ -224,8 +222,8 @@ fn r17_a_triggered_schema_may_be_in_the_middle_of_a_turn() {
 }
 
 #[test]
-fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himself() {
-    let mut spec = sound();
+fn r17_the_contract_includes_a_second_arbitration_and_its_delay_of_the_father() {
+    let mut spec = valid();
     spec.groups[1].policy = Policy::FATHER;
     spec.groups[1].budget = 7 * MS;
     assert_eq!(
@@ -245,7 +243,7 @@ fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himsel
 
 #[test]
 fn r17_urgency_alone_waits_for_the_winners_iteration() {
-    let mut spec = sound();
+    let mut spec = valid();
     spec.groups[1].policy = Policy::URGENCY;
     spec.schemas[GOON.index()].period = 300 * MS;
     spec.schemas[GOON.index()].triggered = true;
@@ -254,31 +252,31 @@ fn r17_urgency_alone_waits_for_the_winners_iteration() {
     assert_eq!(
         motion.allowed(),
         (75 + 5 + 10) * MS,
-        "what is measured begins after the wait"
+        "the measured latency begins after the wait"
     );
-    let paced = motion.by_winner.expect("urgency counts");
-    assert_eq!(paced.total(), (75 + 300 + 10 + 5 + 10) * MS);
+    let by_winner = motion.by_winner.expect("urgency counts");
+    assert_eq!(by_winner.total(), (75 + 300 + 10 + 5 + 10) * MS);
     spec.groups[1].members.truncate(1);
-    assert_eq!(
-        motion_contract(&spec).by_winner,
-        None,
-        "there is nobody to wait for"
-    );
+    assert_eq!(motion_contract(&spec).by_winner, None, "no other schema can win");
 }
 
 #[test]
-fn r17_dwell_and_turns_are_waited_for() {
-    let mut spec = sound();
+fn r17_the_contract_includes_dwell_times_and_turns() {
+    let mut spec = valid();
     let sticky = |dwell| Policy::sticky(Duration::from_nanos(dwell), 0.0);
     spec.groups[1].policy = sticky(50 * MS);
     let motion = motion_contract(&spec);
     assert_eq!(motion.by_check.total(), (75 + 50 + 5) * MS);
-    let paced = |motion: &GroupContract| motion.by_winner.as_ref().map(TakeoverBound::total);
-    assert_eq!(paced(&motion), Some((75 + 75 + 5) * MS));
+    let by_winner = |motion: &GroupContract| motion.by_winner.as_ref().map(TakeoverBound::total);
+    assert_eq!(by_winner(&motion), Some((75 + 75 + 5) * MS));
     assert_eq!(motion.allowed(), (75 + 5) * MS);
     spec.groups[1].policy = sticky(500 * MS);
     let motion = motion_contract(&spec);
-    assert_eq!(paced(&motion), Some((75 + 500 + 5) * MS), "the later of the two");
+    assert_eq!(
+        by_winner(&motion),
+        Some((75 + 500 + 5) * MS),
+        "the longer of the two"
+    );
     spec.groups[1].members.push(EXAMPLE);
     spec.groups[1].policy = Policy::round_robin(Duration::from_millis(100));
     let motion = motion_contract(&spec);
@@ -289,8 +287,8 @@ fn r17_dwell_and_turns_are_waited_for() {
 }
 
 #[test]
-fn r17_who_takes_a_whole_period_misses_the_next_deadline() {
-    let mut spec = sound();
+fn r17_a_schema_that_takes_a_whole_period_misses_the_next_deadline() {
+    let mut spec = valid();
     for id in [STOP, GOON] {
         spec.schemas[id.index()].budget = 75 * MS;
     }
@@ -302,8 +300,8 @@ fn r17_who_takes_a_whole_period_misses_the_next_deadline() {
 }
 
 #[test]
-fn r17_what_a_run_is_watched_by_is_the_contract() {
-    let mut spec = sound();
+fn r17_the_running_hierarchy_allows_what_the_contract_states() {
+    let mut spec = valid();
     for policy in [
         Policy::PRIORITY,
         Policy::FATHER,
@@ -313,7 +311,7 @@ fn r17_what_a_run_is_watched_by_is_the_contract() {
         spec.schemas[STOP.index()].budget += MS;
         spec.schemas[GOON.index()].panel ^= true;
         let all = contract(&spec);
-        let hierarchy = Hierarchy::new(spec.clone()).expect("sound");
+        let hierarchy = Hierarchy::new(spec.clone()).expect("valid");
         for group in all {
             assert_eq!(hierarchy.allowed(group.group), Some(group.allowed()), "{group}");
         }
@@ -321,8 +319,8 @@ fn r17_what_a_run_is_watched_by_is_the_contract() {
 }
 
 #[test]
-fn r17_a_contract_beyond_all_time_does_not_overflow() {
-    let mut spec = sound();
+fn r17_the_sum_of_a_contract_does_not_overflow() {
+    let mut spec = valid();
     spec.schemas[STOP.index()].period = u64::MAX;
     assert_eq!(motion_contract(&spec).total(), u64::MAX);
 }

@@ -8,10 +8,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use jde_driver_suite::{ROOM, Rig, RigConfig, START, build};
+use jde_driver_suite::{DriverConfig, Fixture, ROOM, START, build};
 use jde_p2os_server::EventKind;
 use jde_schema::prelude::{Connection, LaserScan, RangeRing};
-use served::{Over, Served};
+use served::{Line, ServedRoom};
 
 jde_driver_suite::suite!(in_process, crate::in_process);
 jde_driver_suite::suite!(over_tcp, crate::over_tcp);
@@ -22,11 +22,11 @@ fn plugins() -> PathBuf {
     FOLDER.get_or_init(|| build(&["sim", "p2os"])).clone()
 }
 
-fn in_process() -> RigConfig {
+fn in_process() -> DriverConfig {
     let folder = tempfile::tempdir().expect("a folder");
     let world = folder.path().join("room.toml");
     fs::write(&world, ROOM).expect("a file");
-    RigConfig {
+    DriverConfig {
         driver_toml: format!(
             "type = \"sim/pioneer\"\nworld = {:?}",
             world.display().to_string()
@@ -37,16 +37,16 @@ fn in_process() -> RigConfig {
     }
 }
 
-fn over_tcp() -> RigConfig {
-    pioneer(Served::start(Over::Tcp(0)))
+fn over_tcp() -> DriverConfig {
+    pioneer(ServedRoom::start(Line::Tcp(0)))
 }
 
-fn over_a_serial_line() -> RigConfig {
-    pioneer(Served::start(Over::Terminal))
+fn over_a_serial_line() -> DriverConfig {
+    pioneer(ServedRoom::start(Line::Terminal))
 }
 
-fn pioneer(served: Served) -> RigConfig {
-    RigConfig {
+fn pioneer(served: ServedRoom) -> DriverConfig {
+    DriverConfig {
         driver_toml: format!(
             "type = \"p2os/pioneer\"\nport = \"{}\"\nstart = [{}, {}, {}]\nhead_kind = \"vc-c4\"",
             served.address(),
@@ -60,47 +60,48 @@ fn pioneer(served: Served) -> RigConfig {
     }
 }
 
-fn served(kept: Box<dyn Any>) -> Served {
-    *kept.downcast().expect("a served world was kept")
+fn served_room(resources: Box<dyn Any>) -> ServedRoom {
+    *resources.downcast().expect("the resources are a served room")
 }
 
 #[test]
-fn an_application_that_ends_leaves_the_robot_stopped_and_its_motors_off() {
-    for setting in [over_tcp(), over_a_serial_line()] {
-        let rig = Rig::start(setting);
-        rig.drive(0.3, 0.0);
-        rig.wait_until(|rig| rig.pose().x > START.x + 0.1);
-        let (_, kept) = rig.stop();
-        let served = served(kept);
-        served.until(|what| *what == EventKind::Closed);
-        served.until_it_stands();
+fn an_application_that_ends_stops_the_robot_and_its_motors() {
+    for config in [over_tcp(), over_a_serial_line()] {
+        let fixture = Fixture::start(config);
+        fixture.drive(0.3, 0.0);
+        fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.1);
+        let (_, resources) = fixture.stop();
+        let room = served_room(resources);
+        room.until_event(|event| *event == EventKind::Closed);
+        room.until_standing();
     }
 }
 
 #[test]
-fn a_robot_that_goes_is_told_of_and_one_that_comes_back_is_driven_on() {
-    for setting in [over_tcp(), over_a_serial_line()] {
-        let mut rig = Rig::start(setting);
-        rig.drive_distance(0.3);
-        let before = rig.pose();
-        let kept = std::mem::replace(&mut rig.resources, Box::new(()));
-        let gone = served(kept).go();
-        rig.wait_until(|rig| {
-            rig.read::<Connection>("pioneer.connection")
+fn a_lost_robot_is_reported_and_driven_on_when_it_returns() {
+    for config in [over_tcp(), over_a_serial_line()] {
+        let mut fixture = Fixture::start(config);
+        fixture.drive_distance(0.3);
+        let before = fixture.pose();
+        let resources = std::mem::replace(&mut fixture.resources, Box::new(()));
+        let stopped = served_room(resources).stop();
+        fixture.wait_until(|fixture| {
+            fixture
+                .read::<Connection>("pioneer.connection")
                 .is_some_and(|connection| connection.state == Connection::LOST)
         });
-        assert!(rig.odometry().is_none(), "nobody steers by what was");
-        assert!(rig.read::<LaserScan>("pioneer.laser").is_none());
-        assert!(rig.read::<RangeRing>("pioneer.sonars").is_none());
-        rig.resources = Box::new(gone.come_back());
-        rig.wait_until(|rig| rig.is_up() && rig.laser().is_some());
+        assert!(fixture.odometry().is_none(), "old odometry is retracted");
+        assert!(fixture.read::<LaserScan>("pioneer.laser").is_none());
+        assert!(fixture.read::<RangeRing>("pioneer.sonars").is_none());
+        fixture.resources = Box::new(stopped.restart());
+        fixture.wait_until(|fixture| fixture.is_up() && fixture.laser().is_some());
         // The new robot is at its start, and the odometry continues from the old pose.
-        let after = rig.pose();
+        let after = fixture.pose();
         assert!(
             (after.x - before.x).abs() < 0.05 && (after.y - before.y).abs() < 0.05,
             "{before:?} {after:?}"
         );
-        rig.drive_distance(0.3);
-        assert!(rig.pose().x > after.x + 0.2);
+        fixture.drive_distance(0.3);
+        assert!(fixture.pose().x > after.x + 0.2);
     }
 }

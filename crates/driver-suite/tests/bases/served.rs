@@ -13,11 +13,11 @@ use jde_sim::World;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
-/// Real time between two checks.
-const LOOK: Duration = Duration::from_millis(50);
+/// Real time between two checks of the stop flag.
+const STEP: Duration = Duration::from_millis(50);
 
 /// The kind of address of the robot.
-pub(crate) enum Over {
+pub(crate) enum Line {
     /// A port of this machine; 0 for any free port.
     Tcp(u16),
     /// A serial line.
@@ -25,18 +25,18 @@ pub(crate) enum Over {
 }
 
 /// A served room.
-pub(crate) struct Served {
+pub(crate) struct ServedRoom {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     events: Arc<Mutex<Vec<Event>>>,
     /// The robot's true speeds: m/s and rad/s.
     motion: Arc<Mutex<[f64; 2]>>,
-    place: Fixed,
+    address: FixedAddress,
     _watchdog: Watchdog,
 }
 
 /// The address of the robot, which stays the same when it returns.
-struct Fixed {
+struct FixedAddress {
     tcp: Option<std::net::SocketAddr>,
     /// A serial line gets a new path each time. This link stays the same.
     link: PathBuf,
@@ -44,32 +44,32 @@ struct Fixed {
 }
 
 /// A room that is not served until it returns.
-pub(crate) struct Gone(Fixed);
+pub(crate) struct StoppedRoom(FixedAddress);
 
-impl Served {
-    pub(crate) fn start(over: Over) -> Self {
+impl ServedRoom {
+    pub(crate) fn start(line: Line) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let tcp = match over {
-            Over::Tcp(port) => Some(([127, 0, 0, 1], port).into()),
-            Over::Terminal => None,
+        let tcp = match line {
+            Line::Tcp(port) => Some(([127, 0, 0, 1], port).into()),
+            Line::Terminal => None,
         };
-        Self::at(Fixed {
+        Self::at(FixedAddress {
             tcp,
             link: folder.path().join("pioneer"),
             folder,
         })
     }
 
-    fn at(mut fixed: Fixed) -> Self {
+    fn at(mut fixed: FixedAddress) -> Self {
         let world = World::parse(ROOM, "room.toml", 1).expect("a world");
         let options = Options {
             tcp: fixed.tcp,
             terminal: fixed.tcp.is_none(),
             ..Options::default()
         };
-        let mut server = Server::open(world, &options).expect("it can be served");
-        let (_, place) = server.addresses().next().expect("a line");
-        match place {
+        let mut server = Server::open(world, &options).expect("the room can be served");
+        let (_, endpoint) = server.addresses().next().expect("an endpoint");
+        match endpoint {
             EndpointAddress::Tcp(address) => fixed.tcp = Some(address),
             EndpointAddress::Terminal(path) => {
                 // An earlier server may have left its link.
@@ -84,8 +84,8 @@ impl Served {
             let (stop, events, motion) = (Arc::clone(&stop), Arc::clone(&events), Arc::clone(&motion));
             move || {
                 while !stop.load(Ordering::Relaxed) {
-                    let hear = |event: &Event| lock(&events).push(event.clone());
-                    server.run(&stop, Some(LOOK), hear).expect("it serves");
+                    let record = |event: &Event| lock(&events).push(event.clone());
+                    server.run(&stop, Some(STEP), record).expect("the server runs");
                     let (robot, _) = server.world().robots().next().expect("a robot");
                     let twist = server.world().truth(robot).twist;
                     *lock(&motion) = [twist.linear, twist.angular];
@@ -97,62 +97,62 @@ impl Served {
             thread: Some(thread),
             events,
             motion,
-            place: fixed,
+            address: fixed,
             _watchdog: Watchdog::for_test(),
         }
     }
 
     /// Returns the address for a driver.
     pub(crate) fn address(&self) -> String {
-        self.place.address()
+        self.address.address()
     }
 
     /// Waits until this event has occurred.
-    pub(crate) fn until(&self, happened: impl Fn(&EventKind) -> bool) {
-        while !lock(&self.events).iter().any(|event| happened(&event.kind)) {
+    pub(crate) fn until_event(&self, matches: impl Fn(&EventKind) -> bool) {
+        while !lock(&self.events).iter().any(|event| matches(&event.kind)) {
             std::thread::yield_now();
         }
     }
 
     /// Waits until the robot is at rest.
-    pub(crate) fn until_it_stands(&self) {
+    pub(crate) fn until_standing(&self) {
         while *lock(&self.motion) != [0.0; 2] {
             std::thread::yield_now();
         }
     }
 
-    /// Ends without closing the session, like a robot whose plug is pulled.
-    pub(crate) fn go(mut self) -> Gone {
+    /// Ends without closing the session, like a robot that loses its power.
+    pub(crate) fn stop(mut self) -> StoppedRoom {
         self.finish();
-        let place = Fixed {
-            tcp: self.place.tcp,
-            link: self.place.link.clone(),
-            folder: std::mem::replace(&mut self.place.folder, tempfile::tempdir().expect("a folder")),
+        let address = FixedAddress {
+            tcp: self.address.tcp,
+            link: self.address.link.clone(),
+            folder: std::mem::replace(&mut self.address.folder, tempfile::tempdir().expect("a folder")),
         };
-        Gone(place)
+        StoppedRoom(address)
     }
 
     fn finish(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            thread.join().expect("it served to the end");
+            thread.join().expect("the server has not panicked");
         }
     }
 }
 
-impl Drop for Served {
+impl Drop for ServedRoom {
     fn drop(&mut self) {
         self.finish();
     }
 }
 
-impl Gone {
-    pub(crate) fn come_back(self) -> Served {
-        Served::at(self.0)
+impl StoppedRoom {
+    pub(crate) fn restart(self) -> ServedRoom {
+        ServedRoom::at(self.0)
     }
 }
 
-impl Fixed {
+impl FixedAddress {
     fn address(&self) -> String {
         match self.tcp {
             Some(address) => format!("tcp:{address}"),

@@ -1,4 +1,4 @@
-//! Safe navigation with additional schemas that misbehave on command: one beside its father, one between the
+//! Safe navigation with additional schemas that misbehave on command: a sibling of the father, one between the
 //! father and the child that drives straight on, one between the laser and the child that avoids obstacles,
 //! and a device.
 
@@ -8,8 +8,8 @@ use super::{FaultySchema, Root, TestApplication};
 use crate::plan::TargetKind;
 use crate::rng::Rng;
 
-/// The added schemas. `leader` is an ordinary father that passes its target to `goon`; `drifter` wins now and
-/// then.
+/// The added schemas. `leader` is an ordinary father that passes its target to `goon`; `drifter` wins from
+/// time to time.
 const ADDED: &str = r#"
 [schemas.drifter]
 type = "fault/motor"
@@ -38,32 +38,34 @@ imports = { input = "pioneer.laser" }
 type = "fault/device"
 "#;
 
-/// Faults follow each other quickly here, which must not make the host give up a schema for good.
-pub(super) const PATIENT: &str = "restart = { back-off = \"20ms\", limit = 1000 }\nhang = \"300ms\"\n";
+/// Faults follow each other quickly, and the host must not give up a schema permanently because of that.
+pub(super) const RESTART_SETTINGS: &str =
+    "restart = { back-off = \"20ms\", limit = 1000 }\nhang = \"300ms\"\n";
 
-pub(super) fn build(root: &Root, chance: &mut Rng) -> Result<TestApplication> {
+pub(super) fn build(root: &Root, rng: &mut Rng) -> Result<TestApplication> {
     let path = root.0.join("apps/safe-navigation.toml");
-    let delivered =
-        std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let mut table: toml::Table = delivered.parse().context("the demonstration is no TOML")?;
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut table: toml::Table = text.parse().context("the demonstration is not TOML")?;
     table.remove("mission");
     table.insert(
         "roots".to_owned(),
         toml::Value::from(vec!["teleop", "drifter", "example"]),
     );
-    let apart: Vec<&str> = ["drifter", "lifter", "leader", "eye"]
+    let isolated: Vec<&str> = ["drifter", "lifter", "leader", "eye"]
         .into_iter()
-        .filter(|_| chance.one_in(3))
+        .filter(|_| rng.one_in(3))
         .collect();
-    let off = chance.between(800, 2500) as f64 / 1e3;
-    let mut added: toml::Table = patient(ADDED).parse().context("what is added is no TOML")?;
+    let off = rng.between(800, 2500) as f64 / 1e3;
+    let mut added: toml::Table = with_restarts(ADDED)
+        .parse()
+        .context("the added schemas are not TOML")?;
     let added = section(&mut added)?;
     for (name, schema) in added.iter_mut() {
         let schema = schema.as_table_mut().context("a schema is a table")?;
         if name == "drifter" {
             schema.insert("off".to_owned(), off.into());
         }
-        if apart.contains(&name.as_str()) {
+        if isolated.contains(&name.as_str()) {
             schema.insert("isolate".to_owned(), isolation());
         }
     }
@@ -71,7 +73,7 @@ pub(super) fn build(root: &Root, chance: &mut Rng) -> Result<TestApplication> {
     schemas.extend(std::mem::take(added));
     let example = schemas.get_mut("example").and_then(toml::Value::as_table_mut);
     let example = example.context("the demonstration has no `example`")?;
-    // Endless rounds from target to target.
+    // 0: the route repeats without end.
     example.insert("rounds".to_owned(), 0.into());
     set(example, "children", "cruise", "leader")?;
     let vff = schemas.get_mut("vff").and_then(toml::Value::as_table_mut);
@@ -81,20 +83,20 @@ pub(super) fn build(root: &Root, chance: &mut Rng) -> Result<TestApplication> {
         "laser",
         "eye.laser",
     )?;
-    let player = |name: &str, whom| FaultySchema {
+    let faulty = |name: &str, kind| FaultySchema {
         name: name.to_owned(),
-        kind: whom,
-        isolated: apart.contains(&name),
+        kind,
+        isolated: isolated.contains(&name),
     };
     Ok(TestApplication {
-        text: toml::to_string(&table).context("it is no TOML any more")?,
+        text: toml::to_string(&table).context("the application is no longer TOML")?,
         path,
         schemas: vec![
-            player("drifter", TargetKind::Motor),
-            player("lifter", TargetKind::Motor),
-            player("leader", TargetKind::Motor),
-            player("eye", TargetKind::Eye),
-            player("gripper", TargetKind::Device),
+            faulty("drifter", TargetKind::Motor),
+            faulty("lifter", TargetKind::Motor),
+            faulty("leader", TargetKind::Motor),
+            faulty("eye", TargetKind::Eye),
+            faulty("gripper", TargetKind::Device),
         ],
     })
 }
@@ -105,10 +107,10 @@ pub(super) fn isolation() -> toml::Value {
 }
 
 /// Adds the restart and hang settings of a campaign to every schema.
-pub(super) fn patient(text: &str) -> String {
+pub(super) fn with_restarts(text: &str) -> String {
     let lines = text.lines().map(|line| {
         if line.starts_with("[schemas.") {
-            format!("{line}\n{PATIENT}")
+            format!("{line}\n{RESTART_SETTINGS}")
         } else {
             format!("{line}\n")
         }
@@ -118,7 +120,7 @@ pub(super) fn patient(text: &str) -> String {
 
 fn section(table: &mut toml::Table) -> Result<&mut toml::Table> {
     let schemas = table.get_mut("schemas").and_then(toml::Value::as_table_mut);
-    schemas.context("it has no schemas")
+    schemas.context("the application has no schemas")
 }
 
 fn set(schema: &mut toml::Table, key: &str, role: &str, to: &str) -> Result<()> {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::demo::{isolation, patient};
+use super::demo::{isolation, with_restarts};
 use super::{FaultySchema, Root, TestApplication};
 use crate::plan::TargetKind;
 use crate::rng::Rng;
@@ -12,15 +12,15 @@ use crate::rng::Rng;
 pub(crate) const COUNT: usize = 100;
 const EYES: usize = 6;
 const ROOTS: usize = 3;
-/// The robot, the arm and the eyes are no motor schemas.
+/// The robot, the arm and the eyes are not motor schemas.
 const MOTORS: usize = COUNT - EYES - 2;
-/// Most fathers above a schema.
-const DEEPEST: usize = 7;
+/// The largest number of fathers above a schema.
+const MAX_DEPTH: usize = 7;
 /// The roles of the type for children of one group.
 const ROLES: [&str; 4] = ["a", "b", "c", "d"];
 const ARM_ROLES: [&str; 2] = ["e", "f"];
 /// One in this number of motor schemas runs in a process of its own.
-const APART: u64 = 20;
+const ISOLATED: u64 = 20;
 
 /// The device that a schema's subtree commands.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -35,49 +35,49 @@ struct Node {
     children: Vec<(&'static str, usize)>,
 }
 
-pub(super) fn build(root: &Root, chance: &mut Rng) -> TestApplication {
-    let nodes = grow(chance);
+pub(super) fn build(root: &Root, rng: &mut Rng) -> TestApplication {
+    let nodes = grow(rng);
     let roots: Vec<String> = (0..ROOTS).map(name).collect();
-    let executor = chance.pick(&["threads", "threads", "pool"]);
+    let executor = rng.pick(&["threads", "threads", "pool"]);
     let mut text = format!(
         "executor = \"{executor}\"\nname = \"hundred\"\nroots = {roots:?}\nroot = {}\n",
-        group(chance, None)
+        group(rng, None)
     );
     text += "[schemas.pioneer]\ntype = \"sim/pioneer\"\nworld = \"../worlds/corridor.toml\"\n";
     let mut body = String::from("[schemas.arm]\ntype = \"fault/device\"\n");
-    let mut cast = vec![faulty_schema("arm", TargetKind::Device, false)];
+    let mut schemas = vec![faulty_schema("arm", TargetKind::Device, false)];
     for eye in 0..EYES {
         let input = if eye < 2 {
             "pioneer.laser".to_owned()
         } else {
-            format!("eye{}.laser", chance.between(0, eye as u64 - 1))
+            format!("eye{}.laser", rng.between(0, eye as u64 - 1))
         };
-        let apart = chance.one_in(6);
+        let isolated = rng.one_in(6);
         let _ = writeln!(
             body,
             "[schemas.eye{eye}]\ntype = \"fault/eye\"\nimports = {{ input = \"{input}\" }}"
         );
-        let _ = writeln!(body, "period = \"{}ms\"", chance.pick(&[30, 50, 80]));
-        isolate(&mut body, apart);
-        cast.push(faulty_schema(&format!("eye{eye}"), TargetKind::Eye, apart));
+        let _ = writeln!(body, "period = \"{}ms\"", rng.pick(&[30, 50, 80]));
+        isolate(&mut body, isolated);
+        schemas.push(faulty_schema(&format!("eye{eye}"), TargetKind::Eye, isolated));
     }
     for (number, node) in nodes.iter().enumerate() {
-        let apart = chance.one_in(APART);
-        motor(&mut body, chance, number, node);
-        isolate(&mut body, apart);
-        cast.push(faulty_schema(&name(number), TargetKind::Motor, apart));
+        let isolated = rng.one_in(ISOLATED);
+        motor(&mut body, rng, number, node);
+        isolate(&mut body, isolated);
+        schemas.push(faulty_schema(&name(number), TargetKind::Motor, isolated));
     }
-    text += &patient(&body);
+    text += &with_restarts(&body);
     TestApplication {
         text,
         path: root.0.join("apps/hundred.toml"),
-        schemas: cast,
+        schemas,
     }
 }
 
 /// Builds the hierarchy: a random schema with a free role gets the next child. Only the roots have a second
 /// group, which commands the arm, so that no two schemas that can win together command the same device.
-fn grow(chance: &mut Rng) -> Vec<Node> {
+fn grow(rng: &mut Rng) -> Vec<Node> {
     let node = |side, depth| Node {
         side,
         depth,
@@ -85,12 +85,12 @@ fn grow(chance: &mut Rng) -> Vec<Node> {
     };
     let mut nodes: Vec<Node> = (0..ROOTS).map(|_| node(Side::Base, 0)).collect();
     while nodes.len() < MOTORS {
-        let father = chance.between(0, nodes.len() as u64 - 1) as usize;
+        let father = rng.between(0, nodes.len() as u64 - 1) as usize;
         let Node { side, depth, .. } = nodes[father];
-        let to_arm = father < ROOTS && chance.one_in(3);
+        let to_arm = father < ROOTS && rng.one_in(3);
         let roles: &[&str] = if to_arm { &ARM_ROLES } else { &ROLES };
-        let taken = |role: &&&str| !nodes[father].children.iter().any(|(taken, _)| taken == *role);
-        let Some(role) = roles.iter().find(taken).copied().filter(|_| depth < DEEPEST) else {
+        let taken = |role: &&&str| !nodes[father].children.iter().any(|(other, _)| other == *role);
+        let Some(role) = roles.iter().find(taken).copied().filter(|_| depth < MAX_DEPTH) else {
             continue;
         };
         let child = nodes.len();
@@ -100,19 +100,19 @@ fn grow(chance: &mut Rng) -> Vec<Node> {
     nodes
 }
 
-fn motor(body: &mut String, chance: &mut Rng, number: usize, node: &Node) {
+fn motor(body: &mut String, rng: &mut Rng, number: usize, node: &Node) {
     let _ = writeln!(body, "[schemas.{}]\ntype = \"fault/motor\"", name(number));
-    let _ = writeln!(body, "period = \"{}ms\"", chance.pick(&[10, 20, 25, 50]));
-    let (on, off) = (chance.between(100, 1500), chance.between(0, 3));
-    let off = if off == 0 { 0 } else { chance.between(50, 700) };
+    let _ = writeln!(body, "period = \"{}ms\"", rng.pick(&[10, 20, 25, 50]));
+    let (on, off) = (rng.between(100, 1500), rng.between(0, 3));
+    let off = if off == 0 { 0 } else { rng.between(50, 700) };
     let _ = writeln!(body, "on = {:.3}\noff = {:.3}", on as f64 / 1e3, off as f64 / 1e3);
-    let _ = writeln!(body, "phase = {:.3}", chance.between(0, 2000) as f64 / 1e3);
-    let _ = writeln!(body, "urge = {}.0", chance.between(0, 9));
-    if chance.one_in(8) {
+    let _ = writeln!(body, "phase = {:.3}", rng.between(0, 2000) as f64 / 1e3);
+    let _ = writeln!(body, "urge = {}.0", rng.between(0, 9));
+    if rng.one_in(8) {
         let _ = writeln!(
             body,
             "imports = {{ needs = \"eye{}.laser\" }}",
-            chance.between(0, EYES as u64 - 1)
+            rng.between(0, EYES as u64 - 1)
         );
     }
     if node.children.is_empty() {
@@ -121,8 +121,8 @@ fn motor(body: &mut String, chance: &mut Rng, number: usize, node: &Node) {
             Side::Arm => "arm",
         };
         let _ = writeln!(body, "actuators = {{ base = \"{device}.velocity\" }}");
-        let _ = writeln!(body, "speed = {:.2}", chance.between(5, 30) as f64 / 1e2);
-        let _ = writeln!(body, "turn = {:.2}", chance.between(0, 60) as f64 / 1e2 - 0.3);
+        let _ = writeln!(body, "speed = {:.2}", rng.between(5, 30) as f64 / 1e2);
+        let _ = writeln!(body, "turn = {:.2}", rng.between(0, 60) as f64 / 1e2 - 0.3);
         return;
     }
     let roles: Vec<String> = node
@@ -134,13 +134,13 @@ fn motor(body: &mut String, chance: &mut Rng, number: usize, node: &Node) {
     for (name, all) in [("base", &ROLES[..]), ("arm", &ARM_ROLES[..])] {
         let first = node.children.iter().find(|(role, _)| all.contains(role));
         if let Some((role, _)) = first {
-            let _ = writeln!(body, "groups.{name} = {}", group(chance, Some(role)));
+            let _ = writeln!(body, "groups.{name} = {}", group(rng, Some(role)));
         }
     }
 }
 
-/// A group's policy and absence. The roots have no father that could arbitrate, and no role as a fallback.
-fn group(chance: &mut Rng, fallback: Option<&str>) -> String {
+/// Returns a group's policy and absence. The roots have no father that could arbitrate, and no role as a fallback.
+fn group(rng: &mut Rng, fallback: Option<&str>) -> String {
     let policies = [
         "\"priority\"",
         "\"urgency\"",
@@ -149,8 +149,8 @@ fn group(chance: &mut Rng, fallback: Option<&str>) -> String {
         "\"father\"",
     ];
     let policies = &policies[..if fallback.is_some() { 5 } else { 4 }];
-    let policy = chance.pick(policies);
-    let absence = match (chance.between(0, 2), fallback) {
+    let policy = rng.pick(policies);
+    let absence = match (rng.between(0, 2), fallback) {
         (0, Some(role)) => format!("\"fallback\", fallback = \"{role}\""),
         (1, _) => "\"hold\", hold = \"100ms\"".to_owned(),
         _ => "\"brake\"".to_owned(),
@@ -158,17 +158,17 @@ fn group(chance: &mut Rng, fallback: Option<&str>) -> String {
     format!("{{ policy = {policy}, absence = {absence} }}")
 }
 
-fn isolate(body: &mut String, apart: bool) {
-    if apart {
+fn isolate(body: &mut String, isolated: bool) {
+    if isolated {
         let _ = writeln!(body, "isolate = {}", isolation());
     }
 }
 
-fn faulty_schema(name: &str, whom: TargetKind, apart: bool) -> FaultySchema {
+fn faulty_schema(name: &str, kind: TargetKind, isolated: bool) -> FaultySchema {
     FaultySchema {
         name: name.to_owned(),
-        kind: whom,
-        isolated: apart,
+        kind,
+        isolated,
     }
 }
 
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_are_a_hundred_schemas_and_another_seed_groups_them_otherwise() {
+    fn there_are_a_hundred_schemas_and_other_seeds_group_them_otherwise() {
         let text = |seed| build(&Root::usual(), &mut Rng::new(seed, "test")).text;
         assert_eq!(text(1).matches("\n[schemas.").count(), COUNT);
         assert_eq!(text(1), text(1));

@@ -13,7 +13,7 @@ use crate::case::{Case, Scenario};
 use crate::plan::TargetKind;
 use crate::rng::Rng;
 
-/// The root of the workspace, with the demonstration's application and its world.
+/// The root of the workspace, which contains the application of the demonstration and its world.
 #[derive(Clone, Debug)]
 pub struct Root(pub PathBuf);
 
@@ -42,15 +42,15 @@ impl Root {
 }
 
 impl TestApplication {
-    /// The application of a case.
+    /// Returns the application of a case.
     ///
     /// # Errors
     /// The demonstration is missing, or has changed.
     pub fn of(root: &Root, seed: u64, case: Case) -> Result<Self> {
-        let mut chance = Rng::new(seed, &format!("stage {case}"));
+        let mut rng = Rng::new(seed, &format!("stage {case}"));
         match case.scenario {
-            Scenario::Demo => demo::build(root, &mut chance),
-            Scenario::Hundred => Ok(hundred::build(root, &mut chance)),
+            Scenario::Demo => demo::build(root, &mut rng),
+            Scenario::Hundred => Ok(hundred::build(root, &mut rng)),
         }
     }
 
@@ -65,14 +65,14 @@ impl TestApplication {
         Ok(application)
     }
 
-    /// The schemas that can have a fault.
+    /// Returns the schemas of this kind that can have a fault.
     #[must_use]
-    pub fn victims(&self, whom: TargetKind, apart: bool) -> Vec<&String> {
-        let fit = |player: &&FaultySchema| player.kind == whom && (player.isolated || !apart);
+    pub fn victims(&self, kind: TargetKind, isolated_only: bool) -> Vec<&String> {
+        let suitable = |schema: &&FaultySchema| schema.kind == kind && (schema.isolated || !isolated_only);
         self.schemas
             .iter()
-            .filter(fit)
-            .map(|player| &player.name)
+            .filter(suitable)
+            .map(|schema| &schema.name)
             .collect()
     }
 
@@ -90,8 +90,8 @@ pub fn plugins(more: &[PathBuf]) -> Plugins {
     for folder in more {
         path.push(folder, "named on the command line");
     }
-    for (folder, because) in SearchPath::usual(None).folders() {
-        path.push(folder, because);
+    for (folder, origin) in SearchPath::usual(None).folders() {
+        path.push(folder, origin);
     }
     Plugins::new(path)
 }
@@ -103,7 +103,7 @@ pub fn plugins(more: &[PathBuf]) -> Plugins {
 pub fn file_of(plugins: &Plugins, name: &str) -> Result<PathBuf> {
     let found = plugins.search_path().find(name);
     let found = found.with_context(|| {
-        format!("there is no plugin `{name}`; `cargo build --release --workspace` makes it")
+        format!("there is no plugin `{name}`; `cargo build --release --workspace` builds it")
     })?;
     Ok(found.path)
 }

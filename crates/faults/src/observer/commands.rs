@@ -25,7 +25,7 @@ pub(crate) struct Commands {
     issued: Vec<IssuedCommand>,
     closed: bool,
     /// Hides brakes, to test the observer.
-    blind: bool,
+    hides_brakes: bool,
 }
 
 /// A command of a driver.
@@ -56,7 +56,7 @@ impl Commands {
     pub(super) fn watch(shared: &Arc<Mutex<Self>>, handle: &Handle, tamper: Option<Tamper>) -> Vec<Watch> {
         let application = handle.application();
         let mut commands = lock(shared);
-        commands.blind = tamper == Some(Tamper::Brake);
+        commands.hides_brakes = tamper == Some(Tamper::Brake);
         commands.motors = application
             .instances
             .iter()
@@ -66,9 +66,9 @@ impl Commands {
         let all = all.filter(|variable| matches!(variable.describe().access, Access::Command { .. }));
         let mut watches = Vec::new();
         for variable in all {
-            let line = variable.describe().full_name();
+            let name = variable.describe().full_name();
             commands.ports.insert(
-                line.clone(),
+                name.clone(),
                 CommandPort {
                     neutral: neutral_of(handle, &variable),
                     commanders: commanders_of(handle, &variable),
@@ -80,7 +80,7 @@ impl Commands {
             let (shared, handle) = (Arc::downgrade(shared), handle.clone());
             watches.push(variable.watch(move || {
                 if let Some(shared) = shared.upgrade() {
-                    lock(&shared).record(&line, handle.now());
+                    lock(&shared).record(&name, handle.now());
                 }
             }));
         }
@@ -95,74 +95,76 @@ impl Commands {
     }
 
     /// Judges all commands since the last call, and those in force.
-    pub(super) fn judge(&mut self, known: &mut ObserverState, now: Nanos) {
-        for mut given in std::mem::take(&mut self.issued) {
-            if given.neutral || !self.is_motor(given.writer) {
+    pub(super) fn judge(&mut self, state: &mut ObserverState, now: Nanos) {
+        for mut command in std::mem::take(&mut self.issued) {
+            if command.neutral || !self.is_motor(command.writer) {
                 continue;
             }
-            if known.take_tamper(Tamper::Stranger) {
-                given.writer = (0..self.motors.len() as u32)
+            if state.take_tamper(Tamper::Stranger) {
+                command.writer = (0..self.motors.len() as u32)
                     .find(|other| {
-                        self.is_motor(*other) && !known.history.held_authority(*other as usize, 0, now)
+                        self.is_motor(*other) && !state.history.held_authority(*other as usize, 0, now)
                     })
-                    .unwrap_or(given.writer);
+                    .unwrap_or(command.writer);
             }
-            let giver = given.writer as usize;
-            let might = known.history.held_authority(giver, given.time, given.observed_at);
-            if !might && !known.history.is_held(giver, given.time) {
-                let (line, at) = (&given.port, given.time as f64 / 1e9);
-                let name = known.name(giver);
-                let broken =
-                    format!("R7: `{line}` took a command of `{name}`, which had no authority, at {at:.6} s");
-                known.report(broken);
+            let writer = command.writer as usize;
+            let had_authority = state
+                .history
+                .held_authority(writer, command.time, command.observed_at);
+            if !had_authority && !state.history.is_held(writer, command.time) {
+                let (port, at) = (&command.port, command.time as f64 / 1e9);
+                let name = state.name(writer);
+                let violation =
+                    format!("R7: `{port}` took a command of `{name}`, which had no authority, at {at:.6} s");
+                state.report(violation);
             }
         }
         let motors = &self.motors;
         let is_motor = |writer: u32| motors.get(writer as usize).copied().unwrap_or(false);
-        for (name, line) in &mut self.ports {
-            let in_force = line
+        for (name, port) in &mut self.ports {
+            let in_force = port
                 .newest
                 .as_ref()
                 .filter(|newest| is_motor(newest.writer) && !newest.neutral && newest.valid_until >= now);
             let Some(newest) = in_force else {
-                line.orphan = None;
+                port.orphan = None;
                 continue;
             };
-            let standing = known.history.status(newest.writer as usize, now);
-            let why = match standing {
-                AuthorityStatus::Orphan(group) => format!("R9: nobody wins in group {group}"),
+            let status = state.history.status(newest.writer as usize, now);
+            let reason = match status {
+                AuthorityStatus::Orphan(group) => format!("R9: group {group} has no winner"),
                 AuthorityStatus::TakenOver(winner) => {
-                    let mut commanders = line.commanders.iter();
-                    if commanders.any(|commander| known.history.is_of(*commander, winner)) {
-                        line.orphan = None;
+                    let mut commanders = port.commanders.iter();
+                    if commanders.any(|commander| state.history.is_of(*commander, winner)) {
+                        port.orphan = None;
                         continue;
                     }
-                    format!("R7: `{}` won, which does not command it", known.name(winner))
+                    format!("R7: `{}` won and does not command it", state.name(winner))
                 }
                 AuthorityStatus::Holds | AuthorityStatus::HeldByPolicy => {
-                    line.orphan = None;
+                    port.orphan = None;
                     continue;
                 }
             };
-            let since = *line.orphan.get_or_insert(now);
-            if known.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
-                let giver = known.name(newest.writer as usize).to_owned();
-                known.report(format!(
-                    "{why}, and a command of `{giver}` to `{name}` is in force, at {:.6} s",
+            let since = *port.orphan.get_or_insert(now);
+            if state.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
+                let writer = state.name(newest.writer as usize).to_owned();
+                state.report(format!(
+                    "{reason}, and a command of `{writer}` to `{name}` is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));
                 // Reported once.
-                line.newest = None;
+                port.newest = None;
             }
         }
     }
 
     /// Whether a non-neutral command of this driver is in force, from a schema or from an absence policy.
     pub(super) fn is_driven(&self, driver: &str, now: Nanos) -> bool {
-        let of_it = |name: &str| name.split_once('.').is_some_and(|(owner, _)| owner == driver);
-        let lines = self.ports.iter().filter(|(name, _)| of_it(name));
-        lines
-            .filter_map(|(_, line)| line.newest.as_ref())
+        let is_of_driver = |name: &str| name.split_once('.').is_some_and(|(owner, _)| owner == driver);
+        let ports = self.ports.iter().filter(|(name, _)| is_of_driver(name));
+        ports
+            .filter_map(|(_, port)| port.newest.as_ref())
             .any(|newest| !newest.neutral && newest.valid_until >= now)
     }
 
@@ -170,36 +172,36 @@ impl Commands {
         self.motors.get(writer as usize).copied().unwrap_or(false)
     }
 
-    fn record(&mut self, name: &str, seen: Nanos) {
+    fn record(&mut self, name: &str, observed_at: Nanos) {
         if self.closed {
             return;
         }
-        let Some(line) = self.ports.get_mut(name) else {
+        let Some(port) = self.ports.get_mut(name) else {
             return;
         };
-        let given = line.reader.latch().map(|latched| IssuedCommand {
+        let command = port.reader.latch().map(|latched| IssuedCommand {
             port: name.to_owned(),
             writer: latched.stamp.writer,
             sequence: latched.stamp.sequence,
             time: latched.stamp.time,
-            observed_at: seen,
+            observed_at,
             valid_until: latched.stamp.valid_until,
-            neutral: latched.bytes == line.neutral,
+            neutral: latched.bytes == port.neutral,
         });
-        line.reader.release();
-        let Some(given) = given else {
+        port.reader.release();
+        let Some(command) = command else {
             return;
         };
-        if self.blind && given.neutral {
+        if self.hides_brakes && command.neutral {
             return;
         }
-        let newer = line
+        let newer = port
             .newest
             .as_ref()
-            .is_none_or(|newest| newest.sequence < given.sequence);
+            .is_none_or(|newest| newest.sequence < command.sequence);
         if newer {
-            line.newest = Some(given.clone());
-            self.issued.push(given);
+            port.newest = Some(command.clone());
+            self.issued.push(command);
         }
     }
 }
@@ -213,12 +215,11 @@ fn commanders_of(handle: &Handle, variable: &Variable) -> Vec<usize> {
         Some((owner, ports.position(|port| port.name == declared.name)?))
     });
     let bound = |(_, instance): &(usize, &InstanceConfig)| {
-        let actuator =
-            |binding: &Binding| matches!(binding, Binding::Actuator { target: it } if *it == target);
+        let actuator = |binding: &Binding| matches!(binding, Binding::Actuator { target: bound_to } if *bound_to == target);
         target.is_some() && instance.bindings.iter().any(actuator)
     };
     let instances = application.instances.iter().enumerate().filter(bound);
-    instances.map(|(place, _)| place).collect()
+    instances.map(|(index, _)| index).collect()
 }
 
 /// The neutral value of a command, as its driver declares it.
@@ -227,7 +228,7 @@ fn neutral_of(handle: &Handle, variable: &Variable) -> Vec<u8> {
     let application = handle.application();
     let owner = application
         .instance(&declared.owner)
-        .map(|place| &application.instances[place]);
+        .map(|index| &application.instances[index]);
     let port = owner.and_then(|owner| owner.schema.ports.iter().find(|port| port.name == declared.name));
     match port.map(|port| &port.role) {
         Some(Role::Command { neutral, .. }) => neutral.clone(),

@@ -1,5 +1,5 @@
 //! When each schema held authority, and which groups hold their last command. Commands are judged by this
-//! afterwards. Only the last spans of each schema are stored; older ones are not needed.
+//! history. Only the last spans of each schema are stored; older ones are not needed.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -19,12 +19,12 @@ pub(crate) struct History {
     members: Vec<Vec<usize>>,
 }
 
-/// The standing of a command.
+/// The status of the authority behind a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AuthorityStatus {
     /// Its writer holds authority.
     Holds,
-    /// This schema won in its place, and has not commanded yet. Correct if the schema or one of its
+    /// This schema won instead, and has not commanded yet. Correct if the schema or one of its
     /// descendants commands the same (R7).
     TakenOver(usize),
     /// No schema won, and the group holds its last command for a time (R9).
@@ -57,7 +57,7 @@ impl History {
         }
     }
 
-    pub(crate) fn knows(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         !self.states.is_empty()
     }
 
@@ -102,7 +102,7 @@ impl History {
     /// Whether a schema is another one or its descendant.
     pub(crate) fn is_of(&self, schema: usize, above: usize) -> bool {
         let father = |schema: &usize| self.fathers[self.group_of[*schema]?];
-        std::iter::successors(Some(schema), father).any(|at| at == above)
+        std::iter::successors(Some(schema), father).any(|ancestor| ancestor == above)
     }
 
     /// Whether the schema held authority at any instant from `from` to `to`.
@@ -128,23 +128,23 @@ impl History {
         false
     }
 
-    /// The standing of this schema's command: determined by the highest group on its path that another schema
-    /// won, or none. Groups below sleep for that reason, and need not brake themselves.
-    pub(crate) fn status(&self, giver: usize, now: Nanos) -> AuthorityStatus {
-        let mut standing = AuthorityStatus::Holds;
-        let mut at = Some(giver);
+    /// The status of this schema's command. The highest group on its path in which another schema or none won
+    /// determines it: groups below sleep for that reason and need not brake.
+    pub(crate) fn status(&self, writer: usize, now: Nanos) -> AuthorityStatus {
+        let mut status = AuthorityStatus::Holds;
+        let mut at = Some(writer);
         while let Some((schema, group)) = at.and_then(|schema| Some((schema, self.group_of[schema]?))) {
             let mut members = self.members[group].iter();
             match members.find(|member| self.states[**member] == State::Winner) {
                 Some(winner) if *winner == schema => {}
-                Some(winner) => standing = AuthorityStatus::TakenOver(*winner),
+                Some(winner) => status = AuthorityStatus::TakenOver(*winner),
                 None if self.holds.get(&group).is_some_and(|until| *until >= now) => {
-                    standing = AuthorityStatus::HeldByPolicy
+                    status = AuthorityStatus::HeldByPolicy
                 }
-                None => standing = AuthorityStatus::Orphan(group),
+                None => status = AuthorityStatus::Orphan(group),
             }
             at = self.fathers[group];
         }
-        standing
+        status
     }
 }

@@ -1,5 +1,5 @@
-//! Observes an application from outside and reports violated rules. It does not rely on the observed code's
-//! own reports: states and authority are rebuilt from effects, commands are read from the board, motion is
+//! Observes an application from outside and reports violated rules. It does not rely on the reports of the
+//! observed code: states and authority are rebuilt from effects, commands are read from the board, motion is
 //! read from the simulated robot's ground truth, and turns are counted.
 
 mod commands;
@@ -33,12 +33,12 @@ const MAX_REPORTED: usize = 8;
 /// Most faults after which a restart follows soon: the back-off of 20 ms doubles with each.
 const MAX_QUICK_RESTARTS: u64 = 5;
 
-/// Sign of a call that did not return: the host gave it up.
-pub const LEFT_BEHIND: &str = "left behind";
-/// Sign of a call that returned after all.
-pub const CAME_BACK: &str = "came back";
-/// Sign of a call that was abandoned when the application ended.
-pub const LEFT_AT_THE_END: &str = "left at the end";
+/// Symptom of a call that the host abandoned because it did not return.
+pub const CALL_ABANDONED: &str = "left behind";
+/// Symptom of an abandoned call that returned.
+pub const CALL_RETURNED: &str = "came back";
+/// Symptom of a call that was abandoned when the application ended.
+pub const ABANDONED_AT_END: &str = "left at the end";
 
 /// The observer's state, shared by all its callbacks.
 pub(crate) struct ObserverState {
@@ -78,7 +78,7 @@ impl Observer {
     /// An observer for an application that has not started.
     #[must_use]
     pub fn new(clock: Clock, tamper: Option<Tamper>) -> Self {
-        let known = ObserverState {
+        let state = ObserverState {
             clock,
             tamper,
             names: Vec::new(),
@@ -90,7 +90,7 @@ impl Observer {
             ended: false,
         };
         Self {
-            state: Arc::new(Mutex::new(known)),
+            state: Arc::new(Mutex::new(state)),
             commands: Arc::default(),
             motion: Motion::default(),
             watches: Arc::default(),
@@ -100,42 +100,42 @@ impl Observer {
     /// Connects the observer to an application that is started with these options.
     pub fn watch(&self, options: &mut Options) {
         options.transaction_observer = Some(Box::new(Rules::new(Arc::clone(&self.state))));
-        let known = Arc::clone(&self.state);
+        let state = Arc::clone(&self.state);
         options
             .observers
-            .push(Box::new(move |event: &Event| lock(&known).on_event(event)));
-        let known = Arc::clone(&self.state);
+            .push(Box::new(move |event: &Event| lock(&state).on_event(event)));
+        let state = Arc::clone(&self.state);
         let turns: OnTurn = Arc::new(move |turn: &Turn| {
             if turn.kind == Turn::CYCLED {
                 // A perceptive schema checks nothing.
                 let checked = turn.looked != Call::default();
                 let call = if checked { turn.looked } else { turn.acted };
-                lock(&known).had_turn(turn.schema as usize, call.time);
+                lock(&state).had_turn(turn.schema as usize, call.time);
             }
         });
         options.on_turn = Some(turns);
-        let (known, commands, watches) = (
+        let (state, commands, watches) = (
             Arc::clone(&self.state),
             Arc::clone(&self.commands),
             Arc::clone(&self.watches),
         );
-        let before: StartHook = Box::new(move |handle: &Handle| {
+        let start_hook: StartHook = Box::new(move |handle: &Handle| {
             let application = handle.application();
-            let mut seen = lock(&known);
-            seen.names = application
+            let mut observer = lock(&state);
+            observer.names = application
                 .instances
                 .iter()
                 .map(|instance| instance.name.clone())
                 .collect();
-            seen.rhythm.begin(application);
-            let tamper = seen.tamper;
-            drop(seen);
-            let mut kept = lock(&watches);
-            kept.extend(Commands::watch(&commands, handle, tamper));
-            kept.extend(periods::watch_drivers(&known, handle));
+            observer.rhythm.begin(application);
+            let tamper = observer.tamper;
+            drop(observer);
+            let mut watches = lock(&watches);
+            watches.extend(Commands::watch(&commands, handle, tamper));
+            watches.extend(periods::watch_drivers(&state, handle));
             Ok(())
         });
-        options.start_hook = Some(before);
+        options.start_hook = Some(start_hook);
     }
 
     /// A schema is about to have a fault: from now on it may miss turns.
@@ -143,23 +143,23 @@ impl Observer {
         lock(&self.state).rhythm.excuse(schema);
     }
 
-    /// A fault of the schema has ended: from `again` on it must have turns.
-    pub fn recovers(&self, schema: usize, again: Nanos) {
-        lock(&self.state).rhythm.recovers(schema, again);
+    /// A fault of the schema has ended: from `resumes_at` on it must have turns.
+    pub fn recovers(&self, schema: usize, resumes_at: Nanos) {
+        lock(&self.state).rhythm.recovers(schema, resumes_at);
     }
 
     /// Reports schemas that were not restarted long after their faults ended.
     pub fn judge_recovery(&self, handle: &Handle) {
-        // Taken first: the rules' witness waits for the observer's lock, so its holder must not wait for the
-        // rules.
+        // The snapshot is taken first: the transaction observer waits for the lock of the state, so the holder of
+        // that lock must not wait for the rules.
         let schemas = handle.snapshot().schemas;
-        let mut known = lock(&self.state);
-        for (place, schema) in schemas.iter().enumerate() {
+        let mut state = lock(&self.state);
+        for (index, schema) in schemas.iter().enumerate() {
             let faulted = matches!(schema.health, Health::Faulted(_));
             // After many faults, the back-off is long.
-            let waits = schema.faults > MAX_QUICK_RESTARTS || schema.left > 0;
-            if faulted && !waits && known.rhythm.must_have_turns(place, handle.now()) {
-                known.report(format!(
+            let restarts_late = schema.faults > MAX_QUICK_RESTARTS || schema.left > 0;
+            if faulted && !restarts_late && state.rhythm.must_have_turns(index, handle.now()) {
+                state.report(format!(
                     "recovery: `{}` was not restarted after its fault",
                     schema.name
                 ));
@@ -170,23 +170,23 @@ impl Observer {
     /// Judges all that occurred until now; in lockstep, between two instants.
     pub fn judge(&mut self, handle: &Handle) {
         let now = handle.now();
-        let mut known = lock(&self.state);
-        lock(&self.commands).judge(&mut known, now);
-        self.motion.judge(&mut known, &lock(&self.commands), handle, now);
-        known.judge_rhythm(now);
-        if known.clock == Clock::Lockstep {
-            known.judge_values(handle, now);
+        let mut state = lock(&self.state);
+        lock(&self.commands).judge(&mut state, now);
+        self.motion.judge(&mut state, &lock(&self.commands), handle, now);
+        state.judge_rhythm(now);
+        if state.clock == Clock::Lockstep {
+            state.judge_values(handle, now);
         }
     }
 
-    /// The application is about to end. From now on nothing is judged.
+    /// The application is about to end. Later events are not judged.
     pub fn set_ended(&self) {
         lock(&self.state).ended = true;
         lock(&self.watches).clear();
         lock(&self.commands).close();
     }
 
-    /// Judges what can be judged only at the end. `bare` is the share of turns that a thread beside the
+    /// Judges what can be judged only at the end. `bare` is the share of turns that a thread without an
     /// application lost although it only waited for its turns.
     pub fn conclude(&self, bare: f64) {
         lock(&self.state).conclude_rhythm(bare);
@@ -212,9 +212,9 @@ impl Observer {
 }
 
 impl ObserverState {
-    pub(crate) fn report(&mut self, broken: String) {
+    pub(crate) fn report(&mut self, violation: String) {
         if self.violations.len() < MAX_REPORTED {
-            self.violations.push(broken);
+            self.violations.push(violation);
         }
     }
 
@@ -222,9 +222,9 @@ impl ObserverState {
         self.names.get(schema).map_or("?", String::as_str)
     }
 
-    pub(crate) fn take_tamper(&mut self, with: Tamper) -> bool {
-        // Once: the observer must find a single violation.
-        self.tamper.take_if(|tamper| *tamper == with).is_some()
+    pub(crate) fn take_tamper(&mut self, kind: Tamper) -> bool {
+        // Only once, because the observer must find a single violation.
+        self.tamper.take_if(|tamper| *tamper == kind).is_some()
     }
 
     fn on_event(&mut self, event: &Event) {
@@ -255,10 +255,10 @@ impl ObserverState {
                 schema,
                 health: Health::ArbitrationFailed(_),
             } => (*time, *schema, "arbitration failed"),
-            Event::Hung { time, schema, .. } if self.ended => (*time, *schema, LEFT_AT_THE_END),
+            Event::Hung { time, schema, .. } if self.ended => (*time, *schema, ABANDONED_AT_END),
             Event::Hung { time, schema, .. } => (*time, *schema, "hung"),
-            Event::CallAbandoned { time, schema, .. } => (*time, *schema, LEFT_BEHIND),
-            Event::AbandonedCallReturned { time, schema, .. } => (*time, *schema, CAME_BACK),
+            Event::CallAbandoned { time, schema, .. } => (*time, *schema, CALL_ABANDONED),
+            Event::AbandonedCallReturned { time, schema, .. } => (*time, *schema, CALL_RETURNED),
             Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
             Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
             Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),

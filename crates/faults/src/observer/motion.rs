@@ -15,17 +15,17 @@ use crate::case::Clock;
 const BRAKE: f64 = 0.3;
 /// Angular deceleration, rad/s²: 100 degrees per second squared.
 const TURN_BRAKE: f64 = 1.745;
-/// Two periods of the robot's driver, ns: until the present command is carried out.
-const CARRIES_OUT: Nanos = 100_000_000;
+/// Two periods of the robot's driver, ns: until the current command has taken effect.
+const ROBOT_DELAY: Nanos = 100_000_000;
 /// Two periods of the device, ns.
-const DEVICE_CARRIES_OUT: Nanos = 40_000_000;
+const DEVICE_DELAY: Nanos = 40_000_000;
 /// Additional time under load, ns.
 const SLACK: Nanos = 250_000_000;
 /// Speed that counts as standing, m/s and rad/s: wheels slip by less.
 const STANDSTILL: f64 = 0.02;
 
 /// An impossible speed, m/s, for a test of the observer.
-const UNSEEN: f64 = 9.0;
+const FALSE_SPEED: f64 = 9.0;
 
 /// The state of each robot and device when it was last driven.
 #[derive(Default)]
@@ -43,34 +43,36 @@ struct LastSpeeds {
 impl Motion {
     pub(super) fn judge(
         &mut self,
-        known: &mut ObserverState,
+        state: &mut ObserverState,
         commands: &Commands,
         handle: &Handle,
         now: Nanos,
     ) {
-        let slack = if known.clock == Clock::Lockstep { 0 } else { SLACK };
+        let slack = if state.clock == Clock::Lockstep { 0 } else { SLACK };
         let last = self.last.entry("pioneer").or_default();
         let driven = commands.is_driven("pioneer", now);
         if driven {
             last.at = now;
         }
-        if let Some(truth) = fresh::<Truth>(handle, "pioneer.truth", now, CARRIES_OUT + slack) {
+        if let Some(truth) = fresh::<Truth>(handle, "pioneer.truth", now, ROBOT_DELAY + slack) {
             let (mut linear, angular) = (truth.twist.linear.x.abs(), truth.twist.angular.z.abs());
             if driven {
                 (last.linear, last.angular) = (linear, angular);
             } else {
                 let idle = now.saturating_sub(last.at);
-                let braked = idle.saturating_sub(CARRIES_OUT + slack) as f64 / 1e9;
+                let braking_time = idle.saturating_sub(ROBOT_DELAY + slack) as f64 / 1e9;
                 // The last command may have increased the speed in the meantime, by at most the acceleration.
-                let gained = CARRIES_OUT.saturating_add(slack) as f64 / 1e9;
-                let may = (last.linear + BRAKE * gained - BRAKE * braked).max(0.0) + STANDSTILL;
-                let may_turn =
-                    (last.angular + TURN_BRAKE * gained - TURN_BRAKE * braked).max(0.0) + STANDSTILL;
-                if known.take_tamper(Tamper::Motion) {
-                    linear += UNSEEN;
+                let acceleration_time = ROBOT_DELAY.saturating_add(slack) as f64 / 1e9;
+                let allowed =
+                    (last.linear + BRAKE * acceleration_time - BRAKE * braking_time).max(0.0) + STANDSTILL;
+                let allowed_turn =
+                    (last.angular + TURN_BRAKE * acceleration_time - TURN_BRAKE * braking_time).max(0.0)
+                        + STANDSTILL;
+                if state.take_tamper(Tamper::Motion) {
+                    linear += FALSE_SPEED;
                 }
-                if linear > may || angular > may_turn {
-                    known.report(format!(
+                if linear > allowed || angular > allowed_turn {
+                    state.report(format!(
                         "motion: the robot moves at {linear:.2} m/s and {angular:.2} rad/s, {:.3} s after its last command, at {:.6} s",
                         idle as f64 / 1e9,
                         now as f64 / 1e9
@@ -84,10 +86,10 @@ impl Motion {
                 last.at = now;
                 continue;
             }
-            let age = DEVICE_CARRIES_OUT + slack;
+            let age = DEVICE_DELAY + slack;
             let moves = fresh::<f64>(handle, &format!("{device}.moves"), now, age).unwrap_or(0.0);
             if moves.abs() > STANDSTILL && now.saturating_sub(last.at) > age {
-                known.report(format!(
+                state.report(format!(
                     "motion: `{device}` moves at {moves:.2} although no command is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));
@@ -96,8 +98,8 @@ impl Motion {
     }
 }
 
-/// The value of a driver's export, unless it is old: the world of a sleeping driver does not advance, nor
-/// does its last export.
+/// Returns the value of a driver's export, unless it is old: while a driver sleeps, neither its world nor its
+/// export changes.
 fn fresh<T: Value>(handle: &Handle, variable: &str, now: Nanos, age: Nanos) -> Option<T> {
     let mut reader = handle.board().find(variable)?.reader("faults");
     let latched = reader.latch().filter(|latched| latched.stamp.time + age >= now)?;

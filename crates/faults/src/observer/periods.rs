@@ -1,5 +1,5 @@
 //! Checks that every schema without an injected fault keeps its period (R11): exactly in lockstep; in real
-//! time as well as a bare thread beside it.
+//! time as well as a thread without an application.
 
 use std::sync::{Arc, Mutex};
 
@@ -22,9 +22,9 @@ const SLACK: Nanos = 500_000_000;
 const MAX_LISTED: usize = 6;
 /// Allowed loss of the median bystander beyond that of a bare thread: a selection and a few locks per turn.
 const MAX_MEDIAN_LOSS: f64 = 0.02;
-/// Allowed loss of a single bystander, which the machine's load may have hit.
+/// Allowed loss of a single bystander, which the load of the machine may have delayed.
 const MAX_SINGLE_LOSS: f64 = 0.15;
-/// Turns that a single bystander may lose in addition, since a share of few turns means little.
+/// Turns that a single bystander may lose in addition, because a share of few turns is not significant.
 const MAX_SINGLE_TURNS: f64 = 3.0;
 
 /// The expected turns of all schemas.
@@ -88,44 +88,45 @@ impl PeriodMonitor {
     }
 
     pub(crate) fn min_turn_share(&self) -> Option<f64> {
-        let kept = self.turn_shares();
-        let mut here = kept.iter().filter(|(_, place)| !self.schemas[*place].isolated);
-        here.next().map(|(kept, _)| *kept)
+        let shares = self.turn_shares();
+        let mut in_process = shares.iter().filter(|(_, index)| !self.schemas[*index].isolated);
+        in_process.next().map(|(share, _)| *share)
     }
 
     /// The schema may miss turns from now on.
     pub(super) fn excuse(&mut self, schema: usize) {
-        if let Some(beat) = self.schemas.get_mut(schema) {
-            beat.victim = true;
-            beat.faults += 1;
-            beat.resumes_at = None;
+        if let Some(record) = self.schemas.get_mut(schema) {
+            record.victim = true;
+            record.faults += 1;
+            record.resumes_at = None;
         }
     }
 
-    /// A fault has ended. After the last one, the schema must have turns from `again` on, while it is awake.
-    pub(super) fn recovers(&mut self, schema: usize, again: Nanos) {
-        if let Some(beat) = self.schemas.get_mut(schema) {
-            beat.faults = beat.faults.saturating_sub(1);
-            beat.resumes_at = (beat.faults == 0).then_some(again);
+    /// A fault has ended. After the last one, the schema must have turns from `resumes_at` on, while it is awake.
+    pub(super) fn recovers(&mut self, schema: usize, resumes_at: Nanos) {
+        if let Some(record) = self.schemas.get_mut(schema) {
+            record.faults = record.faults.saturating_sub(1);
+            record.resumes_at = (record.faults == 0).then_some(resumes_at);
         }
     }
 
     /// Whether all its faults ended long enough ago.
     pub(super) fn must_have_turns(&self, schema: usize, now: Nanos) -> bool {
-        let beat = self.schemas.get(schema);
-        beat.and_then(|beat| beat.resumes_at)
-            .is_some_and(|again| again <= now)
+        let record = self.schemas.get(schema);
+        record
+            .and_then(|record| record.resumes_at)
+            .is_some_and(|resumes_at| resumes_at <= now)
     }
 
     /// The share of turns that each bystander with enough turns had, in ascending order.
     fn turn_shares(&self) -> Vec<(f64, usize)> {
         let schemas = self.schemas.iter().enumerate();
-        let bystanders = schemas.filter(|(_, beat)| !beat.victim && beat.expected >= MIN_TURNS);
-        let mut kept: Vec<_> = bystanders
-            .map(|(place, beat)| (beat.taken as f64 / beat.expected as f64, place))
+        let bystanders = schemas.filter(|(_, record)| !record.victim && record.expected >= MIN_TURNS);
+        let mut shares: Vec<_> = bystanders
+            .map(|(index, record)| (record.taken as f64 / record.expected as f64, index))
             .collect();
-        kept.sort_by(|one, other| one.0.total_cmp(&other.0));
-        kept
+        shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        shares
     }
 }
 
@@ -175,24 +176,26 @@ impl ObserverState {
         if to == State::Slept && lockstep {
             self.expect_turns(schema, time);
         }
-        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+        let Some(record) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        beat.last_seen = match (from, to) {
+        record.last_seen = match (from, to) {
             (_, State::Slept) => None,
             (State::Slept, _) => Some(time),
-            _ => beat.last_seen,
+            _ => record.last_seen,
         };
         match (from, to) {
             (_, State::Slept) => {
                 if !lockstep {
-                    beat.went_to_sleep(time);
+                    record.went_to_sleep(time);
                 }
-                beat.awake = None;
+                record.awake = None;
             }
             // A schema that sleeps and wakes within an instant iterates once in it (R16).
-            (State::Slept, _) if lockstep && beat.last == Some(time) => beat.awake = Some(time + beat.period),
-            (State::Slept, _) => beat.awake = Some(time),
+            (State::Slept, _) if lockstep && record.last == Some(time) => {
+                record.awake = Some(time + record.period)
+            }
+            (State::Slept, _) => record.awake = Some(time),
             _ => {}
         }
     }
@@ -200,33 +203,34 @@ impl ObserverState {
     /// Records a turn, due by period or triggered by a value.
     pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
         let clock = self.rhythm.clock;
-        let blind = self.tamper == Some(Tamper::Recovery);
-        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+        let hides_recovery = self.tamper == Some(Tamper::Recovery);
+        let Some(record) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        if !(blind && beat.resumes_at.is_some()) {
-            beat.last_seen = beat.last_seen.map(|seen| seen.max(time));
+        if !(hides_recovery && record.resumes_at.is_some()) {
+            record.last_seen = record.last_seen.map(|seen| seen.max(time));
         }
-        let hides = || !beat.victim && beat.expected > MIN_TURNS && self.tamper == Some(Tamper::Turn);
-        match (clock, &mut beat.awake) {
+        let hides_turn =
+            || !record.victim && record.expected > MIN_TURNS && self.tamper == Some(Tamper::Turn);
+        match (clock, &mut record.awake) {
             (_, None) => {}
             (Clock::Lockstep, Some(due)) if time == *due => {
-                beat.last = Some(time);
-                if hides() {
+                record.last = Some(time);
+                if hides_turn() {
                     self.tamper = None;
                     return;
                 }
-                *due += beat.period;
-                beat.taken += 1;
-                beat.expected += 1;
+                *due += record.period;
+                record.taken += 1;
+                record.expected += 1;
             }
             (Clock::Lockstep, Some(due)) => {
-                beat.last = Some(time);
+                record.last = Some(time);
                 if time > *due {
                     self.expect_turns(schema, time);
                 }
             }
-            (Clock::RealTime | Clock::Outside, Some(_)) => beat.took_turn(time),
+            (Clock::RealTime | Clock::Outside, Some(_)) => record.took_turn(time),
         }
     }
 
@@ -236,16 +240,16 @@ impl ObserverState {
             if lockstep {
                 self.expect_turns(schema, now);
             }
-            let beat = &mut self.rhythm.schemas[schema];
-            let (Some(seen), Some(again)) = (beat.last_seen, beat.resumes_at) else {
+            let record = &mut self.rhythm.schemas[schema];
+            let (Some(seen), Some(resumes_at)) = (record.last_seen, record.resumes_at) else {
                 continue;
             };
             let slack = if lockstep { 0 } else { SLACK };
-            if now.saturating_sub(seen.max(again)) > MAX_GAP_PERIODS * beat.period + slack {
-                beat.resumes_at = None;
+            if now.saturating_sub(seen.max(resumes_at)) > MAX_GAP_PERIODS * record.period + slack {
+                record.resumes_at = None;
                 let (name, now) = (self.name(schema).to_owned(), now as f64 / 1e9);
                 self.report(format!(
-                    "recovery: `{name}` is awake, its faults are over, and it has no turns any more, at {now:.6} s"
+                    "recovery: `{name}` is awake, its faults have ended, and it has no turns any more, at {now:.6} s"
                 ));
             }
         }
@@ -253,16 +257,16 @@ impl ObserverState {
 
     /// Counts the turns that were due before now and did not occur. In lockstep this is a violation.
     fn expect_turns(&mut self, schema: usize, now: Nanos) {
-        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
+        let Some(record) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        let Some(due) = beat.awake.filter(|due| *due < now) else {
+        let Some(due) = record.awake.filter(|due| *due < now) else {
             return;
         };
-        let missed = (now - due).div_ceil(beat.period);
-        beat.awake = Some(due + missed * beat.period);
-        beat.expected += missed;
-        if !beat.victim {
+        let missed = (now - due).div_ceil(record.period);
+        record.awake = Some(due + missed * record.period);
+        record.expected += missed;
+        if !record.victim {
             let (name, from) = (self.name(schema).to_owned(), due as f64 / 1e9);
             self.report(format!(
                 "R11: `{name}` missed {missed} of its turns from {from:.6} s on"
@@ -274,18 +278,19 @@ impl ObserverState {
         if self.rhythm.clock == Clock::Lockstep {
             return;
         }
-        let kept = self.rhythm.turn_shares();
+        let shares = self.rhythm.turn_shares();
         // A turn of a schema in a process of its own waits for the processor several times. It counts for the
-        // median, but not alone.
-        let mut here = kept
+        // median only.
+        let mut in_process = shares
             .iter()
-            .filter(|(_, place)| !self.rhythm.schemas[*place].isolated);
-        let (Some((median, _)), Some((least, last))) = (kept.get(kept.len() / 2), here.next()) else {
+            .filter(|(_, index)| !self.rhythm.schemas[*index].isolated);
+        let (Some((median, _)), Some((least, last))) = (shares.get(shares.len() / 2), in_process.next())
+        else {
             return;
         };
         let (median, least) = (1.0 - median, 1.0 - least);
-        let may = bare + MAX_SINGLE_LOSS + MAX_SINGLE_TURNS / self.rhythm.schemas[*last].expected as f64;
-        if median > bare + MAX_MEDIAN_LOSS || least > may {
+        let allowed = bare + MAX_SINGLE_LOSS + MAX_SINGLE_TURNS / self.rhythm.schemas[*last].expected as f64;
+        if median > bare + MAX_MEDIAN_LOSS || least > allowed {
             let missed = self.rhythm.schemas[*last].missed.iter();
             let missed = missed.map(|(at, count)| format!("{count} from {:.3} s", *at as f64 / 1e9));
             self.report(format!(
@@ -301,10 +306,10 @@ impl ObserverState {
 }
 
 /// Observes the turns of drivers by their exports, since drivers' turns are not reported.
-pub(super) fn watch_drivers(known: &Arc<Mutex<ObserverState>>, handle: &Handle) -> Vec<Watch> {
+pub(super) fn watch_drivers(state: &Arc<Mutex<ObserverState>>, handle: &Handle) -> Vec<Watch> {
     let application = handle.application();
     let mut watches = Vec::new();
-    for (place, instance) in application.instances.iter().enumerate() {
+    for (index, instance) in application.instances.iter().enumerate() {
         if instance.schema.kind != Kind::Driver {
             continue;
         }
@@ -314,16 +319,16 @@ pub(super) fn watch_drivers(known: &Arc<Mutex<ObserverState>>, handle: &Handle) 
             .ports
             .iter()
             .filter(|port| matches!(port.role, Role::Export));
-        let told = exports
+        let export = exports
             .map(|port| port.name.as_str())
             .find(|name| ["beats", "odometry"].contains(name));
-        let variable = told.and_then(|told| handle.board().find(&format!("{}.{told}", instance.name)));
+        let variable = export.and_then(|export| handle.board().find(&format!("{}.{export}", instance.name)));
         if let Some(variable) = variable {
-            let (known, handle) = (Arc::downgrade(known), handle.clone());
+            let (state, handle) = (Arc::downgrade(state), handle.clone());
             watches.push(variable.watch(move || {
-                if let Some(known) = known.upgrade() {
+                if let Some(state) = state.upgrade() {
                     let now = handle.now();
-                    lock(&known).had_turn(place, now);
+                    lock(&state).had_turn(index, now);
                 }
             }));
         }

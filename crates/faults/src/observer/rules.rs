@@ -10,45 +10,46 @@ use super::{ObserverState, Tamper, lock};
 
 /// The shadow model of one application.
 pub(super) struct Rules {
-    known: Arc<Mutex<ObserverState>>,
+    state: Arc<Mutex<ObserverState>>,
     shadow: Option<Shadow>,
 }
 
 impl Rules {
-    pub(super) fn new(known: Arc<Mutex<ObserverState>>) -> Self {
-        Self { known, shadow: None }
+    pub(super) fn new(state: Arc<Mutex<ObserverState>>) -> Self {
+        Self { state, shadow: None }
     }
 }
 
 impl TransactionObserver for Rules {
-    fn on_transaction(&mut self, seen: &Transaction<'_>) {
-        let mut known = lock(&self.known);
-        let spec = seen.hierarchy.spec();
+    fn on_transaction(&mut self, transaction: &Transaction<'_>) {
+        let mut state = lock(&self.state);
+        let spec = transaction.hierarchy.spec();
         let shadow = self.shadow.get_or_insert_with(|| Shadow::new(spec));
-        if !known.history.knows() {
-            known.history.begin(spec);
+        if !state.history.has_begun() {
+            state.history.begin(spec);
         }
-        match seen.step {
+        match transaction.step {
             TransactionInput::IterationEnded(id) => shadow.end_iteration(id),
             TransactionInput::Shutdown => shadow.begin_shutdown(),
             TransactionInput::IterationBegan(_) | TransactionInput::Other => {}
         }
-        let lost = |effect: &Effect| matches!(effect, Effect::Withdrawn(_));
-        let hides = seen.effects.iter().any(lost) && known.take_tamper(Tamper::Withdrawal);
-        for effect in seen.effects {
-            if hides && lost(effect) {
+        let is_withdrawal = |effect: &Effect| matches!(effect, Effect::Withdrawn(_));
+        let hides_withdrawal =
+            transaction.effects.iter().any(is_withdrawal) && state.take_tamper(Tamper::Withdrawal);
+        for effect in transaction.effects {
+            if hides_withdrawal && is_withdrawal(effect) {
                 continue;
             }
-            if let Err(broken) = shadow.apply(spec, std::slice::from_ref(effect)) {
-                known.report(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
+            if let Err(violation) = shadow.apply(spec, std::slice::from_ref(effect)) {
+                state.report(format!("{violation}, at {:.6} s", transaction.began as f64 / 1e9));
             }
-            let history = &mut known.history;
+            let history = &mut state.history;
             match effect {
-                Effect::Granted(id) => history.granted(*id, seen.began),
-                Effect::Withdrawn(id) => history.withdrawn(*id, seen.done),
+                Effect::Granted(id) => history.granted(*id, transaction.began),
+                Effect::Withdrawn(id) => history.withdrawn(*id, transaction.done),
                 Effect::Changed { id, to, .. } => history.changed(*id, *to),
                 Effect::Hold { group, until } => history.holds(*group, *until),
-                Effect::TakesOver { group, .. } => history.taken_over(*group, seen.began),
+                Effect::TakesOver { group, .. } => history.taken_over(*group, transaction.began),
                 Effect::Woken(_)
                 | Effect::Slept { .. }
                 | Effect::Promoted(_)
@@ -61,15 +62,15 @@ impl TransactionObserver for Rules {
                 | Effect::TookOver { .. } => {}
             }
         }
-        if let TransactionInput::IterationBegan(id) = seen.step {
+        if let TransactionInput::IterationBegan(id) = transaction.step {
             shadow.begin_iteration(id);
         }
-        // Without effects the states have not changed, and the shadow cannot disagree.
-        if seen.effects.is_empty() {
+        // Without effects the states have not changed, so the shadow still agrees.
+        if transaction.effects.is_empty() {
             return;
         }
-        if let Err(broken) = shadow.check_against(seen.hierarchy) {
-            known.report(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));
+        if let Err(violation) = shadow.check_against(transaction.hierarchy) {
+            state.report(format!("{violation}, at {:.6} s", transaction.began as f64 / 1e9));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! False data for the observer, one kind for each of its checks, which prove that the campaign can fail.
+//! False data for the observer, one kind for each of its checks. They prove that the campaign can fail.
 
 /// A kind of false data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -9,7 +9,7 @@ pub enum Tamper {
     Stranger,
     /// The brake of a group without a winner is hidden (R9).
     Brake,
-    /// A robot that stands appears to move.
+    /// A robot at rest appears to move.
     Motion,
     /// A turn is hidden.
     Turn,

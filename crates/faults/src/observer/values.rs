@@ -10,33 +10,35 @@ impl ObserverState {
     /// Judges the exports of schemas that faulted and were not restarted.
     pub(super) fn judge_values(&mut self, handle: &Handle, now: Nanos) {
         let application = handle.application();
-        let mut broken = Vec::new();
-        for (place, instance) in application.instances.iter().enumerate() {
-            if !self.faulted.contains(&place) {
+        let mut violations = Vec::new();
+        for (index, instance) in application.instances.iter().enumerate() {
+            if !self.faulted.contains(&index) {
                 continue;
             }
             let ports = instance.schema.ports.iter();
             for port in ports.filter(|port| matches!(port.role, Role::Export)) {
                 let name = format!("{}.{}", instance.name, port.name);
                 let variable = handle.board().find(&name);
-                let stands = variable.is_some_and(|variable| {
+                let has_value = variable.is_some_and(|variable| {
                     let status = variable.status(now);
                     status.sequence > 0 && !status.retracted
                 }) || self.take_tamper(Tamper::Value);
-                if stands {
-                    broken.push(format!(
-                        "values: `{name}` still stands although `{}` has faulted, at {:.6} s",
+                if has_value {
+                    violations.push(format!(
+                        "values: `{name}` still has a value although `{}` has faulted, at {:.6} s",
                         instance.name,
                         now as f64 / 1e9
                     ));
                 }
             }
-            if !broken.is_empty() {
-                // Once for each fault.
-                self.faulted.remove(&place);
+            if !violations.is_empty() {
+                // One report for each fault.
+                self.faulted.remove(&index);
                 break;
             }
         }
-        broken.into_iter().for_each(|broken| self.report(broken));
+        violations
+            .into_iter()
+            .for_each(|violation| self.report(violation));
     }
 }

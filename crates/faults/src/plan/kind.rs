@@ -51,7 +51,7 @@ pub enum Kind {
     HostCrashed,
     /// The line to the robot is cut without notice to either end.
     LineCut,
-    /// Two operators stop and release everything, against each other.
+    /// Two operators stop and release everything concurrently.
     Contest,
     /// While another build takes over, an operator acts on the schema, a third build follows, or the schema
     /// panics.
@@ -147,8 +147,8 @@ impl Kind {
         }
     }
 
-    /// Whether it can be injected under this clock. Lockstep has no deadlines to miss, so nothing is late
-    /// there (R16).
+    /// Whether it can be injected under this clock. Faults by lateness are not possible in
+    /// lockstep, which has no deadlines (R16).
     #[must_use]
     pub fn fits(self, clock: Clock) -> bool {
         match self {
@@ -226,7 +226,7 @@ impl Kind {
         }
     }
 
-    /// The words by which schemas know it.
+    /// The values of the modulation `trouble` that cause it.
     #[must_use]
     pub fn troubles(self) -> &'static [&'static str] {
         match self {
@@ -264,8 +264,8 @@ impl Kind {
 
     /// The calls in which it can occur.
     #[must_use]
-    pub fn places(self, whom: TargetKind) -> &'static [&'static str] {
-        match (self, whom) {
+    pub fn places(self, target: TargetKind) -> &'static [&'static str] {
+        match (self, target) {
             (Self::Trespass | Self::Chatter, _) => &["check"],
             (Self::Silence | Self::Nan | Self::Beyond | Self::Flood | Self::Meddle, _) => &["iterate"],
             // Frequent calls are listed twice, since some of the others are too rare to occur in time.
@@ -291,11 +291,11 @@ mod tests {
     use super::Kind;
 
     #[test]
-    fn a_kind_is_typed_as_it_is_shown() {
+    fn the_command_line_name_of_a_kind_is_its_displayed_name() {
         assert_eq!(Kind::value_variants(), Kind::ALL);
         for kind in Kind::ALL {
-            let typed = kind.to_possible_value().expect("none is hidden");
-            assert_eq!(typed.get_name(), kind.name());
+            let value = kind.to_possible_value().expect("none is hidden");
+            assert_eq!(value.get_name(), kind.name());
         }
     }
 }

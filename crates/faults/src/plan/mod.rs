@@ -9,7 +9,7 @@ use crate::rng::Rng;
 pub use kind::{Kind, TargetKind};
 
 const MS: Nanos = 1_000_000;
-/// Time before the first fault, so that all that is awake has had some turns.
+/// Time before the first fault, so that every awake schema has had some turns.
 const CALM: Nanos = 300 * MS;
 /// Most faults of one case.
 const MAX_FAULTS: u64 = 6;
@@ -40,7 +40,7 @@ pub struct Fault {
 /// The action that causes a fault.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// A schema is told to misbehave.
+    /// A schema misbehaves from now on.
     SetTrouble {
         /// The misbehaviour.
         trouble: &'static str,
@@ -60,7 +60,7 @@ pub enum Act {
     Signal(Signal),
     /// An operator acts on the schema, and releases it at the end.
     Operate(Operation),
-    /// Two operators stop and release everything, against each other, until the end.
+    /// Two operators stop and release everything concurrently, until the end.
     Contest,
     /// Another build takes over, and during this something else occurs.
     DuringReload {
@@ -128,58 +128,58 @@ impl Fault {
                 format!("{meanwhile:?} while a build takes over").to_lowercase()
             }
         };
-        let (at, lasts) = (self.at as f64 / 1e9, self.duration as f64 / 1e6);
+        let (at, duration) = (self.at as f64 / 1e9, self.duration as f64 / 1e6);
         let stays = if self.stays { " and until the end" } else { "" };
-        format!("{what}, at {at:.6} s for {lasts:.0} ms{stays}")
+        format!("{what}, at {at:.6} s for {duration:.0} ms{stays}")
     }
 }
 
-/// The faults of a case in order of time: at most `most`, only of these kinds.
+/// Returns the faults of a case in order of time: at most `max_faults`, only of these kinds.
 #[must_use]
-pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
-    let mut chance = Rng::new(seed, &format!("plan {case}"));
-    let fitting: Vec<Kind> = kinds
+pub fn plan(seed: u64, case: Case, kinds: &[Kind], max_faults: u64) -> Vec<Fault> {
+    let mut rng = Rng::new(seed, &format!("plan {case}"));
+    let possible: Vec<Kind> = kinds
         .iter()
         .copied()
         .filter(|kind| kind.fits(case.clock))
         .collect();
-    if fitting.is_empty() {
+    if possible.is_empty() {
         return Vec::new();
     }
-    let count = chance.between(1, MAX_FAULTS).min(most);
+    let count = rng.between(1, MAX_FAULTS).min(max_faults);
     let mut at = CALM;
     let mut faults = Vec::new();
     let mut hangs = 0;
     for _ in 0..count {
-        at += chance.between(0, 350 * MS);
-        let mut kind = chance.pick(&fitting);
+        at += rng.between(0, 350 * MS);
+        let mut kind = rng.pick(&possible);
         if kind == Kind::Hang {
             hangs += 1;
             if hangs > MAX_HANGS {
                 kind = Kind::Dawdle;
             }
         }
-        faults.push(fault(kind, at, case, &mut chance));
+        faults.push(fault(kind, at, case, &mut rng));
     }
     faults
 }
 
-fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Rng) -> Fault {
-    let whom = chance.pick(kind.targets());
-    let mut lasts = chance.between(20, 300) * MS;
+fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
+    let target = rng.pick(kind.targets());
+    let mut duration = rng.between(20, 300) * MS;
     let act = match kind {
         Kind::Kill => Act::Signal(Signal::Kill),
         Kind::Freeze => Act::Signal(Signal::Stop),
         Kind::StopAll => Act::Operate(Operation::StopAll),
-        Kind::Operator => Act::Operate(operation(chance)),
+        Kind::Operator => Act::Operate(operation(rng)),
         Kind::Contest => Act::Contest,
         Kind::AmidReload => Act::DuringReload {
-            build: chance.between(0, 2) as usize,
-            meanwhile: match chance.between(0, 3) {
+            build: rng.between(0, 2) as usize,
+            meanwhile: match rng.between(0, 3) {
                 0 => Meanwhile::Reload,
                 1 => Meanwhile::Panic,
                 2 => Meanwhile::Operate(Operation::StopAll),
-                _ => Meanwhile::Operate(operation(chance)),
+                _ => Meanwhile::Operate(operation(rng)),
             },
         },
         Kind::Reload => {
@@ -188,9 +188,9 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Rng) -> Fault {
                 troubles.push("dawdle");
             }
             Act::Reload {
-                trouble: chance.pick(&troubles),
-                place: chance.pick(&["awake", "restore", "check", "iterate", "save", "sleep"]),
-                build: chance.between(0, 2) as usize,
+                trouble: rng.pick(&troubles),
+                place: rng.pick(&["awake", "restore", "check", "iterate", "save", "sleep"]),
+                build: rng.between(0, 2) as usize,
             }
         }
         Kind::Panic
@@ -206,16 +206,15 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Rng) -> Fault {
         | Kind::Chatter
         | Kind::Meddle
         | Kind::Crash => {
-            let trouble = chance.pick(kind.troubles());
-            let place = chance.pick(kind.places(whom));
+            let trouble = rng.pick(kind.troubles());
+            let place = rng.pick(kind.places(target));
             if ["awake", "sleep", "arbitrate", "end"].contains(&place) {
                 // These calls are rare.
-                lasts = chance.between(200, 1000) * MS;
+                duration = rng.between(200, 1000) * MS;
             }
             if matches!(kind, Kind::Hang | Kind::Dawdle) && ["check", "iterate"].contains(&place) {
-                // Ends before the hung schema runs again, so that a single call hangs and not all that
-                // follow.
-                lasts = chance.between(50, 150) * MS;
+                // The fault ends before the hung schema runs again, so that only one call hangs.
+                duration = rng.between(50, 150) * MS;
             }
             Act::SetTrouble { trouble, place }
         }
@@ -228,28 +227,28 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Rng) -> Fault {
         | Kind::TerminalLost
         | Kind::DiskFull
         | Kind::DiskFails => {
-            unreachable!("faults of whole processes are no faults of a schema's: see `fits`")
+            unreachable!("a fault of a whole process is not a fault of a schema: see `fits`")
         }
     };
     Fault {
         at,
-        duration: lasts,
+        duration,
         kind,
-        target: whom,
-        choice: chance.next_u64(),
-        any: chance.one_in(4),
-        stays: chance.one_in(6),
+        target,
+        choice: rng.next_u64(),
+        any: rng.one_in(4),
+        stays: rng.one_in(6),
         act,
     }
 }
 
 /// An action on one schema.
-fn operation(chance: &mut Rng) -> Operation {
-    match chance.between(0, 4) {
+fn operation(rng: &mut Rng) -> Operation {
+    match rng.between(0, 4) {
         0 => Operation::Stop,
         1 => Operation::Force,
         2 => Operation::Play,
-        3 => Operation::Retime(chance.between(1, 100) * MS),
+        3 => Operation::Retime(rng.between(1, 100) * MS),
         _ => Operation::Unload,
     }
 }

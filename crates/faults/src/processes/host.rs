@@ -1,5 +1,5 @@
 //! The process that runs the application, and its tools: the real executable, in a folder of its own that
-//! isolates it from other applications, with the terminal, the pipes and the disk for its fault.
+//! isolates it from other applications, with the terminal, the pipes and the disk that its fault needs.
 
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -18,7 +18,7 @@ use crate::plan::Kind;
 /// The demonstration's lines for its simulated robot and for its roots.
 const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
 const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
-/// Never ready by its own precondition; it exists to crash.
+/// A root that is never ready by its own precondition, and that only crashes.
 const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";
 
 /// Source of the preloaded library that simulates the disk of a recording.
@@ -35,7 +35,7 @@ pub(super) enum Environment {
     UnreadPipes,
     /// A terminal of its own, which shows the oscilloscope.
     Terminal,
-    /// Files, and a recording on a disk that this setting spoils.
+    /// Files, and a recording on a disk that fails as this setting states.
     Disk(&'static str, &'static str),
 }
 
@@ -62,9 +62,9 @@ pub(super) struct HostProcess {
 }
 
 impl HostProcess {
-    /// Starts the demonstration on a robot behind TCP. Only the driver's line is changed, and a root added
-    /// that never drives.
-    pub(super) fn start(campaign: &Campaign, address: &str, around: Environment) -> Result<Self> {
+    /// Starts the demonstration on a robot behind TCP. Only the line of the driver is changed, and a root that
+    /// never drives is added.
+    pub(super) fn start(campaign: &Campaign, address: &str, environment: Environment) -> Result<Self> {
         let program = program(campaign)?;
         let folder = tempfile::tempdir().context("no folder for a process")?;
         std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(0o700))?;
@@ -72,7 +72,10 @@ impl HostProcess {
         let text = std::fs::read_to_string(&delivered)
             .with_context(|| format!("cannot read {}", delivered.display()))?;
         if !text.contains(SIMULATED) || !text.contains(ROOTS) {
-            bail!("{} is not what the campaign knows", delivered.display());
+            bail!(
+                "{} does not contain the lines that the campaign replaces",
+                delivered.display()
+            );
         }
         let real =
             format!("type  = \"p2os/pioneer\"\nport  = \"{address}\"\nstart = [3.55, 1.6, \"90deg\"]\n");
@@ -88,7 +91,7 @@ impl HostProcess {
         let mut terminal = None;
         let application = file.display().to_string();
         let mut command = command(&program, &folder, &plugins);
-        match around {
+        match environment {
             Environment::Files => {
                 command.args(["run", &application, "--plain"]);
                 redirect_output(&mut command, &folder)?;
@@ -109,7 +112,7 @@ impl HostProcess {
                     .stdout(slave.try_clone()?)
                     .stderr(slave);
                 command.env("TERM", "xterm");
-                // No process reads it, since a reader would keep it open.
+                // No process reads the terminal, because a reader would keep it open.
                 terminal = Some(pty);
             }
             Environment::Disk(setting, value) => {
@@ -138,8 +141,8 @@ impl HostProcess {
     }
 
     pub(super) fn signal(&self, signal: Signal) -> Result<()> {
-        let process = Pid::from_raw(self.process.id().cast_signed()).context("it has a number")?;
-        kill_process(process, signal).context("it is not there any more")
+        let process = Pid::from_raw(self.process.id().cast_signed()).context("the process has no id")?;
+        kill_process(process, signal).context("the process has ended")
     }
 
     /// Whether the process runs.
@@ -155,14 +158,14 @@ impl HostProcess {
     }
 
     /// Runs a verb of the executable to its end.
-    pub(super) fn jde(&self, words: &[&str]) -> Result<String> {
+    pub(super) fn jde(&self, arguments: &[&str]) -> Result<String> {
         let output = command(&self.program, &self.folder, &self.plugins)
-            .args(words)
+            .args(arguments)
             .output()?;
         if !output.status.success() {
             bail!(
                 "jde {}: {}",
-                words.join(" "),
+                arguments.join(" "),
                 String::from_utf8_lossy(&output.stderr)
             );
         }
@@ -170,17 +173,17 @@ impl HostProcess {
     }
 
     /// Starts a verb that continues, with the given output.
-    pub(super) fn client(&self, words: &[&str], says: fn() -> Stdio) -> Result<Child> {
+    pub(super) fn client(&self, arguments: &[&str], output: fn() -> Stdio) -> Result<Child> {
         let mut client = command(&self.program, &self.folder, &self.plugins);
-        client.args(words).stdout(says()).stderr(says());
+        client.args(arguments).stdout(output()).stderr(output());
         client.spawn().context("cannot start a client")
     }
 
     /// The iterations and the period, ns, of each schema that iterates all the time.
     pub(super) fn turns(&self) -> Result<BTreeMap<String, (u64, u64)>> {
-        let told: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
+        let snapshot: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
         let mut turns = BTreeMap::new();
-        for schema in find_schemas(&told) {
+        for schema in find_schemas(&snapshot) {
             let (Some(name), Some(iterations), Some(period)) = (
                 schema["name"].as_str(),
                 schema["iterations"].as_u64(),
@@ -194,7 +197,7 @@ impl HostProcess {
             }
         }
         if turns.is_empty() {
-            bail!("`jde ps --json` tells of no schema of the demonstration: {told}");
+            bail!("`jde ps --json` lists no schema of the demonstration: {snapshot}");
         }
         Ok(turns)
     }
@@ -219,14 +222,14 @@ impl HostProcess {
     }
 
     /// Whether its error output contains a text.
-    pub(super) fn has_logged(&self, what: &str) -> bool {
-        std::fs::read_to_string(self.folder.path().join("complained")).is_ok_and(|words| words.contains(what))
+    pub(super) fn has_logged(&self, text: &str) -> bool {
+        std::fs::read_to_string(self.folder.path().join("stderr")).is_ok_and(|log| log.contains(text))
     }
 
     /// The last lines of its output.
     pub(super) fn output(&self) -> String {
         let read = |name| std::fs::read_to_string(self.folder.path().join(name)).unwrap_or_default();
-        let all = read("said") + &read("complained");
+        let all = read("stdout") + &read("stderr");
         let lines: Vec<&str> = all.lines().rev().take(5).collect();
         lines.into_iter().rev().collect::<Vec<_>>().join(" / ")
     }
@@ -239,23 +242,23 @@ impl Drop for HostProcess {
 }
 
 fn redirect_output(command: &mut Command, folder: &tempfile::TempDir) -> Result<()> {
-    command.stdout(log_file(folder.path(), "said")?);
-    command.stderr(log_file(folder.path(), "complained")?);
+    command.stdout(log_file(folder.path(), "stdout")?);
+    command.stderr(log_file(folder.path(), "stderr")?);
     Ok(())
 }
 
 /// Builds the disk library; returns its path.
 fn disk(campaign: &Campaign, folder: &Path) -> Result<PathBuf> {
     let library = folder.join("disk.so");
-    let made = Command::new("cc")
+    let output = Command::new("cc")
         .args(["-shared", "-fPIC", "-std=c11", "-o"])
         .args([&library, &campaign.root.0.join(DISK)])
         .output()
         .context("no C compiler named cc")?;
-    if !made.status.success() {
+    if !output.status.success() {
         bail!(
             "{DISK} cannot be built: {}",
-            String::from_utf8_lossy(&made.stderr)
+            String::from_utf8_lossy(&output.stderr)
         );
     }
     Ok(library)
@@ -271,19 +274,19 @@ fn command(program: &PathBuf, folder: &tempfile::TempDir, plugins: &std::ffi::Os
 }
 
 fn program(campaign: &Campaign) -> Result<PathBuf> {
-    let beside = || Some(std::env::current_exe().ok()?.parent()?.join("jde"));
+    let next_to_this = || Some(std::env::current_exe().ok()?.parent()?.join("jde"));
     let program = campaign
         .jde
         .clone()
-        .or_else(beside)
+        .or_else(next_to_this)
         .filter(|program| program.is_file());
-    program.context("there is no `jde` beside this program; `cargo build --release --workspace` makes it")
+    program.context("there is no `jde` beside this program; `cargo build --release --workspace` builds it")
 }
 
-fn find_schemas(told: &serde_json::Value) -> Vec<&serde_json::Value> {
-    let schemas = told
+fn find_schemas(reply: &serde_json::Value) -> Vec<&serde_json::Value> {
+    let schemas = reply
         .get("schemas")
-        .or_else(|| told.get("snapshot").and_then(|it| it.get("schemas")));
+        .or_else(|| reply.get("snapshot").and_then(|snapshot| snapshot.get("schemas")));
     schemas
         .and_then(|schemas| schemas.as_array())
         .into_iter()

@@ -1,6 +1,6 @@
 //! Runs a case in processes of their own. The real executable runs the demonstration with a robot that this
-//! process serves by the code of `jde sim --p2os`. So the robot's ground truth stays visible whatever happens
-//! to the other process.
+//! process serves by the code of `jde sim --p2os`. Therefore the robot's ground truth stays visible
+//! whatever happens to the other process.
 
 mod host;
 mod proxy;
@@ -27,27 +27,27 @@ use proxy::TcpProxy;
 use robot::RobotServer;
 
 /// Longest time until the robot moves, at the start and after a fault.
-const MOVES: Duration = Duration::from_secs(30);
+const MOVE_TIMEOUT: Duration = Duration::from_secs(30);
 /// Least speed that counts as driving, m/s.
-const DRIVEN: f64 = 0.1;
+const MIN_DRIVING_SPEED: f64 = 0.1;
 /// Time until a robot without messages brakes, s: the watchdog of a Pioneer (docs/safety.md).
 const WATCHDOG: f64 = 2.0;
 /// Time until it brakes when the connection ends, s.
-const AT_ONCE: f64 = 0.1;
+const DISCONNECT_DELAY: f64 = 0.1;
 /// Deceleration, m/s².
 const BRAKE: f64 = 0.3;
 /// Additional time under load, s.
 const SLACK: f64 = 0.5;
 /// How long a stopped robot must stay so, s.
-const STAYS: f64 = 1.0;
+const STANDSTILL_TIME: f64 = 1.0;
 /// How long clients are hostile.
-const HOSTILE: Duration = Duration::from_millis(2500);
+const ATTACK_TIME: Duration = Duration::from_millis(2500);
 /// How long the machine's load is measured first; under too much load, periods are not judged.
-const LOOKS: Duration = Duration::from_millis(500);
+const LOAD_MEASURING_TIME: Duration = Duration::from_millis(500);
 /// Least share of their turns that schemas must keep throughout.
-const KEEPS: f64 = 0.9;
+const MIN_TURN_SHARE: f64 = 0.9;
 /// Longest time for a process to end on request.
-const ENDS: Duration = Duration::from_secs(15);
+const END_TIMEOUT: Duration = Duration::from_secs(15);
 
 /// Runs a case with one fault.
 ///
@@ -56,71 +56,75 @@ const ENDS: Duration = Duration::from_secs(15);
 pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<Report> {
     let kinds = campaign.kinds.iter().filter(|kind| kind.fits(Clock::Outside));
     let kinds: Vec<Kind> = kinds.copied().collect();
-    // The kinds take turns, so that a short campaign includes all of them.
+    // The kinds follow each other in order, so that a short campaign includes all of them.
     let kind = kinds[case.number as usize % kinds.len()];
-    let mut chance = Rng::new(campaign.seed, &format!("plan {case}"));
-    let wait = Duration::from_millis(chance.between(0, 1500));
+    let mut rng = Rng::new(campaign.seed, &format!("plan {case}"));
+    let wait = Duration::from_millis(rng.between(0, 1500));
     let robot = RobotServer::serve(&campaign.root, campaign.seed ^ case.number)?;
-    let cable = (kind == Kind::LineCut)
+    let proxy = (kind == Kind::LineCut)
         .then(|| TcpProxy::to(&robot.address))
         .transpose()?;
-    let address = cable.as_ref().map_or(&robot.address, |cable| &cable.address);
+    let address = proxy.as_ref().map_or(&robot.address, |proxy| &proxy.address);
     let mut host = HostProcess::start(campaign, address, Environment::of(kind))?;
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     let begun = Instant::now();
-    if !wait_within(MOVES, || robot.speed() >= DRIVEN || stop.load(Ordering::Relaxed)) {
+    if !wait_within(MOVE_TIMEOUT, || {
+        robot.speed() >= MIN_DRIVING_SPEED || stop.load(Ordering::Relaxed)
+    }) {
         bail!(
-            "{case}: the robot has not moved within {MOVES:?}; {}",
+            "{case}: the robot has not moved within {MOVE_TIMEOUT:?}; {}",
             host.output()
         );
     }
     std::thread::sleep(wait);
-    wait_within(MOVES, || robot.speed() >= DRIVEN || stop.load(Ordering::Relaxed));
+    wait_within(MOVE_TIMEOUT, || {
+        robot.speed() >= MIN_DRIVING_SPEED || stop.load(Ordering::Relaxed)
+    });
     let at = begun.elapsed();
-    let struck = !stop.load(Ordering::Relaxed);
-    if struck {
+    let injected = !stop.load(Ordering::Relaxed);
+    if injected {
         match kind {
             Kind::HostKilled => {
                 host.signal(Signal::KILL)?;
-                check_standstill(&robot, AT_ONCE, "the host was killed", &mut broken);
+                check_standstill(&robot, DISCONNECT_DELAY, "the host was killed", &mut violations);
             }
             Kind::HostStopped => {
                 host.signal(Signal::STOP)?;
-                check_standstill(&robot, WATCHDOG, "the host stood still", &mut broken);
+                check_standstill(&robot, WATCHDOG, "the host was stopped", &mut violations);
                 host.signal(Signal::CONT)?;
-                if !wait_within(MOVES, || robot.speed() >= DRIVEN) {
-                    broken.push("the host goes on, and its robot has not moved again".to_owned());
+                if !wait_within(MOVE_TIMEOUT, || robot.speed() >= MIN_DRIVING_SPEED) {
+                    violations.push("the host continues, and its robot has not moved again".to_owned());
                 }
             }
             Kind::HostCrashed => {
                 host.jde(&["set", "drifter.place", "check"])?;
-                // The host dies of this, possibly before it answers.
+                // The host dies of this, possibly before it replies.
                 let _ = host.jde(&["set", "drifter.trouble", "segfault"]);
                 check_standstill(
                     &robot,
-                    AT_ONCE,
+                    DISCONNECT_DELAY,
                     "a schema crashed in the host's process",
-                    &mut broken,
+                    &mut violations,
                 );
-                if !wait_within(ENDS, || !host.is_running()) {
-                    broken.push("a wild pointer in the host's process did not end it".to_owned());
+                if !wait_within(END_TIMEOUT, || !host.is_running()) {
+                    violations.push("a wild pointer in the host's process did not end it".to_owned());
                 }
             }
             Kind::LineCut => {
-                cable.as_ref().context("there is a cable")?.cut();
-                check_standstill(&robot, WATCHDOG, "the line was cut", &mut broken);
+                proxy.as_ref().context("there is no proxy")?.cut();
+                check_standstill(&robot, WATCHDOG, "the line was cut", &mut violations);
             }
-            Kind::Client => hostile(&mut host, &robot, &mut chance, &mut broken)?,
-            Kind::Unread => unread(&mut host, &robot, &mut broken)?,
+            Kind::Client => attack_with_clients(&mut host, &robot, &mut rng, &mut violations)?,
+            Kind::Unread => leave_output_unread(&mut host, &robot, &mut violations)?,
             Kind::TerminalLost => {
                 host.hang_up();
-                check_standstill(&robot, AT_ONCE, "the terminal was lost", &mut broken);
-                if !wait_within(ENDS, || !host.is_running()) {
-                    broken.push("the host goes on without its terminal".to_owned());
+                check_standstill(&robot, DISCONNECT_DELAY, "the terminal was lost", &mut violations);
+                if !wait_within(END_TIMEOUT, || !host.is_running()) {
+                    violations.push("the host continues without its terminal".to_owned());
                 }
             }
-            Kind::DiskFull => spoilt(&mut host, &robot, "No space left", &mut broken)?,
-            Kind::DiskFails => spoilt(&mut host, &robot, "Input/output error", &mut broken)?,
+            Kind::DiskFull => let_disk_fail(&mut host, &robot, "No space left", &mut violations)?,
+            Kind::DiskFails => let_disk_fail(&mut host, &robot, "Input/output error", &mut violations)?,
             Kind::Panic
             | Kind::Error
             | Kind::Hang
@@ -140,11 +144,13 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             | Kind::Operator
             | Kind::StopAll
             | Kind::Contest
-            | Kind::AmidReload => unreachable!("faults of schemas are none of whole processes: see `fits`"),
+            | Kind::AmidReload => {
+                unreachable!("a fault of a schema is not a fault of a whole process: see `fits`")
+            }
         }
     }
-    end(&mut host, kind, &mut broken);
-    broken.extend(robot.stop());
+    end(&mut host, kind, &mut violations);
+    violations.extend(robot.stop());
     let fault = Fault {
         at: at.as_nanos().try_into().unwrap_or(u64::MAX),
         duration: 0,
@@ -163,47 +169,49 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         faults: vec![Injected {
             fault,
             target: None,
-            took_effect: struck,
+            took_effect: injected,
         }],
-        violations: broken,
+        violations,
         min_turn_share: None,
         rhythm: None,
         leftovers: Leftovers::default(),
     })
 }
 
-/// Checks that the robot stops within the promised time and stays so, both in the time of its world.
-fn check_standstill(robot: &RobotServer, promised: f64, what: &str, broken: &mut Vec<String>) {
+/// Checks that the robot stops within `time` and remains at rest, both in the time of its world.
+fn check_standstill(robot: &RobotServer, time: f64, event: &str, violations: &mut Vec<String>) {
     let since = robot.time();
     // Until it brakes it may still accelerate by the last command.
     let mut fastest = robot.speed();
-    wait_within(MOVES, || {
+    wait_within(MOVE_TIMEOUT, || {
         fastest = fastest.max(robot.speed());
-        robot.is_standing() || robot.time() > since + promised + fastest / BRAKE + SLACK
+        robot.is_standing() || robot.time() > since + time + fastest / BRAKE + SLACK
     });
     if !robot.is_standing() {
-        broken.push(format!(
-            "motion: {what}, its robot drove at {fastest:.2} m/s at most, and {:.1} s later the robot still moves at {:.2} m/s",
+        violations.push(format!(
+            "motion: {event}, its robot drove at {fastest:.2} m/s at most, and {:.1} s later the robot still moves at {:.2} m/s",
             robot.time() - since,
             robot.speed()
         ));
         return;
     }
-    let stood = robot.time();
-    wait_within(MOVES, || !robot.is_standing() || robot.time() > stood + STAYS);
+    let stopped = robot.time();
+    wait_within(MOVE_TIMEOUT, || {
+        !robot.is_standing() || robot.time() > stopped + STANDSTILL_TIME
+    });
     if !robot.is_standing() {
-        broken.push(format!("motion: {what}, the robot stood, and moves again"));
+        violations.push(format!("motion: {event}, the robot stopped and moves again"));
     }
 }
 
-/// Clients send endless requests and nonsense, and are killed amid them. Schemas must not be affected.
-fn hostile(
+/// Clients send endless and invalid requests, and are killed while they do. Schemas must not be affected.
+fn attack_with_clients(
     host: &mut HostProcess,
     robot: &RobotServer,
-    chance: &mut Rng,
-    broken: &mut Vec<String>,
+    rng: &mut Rng,
+    violations: &mut Vec<String>,
 ) -> Result<()> {
-    let full = is_machine_loaded(LOOKS);
+    let is_loaded = is_machine_loaded(LOAD_MEASURING_TIME);
     let before = host.turns()?;
     let since = Instant::now();
     let all = [
@@ -214,107 +222,115 @@ fn hostile(
     ];
     let mut clients: Vec<Child> = all
         .iter()
-        .map(|words| host.client(words, Stdio::null))
+        .map(|arguments| host.client(arguments, Stdio::null))
         .collect::<Result<_>>()?;
-    let until = Instant::now() + HOSTILE;
+    let until = Instant::now() + ATTACK_TIME;
     while Instant::now() < until {
-        match chance.between(0, 3) {
-            0 => send_garbage(host, chance),
+        match rng.between(0, 3) {
+            0 => send_garbage(host, rng),
             1 => {
-                let victim = chance.between(0, clients.len() as u64 - 1) as usize;
+                let victim = rng.between(0, clients.len() as u64 - 1) as usize;
                 // It may have ended by itself: `top` does so without a terminal.
                 let _ = clients[victim].kill();
                 let _ = clients[victim].wait();
-                clients[victim] = host.client(chance.pick(&all), Stdio::null)?;
+                clients[victim] = host.client(rng.pick(&all), Stdio::null)?;
             }
             2 => drop(host.jde(&[
                 "set",
                 "goon.fast",
-                chance.pick(&["0.3 m/s", "0.4 m/s", "nan", "1e99"]),
+                rng.pick(&["0.3 m/s", "0.4 m/s", "nan", "1e99"]),
             ])),
             _ => drop(host.jde(&["ps", "--json"])),
         }
     }
-    let held: Vec<Child> = std::mem::take(&mut clients);
-    for mut client in held {
+    for mut client in clients {
         let _ = client.kill();
         let _ = client.wait();
     }
-    if !full {
-        have_had_turns(host, &before, since, "hostile clients", broken)?;
+    if !is_loaded {
+        check_turns(host, &before, since, "hostile clients", violations)?;
     }
-    check_continues(host, robot, "hostile clients", broken);
+    check_continues(host, robot, "hostile clients", violations);
     Ok(())
 }
 
-/// No process reads the output of the host and its clients. Schemas must not be affected, and an order to
+/// No process reads the output of the host and its clients. Schemas must not be affected, and a request to
 /// stop must succeed.
-fn unread(host: &mut HostProcess, robot: &RobotServer, broken: &mut Vec<String>) -> Result<()> {
-    let full = is_machine_loaded(LOOKS);
+fn leave_output_unread(
+    host: &mut HostProcess,
+    robot: &RobotServer,
+    violations: &mut Vec<String>,
+) -> Result<()> {
+    let is_loaded = is_machine_loaded(LOAD_MEASURING_TIME);
     let before = host.turns()?;
     let since = Instant::now();
     let mut clients = [&["watch", "pioneer.laser"][..], &["events"]]
         .iter()
-        .map(|words| host.client(words, Stdio::piped))
+        .map(|arguments| host.client(arguments, Stdio::piped))
         .collect::<Result<Vec<Child>>>()?;
-    std::thread::sleep(HOSTILE);
-    if !full {
-        have_had_turns(host, &before, since, "words that nobody reads", broken)?;
+    std::thread::sleep(ATTACK_TIME);
+    if !is_loaded {
+        check_turns(host, &before, since, "unread output", violations)?;
     }
     match host.jde(&["stop", "--all"]) {
-        Ok(_) => check_standstill(robot, AT_ONCE, "everything was stopped", broken),
-        Err(error) => broken.push(format!("while nobody reads, nothing can be stopped: {error:#}")),
+        Ok(_) => check_standstill(robot, DISCONNECT_DELAY, "everything was stopped", violations),
+        Err(error) => violations.push(format!("with unread output, nothing can be stopped: {error:#}")),
     }
     if let Err(error) = host.jde(&["release", "--all"]) {
-        broken.push(format!("while nobody reads, nothing can be let go on: {error:#}"));
+        violations.push(format!("with unread output, nothing can be released: {error:#}"));
     }
     for client in &mut clients {
-        let process = Pid::from_raw(client.id().cast_signed()).context("it has a number")?;
+        let process = Pid::from_raw(client.id().cast_signed()).context("the client has no process id")?;
         // It may have ended by itself.
         let _ = kill_process(process, Signal::TERM);
-        if !wait_within(ENDS, || !matches!(client.try_wait(), Ok(None))) {
-            broken.push("a client that nobody reads has not ended when it was asked to".to_owned());
+        if !wait_within(END_TIMEOUT, || !matches!(client.try_wait(), Ok(None))) {
+            violations.push("a client with unread output has not ended on SIGTERM".to_owned());
             drop((client.kill(), client.wait()));
         }
     }
-    check_continues(host, robot, "words that nobody read", broken);
+    check_continues(host, robot, "unread output", violations);
     Ok(())
 }
 
 /// The disk of the recording fails. The host must report it, and schemas must not be affected.
-fn spoilt(host: &mut HostProcess, robot: &RobotServer, said: &str, broken: &mut Vec<String>) -> Result<()> {
-    let full = is_machine_loaded(LOOKS);
-    if !wait_within(MOVES, || host.has_logged(said)) {
-        broken.push(format!(
-            "the recording's disk is spoilt, and nothing is said of `{said}`"
+fn let_disk_fail(
+    host: &mut HostProcess,
+    robot: &RobotServer,
+    message: &str,
+    violations: &mut Vec<String>,
+) -> Result<()> {
+    let is_loaded = is_machine_loaded(LOAD_MEASURING_TIME);
+    if !wait_within(MOVE_TIMEOUT, || host.has_logged(message)) {
+        violations.push(format!(
+            "the disk of the recording failed, and the log does not contain `{message}`"
         ));
     }
     let before = host.turns()?;
     let since = Instant::now();
-    std::thread::sleep(HOSTILE);
-    if !full {
-        have_had_turns(host, &before, since, "a spoilt disk", broken)?;
+    std::thread::sleep(ATTACK_TIME);
+    if !is_loaded {
+        check_turns(host, &before, since, "a failed disk", violations)?;
     }
-    check_continues(host, robot, "a spoilt disk", broken);
+    check_continues(host, robot, "a failed disk", violations);
     Ok(())
 }
 
 /// Checks that schemas that iterate all the time have had their turns since.
-fn have_had_turns(
+fn check_turns(
     host: &HostProcess,
     before: &BTreeMap<String, (u64, u64)>,
     since: Instant,
-    of: &str,
-    broken: &mut Vec<String>,
+    cause: &str,
+    violations: &mut Vec<String>,
 ) -> Result<()> {
     let after = host.turns()?;
     let seconds = since.elapsed().as_secs_f64();
     for (name, (had, period)) in &after {
         let before = before.get(name).map_or(0, |(had, _)| *had);
-        let owed = seconds * 1e9 / *period as f64;
-        if ((had - before) as f64) < owed * KEEPS {
-            broken.push(format!(
-                "R11: `{name}` had {} turns in {seconds:.1} s of {of}, of {owed:.0}",
+        let expected = seconds * 1e9 / *period as f64;
+        if ((had - before) as f64) < expected * MIN_TURN_SHARE {
+            violations.push(format!(
+                "R11: `{name}` had {} turns in {seconds:.1} s of {cause}, of {expected:.0}",
                 had - before
             ));
         }
@@ -322,22 +338,20 @@ fn have_had_turns(
     Ok(())
 }
 
-/// Checks that the host runs and its robot drives.
-fn check_continues(host: &mut HostProcess, robot: &RobotServer, after: &str, broken: &mut Vec<String>) {
+/// Checks that the host still runs and its robot drives.
+fn check_continues(host: &mut HostProcess, robot: &RobotServer, after: &str, violations: &mut Vec<String>) {
     if !host.is_running() {
-        broken.push(format!("{after} ended the host"));
-    } else if !wait_within(MOVES, || robot.speed() >= DRIVEN) {
-        broken.push(format!("after {after} the robot has not moved again"));
+        violations.push(format!("{after} ended the host"));
+    } else if !wait_within(MOVE_TIMEOUT, || robot.speed() >= MIN_DRIVING_SPEED) {
+        violations.push(format!("after {after} the robot has not moved again"));
     }
 }
 
 /// Sends random bytes to every socket in the folder of the link.
-fn send_garbage(host: &HostProcess, chance: &mut Rng) {
+fn send_garbage(host: &HostProcess, rng: &mut Rng) {
     for socket in host.sockets() {
         if let Ok(mut stream) = UnixStream::connect(&socket) {
-            let bytes: Vec<u8> = (0..chance.between(1, 4096))
-                .map(|_| chance.next_u64() as u8)
-                .collect();
+            let bytes: Vec<u8> = (0..rng.between(1, 4096)).map(|_| rng.next_u64() as u8).collect();
             // The link may close the connection before all bytes are sent.
             let _ = stream.write_all(&bytes);
         }
@@ -345,14 +359,14 @@ fn send_garbage(host: &HostProcess, chance: &mut Rng) {
 }
 
 /// Ends the host in order, if it still runs.
-fn end(host: &mut HostProcess, kind: Kind, broken: &mut Vec<String>) {
+fn end(host: &mut HostProcess, kind: Kind, violations: &mut Vec<String>) {
     if matches!(kind, Kind::HostKilled | Kind::HostCrashed | Kind::TerminalLost) {
         host.reap();
         return;
     }
-    if host.signal(Signal::TERM).is_err() || !wait_within(ENDS, || !host.is_running()) {
-        broken.push(format!(
-            "the host has not ended within {ENDS:?} of being asked to"
+    if host.signal(Signal::TERM).is_err() || !wait_within(END_TIMEOUT, || !host.is_running()) {
+        violations.push(format!(
+            "the host has not ended within {END_TIMEOUT:?} of SIGTERM"
         ));
         host.reap();
     }
@@ -360,5 +374,5 @@ fn end(host: &mut HostProcess, kind: Kind, broken: &mut Vec<String>) {
 
 /// A file for the output of a process.
 fn log_file(folder: &std::path::Path, name: &str) -> Result<File> {
-    File::create(folder.join(name)).with_context(|| format!("cannot make {name}"))
+    File::create(folder.join(name)).with_context(|| format!("cannot create {name}"))
 }

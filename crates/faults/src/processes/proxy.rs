@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
 
-/// A cable.
+/// The relay.
 pub(super) struct TcpProxy {
     /// The address for the driver.
     pub(super) address: String,
@@ -18,17 +18,17 @@ impl TcpProxy {
     /// Connects to a robot that listens at `address`.
     pub(super) fn to(address: &str) -> Result<Self> {
         let robot = address.trim_start_matches("tcp:").to_owned();
-        let plug = TcpListener::bind("127.0.0.1:0").context("no port for a cable")?;
-        let address = format!("tcp:{}", plug.local_addr()?);
+        let listener = TcpListener::bind("127.0.0.1:0").context("no port for the relay")?;
+        let address = format!("tcp:{}", listener.local_addr()?);
         let cut = Arc::new(AtomicBool::new(false));
-        let held = Arc::clone(&cut);
-        // Its threads end when both sockets do.
+        let is_cut = Arc::clone(&cut);
+        // The threads end when both sockets are closed.
         std::thread::spawn(move || {
-            if let Ok((driver, _)) = plug.accept()
+            if let Ok((driver, _)) = listener.accept()
                 && let Ok(robot) = TcpStream::connect(robot)
             {
-                copy_stream(&driver, &robot, &held);
-                copy_stream(&robot, &driver, &held);
+                copy_stream(&driver, &robot, &is_cut);
+                copy_stream(&robot, &driver, &is_cut);
             }
         });
         Ok(Self { address, cut })

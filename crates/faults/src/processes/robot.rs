@@ -15,11 +15,11 @@ use jde_sim::{Truth, World};
 use crate::application::Root;
 use crate::observer::lock;
 
-/// Time between two reads of the ground truth. With each the world falls behind real time by up to a step, so
-/// it is judged by its own time.
+/// Time between two reads of the ground truth. At each read the world falls behind real time by up to a step, so
+/// the robot is judged by the time of its world.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
 /// Speed that counts as standing, m/s and rad/s.
-const STANDS: f64 = 0.01;
+const STANDSTILL: f64 = 0.01;
 
 /// A robot behind TCP.
 pub(super) struct RobotServer {
@@ -33,9 +33,9 @@ pub(super) struct RobotServer {
 impl RobotServer {
     pub(super) fn serve(root: &Root, seed: u64) -> Result<Self> {
         let file = root.0.join("worlds/office.toml");
-        let (tell, told) = channel();
+        let (sender, receiver) = channel();
         let (stop, truth) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(None)));
-        let (ended, seen) = (Arc::clone(&stop), Arc::clone(&truth));
+        let (is_stopped, newest) = (Arc::clone(&stop), Arc::clone(&truth));
         let thread = std::thread::spawn(move || {
             let world =
                 World::load(&file, seed).with_context(|| format!("cannot load {}", file.display()))?;
@@ -44,22 +44,26 @@ impl RobotServer {
                 ..Options::default()
             };
             let mut server = Server::open(world, &options)?;
-            let place = server.addresses().find_map(|(_, place)| match place {
+            let address = server.addresses().find_map(|(_, endpoint)| match endpoint {
                 EndpointAddress::Tcp(address) => Some(address),
                 _ => None,
             });
             // If this fails, the receiver no longer waits.
-            let _ = tell.send(place);
+            let _ = sender.send(address);
             let robot = server.world().robots().next().map(|(robot, _)| robot);
             let robot = robot.context("the world has no robot")?;
-            while !ended.load(Ordering::Relaxed) {
-                server.run(&ended, Some(POLL_PERIOD), |_| {})?;
+            while !is_stopped.load(Ordering::Relaxed) {
+                server.run(&is_stopped, Some(POLL_PERIOD), |_| {})?;
                 let world = server.world();
-                *lock(&seen) = Some((world.now() as f64 / 1e9, world.truth(robot)));
+                *lock(&newest) = Some((world.now() as f64 / 1e9, world.truth(robot)));
             }
             Ok(())
         });
-        let address = told.recv().ok().flatten().context("the robot is not served")?;
+        let address = receiver
+            .recv()
+            .ok()
+            .flatten()
+            .context("the robot is not served")?;
         Ok(Self {
             address: format!("tcp:{address}"),
             truth,
@@ -79,7 +83,7 @@ impl RobotServer {
     }
 
     pub(super) fn is_standing(&self) -> bool {
-        self.read_truth(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDS
+        self.read_truth(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDSTILL
     }
 
     /// Ends the server; returns its error, if any.
@@ -92,7 +96,7 @@ impl RobotServer {
         }
     }
 
-    fn read_truth(&self, of: impl Fn(&Truth) -> f64) -> f64 {
-        lock(&self.truth).as_ref().map_or(0.0, |(_, truth)| of(truth))
+    fn read_truth(&self, value: impl Fn(&Truth) -> f64) -> f64 {
+        lock(&self.truth).as_ref().map_or(0.0, |(_, truth)| value(truth))
     }
 }

@@ -1,5 +1,5 @@
-//! Injects faults and ends them. A refused action is no failure of the campaign, since it occurs at random
-//! times.
+//! Injects faults and ends them. A refused action is not a failure of the campaign, because actions occur at
+//! random times.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,64 +18,64 @@ use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
 
 /// The operator's name.
 const OPERATOR_NAME: &str = "faults";
-/// Pause between two orders of a rival, as fast as a key held down.
+/// Pause between two actions of a competing operator: the repetition rate of a key that is held down.
 const PACE: Duration = Duration::from_millis(1);
-/// Probation of a build, ns: some faults occur after it, some before.
-const TRIAL: u64 = 200_000_000;
+/// Probation of a build, ns: some faults occur during it, some after it.
+const PROBATION: u64 = 200_000_000;
 
 /// An injected fault.
 pub(super) struct ActiveFault {
     /// The index of its schema.
     pub(super) schema: usize,
     /// The number of misdeeds that the schema had reported before.
-    misdeeds: u64,
+    misdeed_count: u64,
     process: Option<Pid>,
     done: bool,
     competitors: Option<CompetingThreads>,
 }
 
-/// Two operators that stop and release everything, each as fast as the answers arrive, until dropped.
+/// Two operators that stop and release everything concurrently until this is dropped.
 struct CompetingThreads {
-    over: Arc<AtomicBool>,
+    stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl CompetingThreads {
     fn start(handle: &Handle) -> Self {
-        let over = Arc::new(AtomicBool::new(false));
-        let stops = |by: &'static str, act: fn(&OperatorHandle) -> Result<(), String>| {
-            let (operator, over) = (handle.operator(by), Arc::clone(&over));
+        let stop = Arc::new(AtomicBool::new(false));
+        let spawn = |name: &'static str, action: fn(&OperatorHandle) -> Result<(), String>| {
+            let (operator, stop) = (handle.operator(name), Arc::clone(&stop));
             std::thread::spawn(move || {
-                while !over.load(Ordering::Relaxed) {
-                    // An order is refused if the other rival has already done the same.
-                    drop(act(&operator));
+                while !stop.load(Ordering::Relaxed) {
+                    // An action is refused if it changes nothing.
+                    drop(action(&operator));
                     std::thread::sleep(PACE);
                 }
             })
         };
         let threads = vec![
-            stops("ana", OperatorHandle::stop_all),
-            stops("ben", OperatorHandle::release_all),
+            spawn("ana", OperatorHandle::stop_all),
+            spawn("ben", OperatorHandle::release_all),
         ];
-        Self { over, threads }
+        Self { stop, threads }
     }
 }
 
 impl Drop for CompetingThreads {
     fn drop(&mut self) {
-        self.over.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
-            // A panic becomes visible by the rival's missing actions.
+            // A panic shows by the missing actions of this operator.
             drop(thread.join());
         }
     }
 }
 
 /// Selects the schema for a fault: usually one that is about to make the call in question.
-pub(super) fn victim(fault: &Fault, stage: &TestApplication, handle: &Handle) -> Option<usize> {
+pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Handle) -> Option<usize> {
     let snapshot = handle.snapshot();
-    let fit = stage.victims(fault.target, fault.kind.needs_process());
-    let fit: Vec<usize> = fit
+    let names = application.victims(fault.target, fault.kind.needs_process());
+    let suitable: Vec<usize> = names
         .iter()
         .filter_map(|name| handle.application().instance(name))
         .collect();
@@ -83,160 +83,160 @@ pub(super) fn victim(fault: &Fault, stage: &TestApplication, handle: &Handle) ->
         Act::SetTrouble { place, .. } | Act::Reload { place, .. } => *place,
         Act::Signal(_) | Act::Operate(_) | Act::Contest | Act::DuringReload { .. } => "check",
     };
-    let is_about_to = |place: &&usize| {
-        let schema = &snapshot.schemas[**place];
+    let is_about_to = |index: &&usize| {
+        let schema = &snapshot.schemas[**index];
         match call {
             "iterate" => schema.state == State::Winner,
             "awake" => schema.state == State::Slept,
             "arbitrate" => {
                 let mut groups = snapshot.groups.iter();
-                schema.state == State::Winner && groups.any(|group| group.father == Some(**place))
+                schema.state == State::Winner && groups.any(|group| group.father == Some(**index))
             }
             _ => schema.state != State::Slept,
         }
     };
-    let about: Vec<usize> = fit.iter().filter(is_about_to).copied().collect();
-    let among = if about.is_empty() || fault.any {
-        &fit
+    let about_to_call: Vec<usize> = suitable.iter().filter(is_about_to).copied().collect();
+    let candidates = if about_to_call.is_empty() || fault.any {
+        &suitable
     } else {
-        &about
+        &about_to_call
     };
-    let count = among.len() as u64;
-    (count > 0).then(|| among[(fault.choice % count) as usize])
+    let count = candidates.len() as u64;
+    (count > 0).then(|| candidates[(fault.choice % count) as usize])
 }
 
-pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[LoadedPlugin]) -> ActiveFault {
+pub(super) fn begin(fault: &Fault, schema: usize, handle: &Handle, builds: &[LoadedPlugin]) -> ActiveFault {
     let operator = handle.operator(OPERATOR_NAME);
-    let mut under = ActiveFault {
-        schema: place,
-        misdeeds: misdeeds(place, handle),
+    let mut active = ActiveFault {
+        schema,
+        misdeed_count: misdeed_count(schema, handle),
         process: None,
         done: false,
         competitors: None,
     };
     match &fault.act {
-        Act::SetTrouble { trouble, place: call } => set_trouble(&operator, place, trouble, call),
+        Act::SetTrouble { trouble, place: call } => set_trouble(&operator, schema, trouble, call),
         Act::Reload {
             trouble,
             place: call,
             build,
         } => {
-            set_trouble(&operator, place, trouble, call);
-            reload(&operator, place, &builds[*build]);
+            set_trouble(&operator, schema, trouble, call);
+            reload(&operator, schema, &builds[*build]);
         }
         Act::Signal(signal) => {
-            let process = handle.snapshot().schemas[place].process;
-            under.process = process.and_then(|number| Pid::from_raw(number.cast_signed()));
-            let sent = match signal {
+            let process = handle.snapshot().schemas[schema].process;
+            active.process = process.and_then(|number| Pid::from_raw(number.cast_signed()));
+            let posix = match signal {
                 Signal::Kill => Posix::KILL,
                 Signal::Stop => Posix::STOP,
             };
-            under.done = under
+            active.done = active
                 .process
-                .is_some_and(|process| kill_process(process, sent).is_ok());
+                .is_some_and(|process| kill_process(process, posix).is_ok());
         }
-        Act::Operate(operation) => under.done = operate(&operator, place, *operation),
+        Act::Operate(operation) => active.done = operate(&operator, schema, *operation),
         Act::Contest => {
-            under.done = operator.stop_all().is_ok();
-            under.competitors = Some(CompetingThreads::start(handle));
+            active.done = operator.stop_all().is_ok();
+            active.competitors = Some(CompetingThreads::start(handle));
         }
         Act::DuringReload { build, meanwhile } => {
-            under.done = reload(&operator, place, &builds[*build]);
+            active.done = reload(&operator, schema, &builds[*build]);
             match meanwhile {
-                Meanwhile::Operate(operation) => under.done |= operate(&operator, place, *operation),
-                Meanwhile::Reload => drop(reload(&operator, place, &builds[(build + 1) % builds.len()])),
-                Meanwhile::Panic => set_trouble(&operator, place, "panic", "check"),
+                Meanwhile::Operate(operation) => active.done |= operate(&operator, schema, *operation),
+                Meanwhile::Reload => drop(reload(&operator, schema, &builds[(build + 1) % builds.len()])),
+                Meanwhile::Panic => set_trouble(&operator, schema, "panic", "check"),
             }
         }
     }
-    under
+    active
 }
 
 /// Ends the fault; returns whether it is known to have taken effect.
-pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut ActiveFault) -> bool {
-    let place = under.schema;
+pub(super) fn end(fault: &Fault, handle: &Handle, active: &mut ActiveFault) -> bool {
+    let schema = active.schema;
     let operator = handle.operator(OPERATOR_NAME);
     match &fault.act {
         Act::SetTrouble { .. } | Act::Reload { .. } if fault.stays => {}
         Act::SetTrouble { place: "end", .. } => {
             // Otherwise the instance would not end before the application does.
-            drop(operator.unload(place));
-            set_trouble(&operator, place, "", "iterate");
-            drop(operator.load(place));
+            drop(operator.unload(schema));
+            set_trouble(&operator, schema, "", "iterate");
+            drop(operator.load(schema));
         }
-        Act::SetTrouble { .. } | Act::Reload { .. } => set_trouble(&operator, place, "", "iterate"),
+        Act::SetTrouble { .. } | Act::Reload { .. } => set_trouble(&operator, schema, "", "iterate"),
         Act::Signal(Signal::Kill) => {}
         Act::Signal(Signal::Stop) => {
             // The host may have killed it since. Only the same process is continued.
-            let same = handle.snapshot().schemas[place]
+            let same = handle.snapshot().schemas[schema]
                 .process
                 .and_then(|number| Pid::from_raw(number.cast_signed()));
-            if let Some(process) = under.process.filter(|process| Some(*process) == same) {
+            if let Some(process) = active.process.filter(|process| Some(*process) == same) {
                 let _ = kill_process(process, Posix::CONT);
             }
         }
         Act::Operate(_) | Act::DuringReload { .. } if fault.stays => {}
         Act::Contest => {
-            // Whichever order was last, everything is released.
-            under.competitors = None;
+            // Whatever the last action was, everything is released.
+            active.competitors = None;
             drop(operator.release_all());
         }
         Act::DuringReload {
             meanwhile: Meanwhile::Panic | Meanwhile::Reload,
             ..
-        } => set_trouble(&operator, place, "", "iterate"),
+        } => set_trouble(&operator, schema, "", "iterate"),
         Act::Operate(operation)
         | Act::DuringReload {
             meanwhile: Meanwhile::Operate(operation),
             ..
-        } => let_go(&operator, place, *operation),
+        } => release(&operator, schema, *operation),
     }
-    under.done || misdeeds(place, handle) > under.misdeeds
+    active.done || misdeed_count(schema, handle) > active.misdeed_count
 }
 
 /// Starts a replacement by another build; returns whether it was accepted. It is refused while another one
 /// waits.
-fn reload(operator: &OperatorHandle, place: usize, build: &LoadedPlugin) -> bool {
-    let how = ReloadOptions {
-        probation: TRIAL,
+fn reload(operator: &OperatorHandle, schema: usize, build: &LoadedPlugin) -> bool {
+    let options = ReloadOptions {
+        probation: PROBATION,
         fresh: false,
     };
-    operator.replace(place, build, how).is_ok()
+    operator.replace(schema, build, options).is_ok()
 }
 
-fn operate(operator: &OperatorHandle, place: usize, operation: Operation) -> bool {
-    let asked = match operation {
-        Operation::Stop => operator.hold_asleep(place),
-        Operation::Force => operator.force(place),
-        Operation::Play => operator.play(place),
-        Operation::Retime(period) => operator.set_period(place, period),
-        Operation::Unload => operator.unload(place),
+fn operate(operator: &OperatorHandle, schema: usize, operation: Operation) -> bool {
+    let result = match operation {
+        Operation::Stop => operator.hold_asleep(schema),
+        Operation::Force => operator.force(schema),
+        Operation::Play => operator.play(schema),
+        Operation::Retime(period) => operator.set_period(schema, period),
+        Operation::Unload => operator.unload(schema),
         Operation::StopAll => operator.stop_all(),
     };
-    asked.is_ok()
+    result.is_ok()
 }
 
-fn let_go(operator: &OperatorHandle, place: usize, operation: Operation) {
-    let done = match operation {
+fn release(operator: &OperatorHandle, schema: usize, operation: Operation) {
+    let result = match operation {
         Operation::StopAll => operator.release_all(),
         Operation::Stop | Operation::Force | Operation::Play | Operation::Retime(_) | Operation::Unload => {
-            operator.release(place)
+            operator.release(schema)
         }
     };
     // Another operator may have released it before.
-    drop(done);
+    drop(result);
 }
 
-fn set_trouble(operator: &OperatorHandle, place: usize, trouble: &str, call: &str) {
-    for (name, word) in [("place", call), ("trouble", trouble)] {
-        // The modulation exists and accepts the word. An error would show as a fault without effect.
-        let _ = operator.modulate(place, name, &Value::Text(word.to_owned()));
+fn set_trouble(operator: &OperatorHandle, schema: usize, trouble: &str, call: &str) {
+    for (name, value) in [("place", call), ("trouble", trouble)] {
+        // The modulation exists and accepts the value. An error would show as a fault without effect.
+        let _ = operator.modulate(schema, name, &Value::Text(value.to_owned()));
     }
 }
 
 /// The number of misdeeds that the schema has reported, including retracted ones.
-fn misdeeds(place: usize, handle: &Handle) -> u64 {
-    let name = &handle.application().instances[place].name;
-    let told = handle.board().find(&format!("{name}.misdeeds"));
-    told.map_or(0, |told| told.newest())
+fn misdeed_count(schema: usize, handle: &Handle) -> u64 {
+    let name = &handle.application().instances[schema].name;
+    let variable = handle.board().find(&format!("{name}.misdeeds"));
+    variable.map_or(0, |variable| variable.newest())
 }

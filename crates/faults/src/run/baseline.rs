@@ -1,4 +1,4 @@
-//! A thread beside an application that only waits for its turns. It measures how many turns the machine
+//! A thread without an application, which only waits for its turns. It measures how many turns the machine
 //! itself costs.
 
 use std::sync::Arc;
@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(10);
 
 /// Largest share of all processors used by other programs at which periods are judged.
-const OTHERS: f64 = 0.25;
+const MAX_OTHER_LOAD: f64 = 0.25;
 
-/// What was measured beside an application.
+/// The measurements during the run of an application.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
     /// The share of turns that the thread lost.
@@ -39,22 +39,22 @@ pub(super) struct BaselineThread {
 impl BaselineThread {
     pub(super) fn start() -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let told = Arc::clone(&stop);
+        let is_stopped = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
             let mut due = Instant::now();
-            let (mut had, mut owed) = (0_u32, 0_u32);
-            while !told.load(Ordering::Relaxed) {
+            let (mut taken, mut expected) = (0_u32, 0_u32);
+            while !is_stopped.load(Ordering::Relaxed) {
                 std::thread::sleep(due.saturating_duration_since(Instant::now()));
-                had += 1;
-                owed += 1;
+                taken += 1;
+                expected += 1;
                 due += PERIOD;
-                // When late by whole periods, it skips them like a schema.
+                // Like a schema, the thread skips whole periods that it missed.
                 while due < Instant::now() {
                     due += PERIOD;
-                    owed += 1;
+                    expected += 1;
                 }
             }
-            1.0 - f64::from(had) / f64::from(owed.max(1))
+            1.0 - f64::from(taken) / f64::from(expected.max(1))
         });
         Self {
             before: CpuTimes::now(),
@@ -87,7 +87,7 @@ impl CpuTimes {
         let idle = now.idle.saturating_sub(self.idle);
         let own = now.own.saturating_sub(self.own);
         let others = all.saturating_sub(idle).saturating_sub(own);
-        others as f64 / all as f64 > OTHERS
+        others as f64 / all as f64 > MAX_OTHER_LOAD
     }
 
     fn now() -> Self {

@@ -1,12 +1,12 @@
-//! The resources of this process: threads, open files, children, memory. An application must release all it
-//! took when it ends.
+//! The resources of this process: threads, open files, children, memory. An application must release all
+//! of them when it ends.
 
 use std::time::Duration;
 
 use super::wait_within;
 
-/// Longest time for an abandoned thread to return: it dawdles for 0.9 s, plus delays under load.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Longest time for an abandoned thread to return: a slow call returns after 0.9 s, plus delays under load.
+const RETURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// Allowed growth of the process per case, bytes: heap fragmentation.
 const GROWTH: u64 = 96 << 10;
 /// Cases until the heap has reached the size that one case needs.
@@ -20,7 +20,7 @@ const LEFTOVER_BYTES: u64 = 4 << 20;
 pub struct LeakDetector {
     before: Option<ResourceCounts>,
     cases: u64,
-    /// Cases of the present kind: their number, and, once warm, the resident memory with the number of
+    /// Cases of the current kind: their number, and, once warm, the resident memory with the number of
     /// abandoned calls.
     similar: u64,
     warm: Option<(u64, u64)>,
@@ -52,40 +52,40 @@ impl LeakDetector {
     }
 
     /// Records the resources after the first case, which created what all cases share.
-    pub fn begin(&mut self, left: Leftovers) {
+    pub fn begin(&mut self, leftovers: Leftovers) {
         let now = ResourceCounts::now();
         self.cases = 1;
-        self.leftovers = left;
+        self.leftovers = leftovers;
         self.before = Some(ResourceCounts {
-            threads: now.threads.saturating_sub(left.calls),
-            files: now.files.saturating_sub(left.files),
+            threads: now.threads.saturating_sub(leftovers.calls),
+            files: now.files.saturating_sub(leftovers.files),
             ..now
         });
     }
 
     /// Judges a case; returns the resources that leaked.
-    pub fn judge(&mut self, left: Leftovers) -> Vec<String> {
+    pub fn judge(&mut self, leftovers: Leftovers) -> Vec<String> {
         let Some(before) = self.before else {
             return Vec::new();
         };
-        self.leftovers.calls += left.calls;
-        self.leftovers.files += left.files;
+        self.leftovers.calls += leftovers.calls;
+        self.leftovers.files += leftovers.files;
         let allowed = ResourceCounts {
             threads: before.threads + self.leftovers.calls,
             files: before.files + self.leftovers.files,
             ..before
         };
-        let fits = |now: ResourceCounts| {
+        let is_allowed = |now: ResourceCounts| {
             now.threads <= allowed.threads && now.files <= allowed.files && now.children <= allowed.children
         };
-        let mut broken = Vec::new();
-        if !wait_within(PATIENCE, || fits(ResourceCounts::now())) {
+        let mut violations = Vec::new();
+        if !wait_within(RETURN_TIMEOUT, || is_allowed(ResourceCounts::now())) {
             let now = ResourceCounts::now();
-            broken.push(format!(
-                "leak: {} threads, {} files and {} children, where {}, {} and {} may be",
+            violations.push(format!(
+                "leak: {} threads, {} files and {} children, where {}, {} and {} are allowed",
                 now.threads, now.files, now.children, allowed.threads, allowed.files, allowed.children
             ));
-            // Reported once: later cases are compared with the present state.
+            // Reported once: later cases are compared with the current state.
             self.before = Some(ResourceCounts {
                 threads: now.threads.saturating_sub(self.leftovers.calls),
                 files: now.files.saturating_sub(self.leftovers.files),
@@ -97,7 +97,7 @@ impl LeakDetector {
         if self.similar == WARMUP_CASES {
             self.warm = Some((resident(), self.leftovers.calls));
         }
-        broken
+        violations
     }
 
     /// Prepares for cases of another kind, with other threads and another heap.
@@ -114,14 +114,14 @@ impl LeakDetector {
     }
 
     fn check_memory(&mut self) {
-        let Some((warm, left)) = self.warm else {
+        let Some((warm, warm_calls)) = self.warm else {
             return;
         };
-        let (cases, left) = (self.similar - WARMUP_CASES, self.leftovers.calls - left);
-        let (allowed, now) = (warm + GROWTH * cases + LEFTOVER_BYTES * left, resident());
+        let (cases, calls) = (self.similar - WARMUP_CASES, self.leftovers.calls - warm_calls);
+        let (allowed, now) = (warm + GROWTH * cases + LEFTOVER_BYTES * calls, resident());
         if now > allowed {
             self.grown.get_or_insert(format!(
-                "leak: {:.1} MB of memory after {cases} cases, where {:.1} MB may be",
+                "leak: {:.1} MB of memory after {cases} cases, where {:.1} MB are allowed",
                 now as f64 / 1e6,
                 allowed as f64 / 1e6
             ));

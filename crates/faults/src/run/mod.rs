@@ -17,7 +17,7 @@ use jde_loader::{LoadedPlugin, Plugins};
 
 use crate::application::{self, TestApplication};
 use crate::case::{Case, Clock};
-use crate::observer::{CAME_BACK, LEFT_AT_THE_END, LEFT_BEHIND, Observer, Symptom, Tamper};
+use crate::observer::{ABANDONED_AT_END, CALL_ABANDONED, CALL_RETURNED, Observer, Symptom, Tamper};
 use crate::plan::{Act, Fault, Kind};
 use baseline::BaselineThread;
 pub(crate) use baseline::is_machine_loaded;
@@ -32,11 +32,11 @@ const SLICE: Nanos = 10 * MS;
 /// Time for which an application continues after the last fault: longer than the back-off after some faults,
 /// and than a validity.
 const TAIL: Nanos = 1_600 * MS;
-/// Longest time from a fault's end to its consequences: a hang is found after 300 ms, and a dawdling call
+/// Longest time from a fault's end to its consequences: a hang is found after 300 ms, and a slow call
 /// returns after 900 ms.
 const SYMPTOM_TIMEOUT: Nanos = 1_000 * MS;
-/// How long dawdling calls may take to return after the application has ended.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// How long slow calls may take to return after the application has ended.
+const RETURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// The number of other builds of the plugin: the same code in different files, each mapped once.
 const BUILDS: usize = 3;
 
@@ -123,17 +123,17 @@ impl Resources {
 /// Runs a case; ends early when `stop` is set.
 ///
 /// # Errors
-/// The case could not run, which is no verdict.
+/// The case could not run. This is not a verdict.
 pub fn run(
-    gear: &Resources,
+    resources: &Resources,
     case: Case,
-    harness: &TestApplication,
+    test_application: &TestApplication,
     plan: Vec<Fault>,
-    how: RunOptions,
+    run_options: RunOptions,
     stop: &AtomicBool,
 ) -> Result<Report> {
-    let application = harness.application(&gear.plugins, how.seed)?;
-    let mut observer = Observer::new(case.clock, how.tamper);
+    let application = test_application.application(&resources.plugins, run_options.seed)?;
+    let mut observer = Observer::new(case.clock, run_options.tamper);
     let mut options = Options {
         isolation_program: Some(Program {
             path: "/proc/self/exe".into(),
@@ -143,9 +143,9 @@ pub fn run(
     };
     observer.watch(&mut options);
     let mut run = match case.clock {
-        Clock::Lockstep => Run::Lockstep(Lockstep::start(application, &gear.plugins, options)?),
+        Clock::Lockstep => Run::Lockstep(Lockstep::start(application, &resources.plugins, options)?),
         Clock::RealTime | Clock::Outside => {
-            Run::RealTime(Running::start(application, &gear.plugins, options)?)
+            Run::RealTime(Running::start(application, &resources.plugins, options)?)
         }
     };
     let handle = run.handle();
@@ -154,7 +154,7 @@ pub fn run(
         .list()
         .map(|variable| std::sync::Arc::downgrade(&variable))
         .collect();
-    let lie = match how.tamper {
+    let held_variable = match run_options.tamper {
         Some(Tamper::Held) => handle.board().list().next(),
         _ => None,
     };
@@ -164,8 +164,8 @@ pub fn run(
         .filter(|variable| variable.shared().is_some())
         .count() as u64;
     let bare = matches!(run, Run::RealTime(_)).then(BaselineThread::start);
-    let mut under: Vec<Option<act::ActiveFault>> = plan.iter().map(|_| None).collect();
-    let mut struck = vec![false; plan.len()];
+    let mut active: Vec<Option<act::ActiveFault>> = plan.iter().map(|_| None).collect();
+    let mut took_effect = vec![false; plan.len()];
     let begins = plan
         .iter()
         .enumerate()
@@ -177,106 +177,109 @@ pub fn run(
     let mut steps: Vec<(Nanos, usize, bool)> = begins.chain(ends).collect();
     steps.sort_by_key(|step| step.0);
     for (time, number, begins) in steps {
-        if !run.go_to(time, &handle, &mut observer, stop) {
+        if !run.run_until(time, &handle, &mut observer, stop) {
             break;
         }
         let fault = &plan[number];
         if !begins {
-            if let Some(under) = &mut under[number] {
-                struck[number] = act::end(fault, &handle, under);
+            if let Some(active) = &mut active[number] {
+                took_effect[number] = act::end(fault, &handle, active);
                 if !fault.stays {
-                    observer.recovers(under.schema, fault.ends() + SYMPTOM_TIMEOUT);
+                    observer.recovers(active.schema, fault.ends() + SYMPTOM_TIMEOUT);
                 }
             }
-        } else if let Some(place) = act::victim(fault, harness, &handle) {
-            observer.excuse(place);
-            under[number] = Some(act::begin(fault, place, &handle, &gear.builds));
+        } else if let Some(schema) = act::victim(fault, test_application, &handle) {
+            observer.excuse(schema);
+            active[number] = Some(act::begin(fault, schema, &handle, &resources.builds));
         }
     }
     let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
-    run.go_to(end, &handle, &mut observer, stop);
+    run.run_until(end, &handle, &mut observer, stop);
     observer.judge_recovery(&handle);
     let ended = handle.outcome();
     let bare = bare.map(BaselineThread::end);
-    let judged = bare.filter(|bare| how.rhythm && !bare.is_machine_loaded);
+    let judged = bare.filter(|bare| run_options.rhythm && !bare.is_machine_loaded);
     if let Some(bare) = judged {
         observer.conclude(bare.lost);
     }
     observer.set_ended();
-    let name = |under: &act::ActiveFault| handle.application().instances[under.schema].name.clone();
-    let whom: Vec<Option<String>> = under.iter().map(|under| under.as_ref().map(name)).collect();
+    let name = |active: &act::ActiveFault| handle.application().instances[active.schema].name.clone();
+    let targets: Vec<Option<String>> = active.iter().map(|active| active.as_ref().map(name)).collect();
     drop(handle);
     drop(run);
-    let signs = observer.symptoms();
+    let symptoms = observer.symptoms();
     for (number, fault) in plan.iter().enumerate() {
-        let came =
-            |under: &act::ActiveFault| signs.iter().any(|sign| is_symptom_of(sign, fault, under.schema));
-        struck[number] |= under[number].as_ref().is_some_and(came);
+        let has_symptom = |active: &act::ActiveFault| {
+            symptoms
+                .iter()
+                .any(|symptom| is_symptom_of(symptom, fault, active.schema))
+        };
+        took_effect[number] |= active[number].as_ref().is_some_and(has_symptom);
     }
-    let mut broken = observer.violations();
+    let mut violations = observer.violations();
     if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
-        broken.push(format!("the application ended by itself: {}", outcome.message()));
+        violations.push(format!("the application ended by itself: {}", outcome.message()));
     }
-    // Dawdling calls return and release everything; hanging ones do not.
+    // Slow calls return and release everything; calls that hang do not.
     let count = |what: &str| {
         observer
             .symptoms()
             .iter()
-            .filter(|sign| sign.what == what)
+            .filter(|symptom| symptom.what == what)
             .count() as u64
     };
-    let given_up = || count(LEFT_BEHIND).saturating_sub(count(CAME_BACK));
+    let abandoned = || count(CALL_ABANDONED).saturating_sub(count(CALL_RETURNED));
     let held = || {
         variables
             .iter()
             .filter(|variable| variable.strong_count() > 0)
             .count()
     };
-    let gone = wait_within(PATIENCE, || held() == 0);
+    let all_released = wait_within(RETURN_TIMEOUT, || held() == 0);
     let hangs = plan.iter().any(|fault| fault.kind == Kind::Hang);
-    let left = if hangs {
-        given_up() + count(LEFT_AT_THE_END)
+    let never_returned = if hangs {
+        abandoned() + count(ABANDONED_AT_END)
     } else {
         0
     };
-    if !gone && left == 0 {
-        broken.push(format!(
-            "leak: {} variables of an application that has ended are still held by somebody",
+    if !all_released && never_returned == 0 {
+        violations.push(format!(
+            "leak: {} variables of an application that has ended are still referenced",
             held()
         ));
     }
-    drop(lie);
-    if !hangs && given_up() > 0 {
-        broken.push(format!(
-            "leak: {} calls that were given up never came back, and none was told to hang",
-            given_up()
+    drop(held_variable);
+    if !hangs && abandoned() > 0 {
+        violations.push(format!(
+            "leak: {} abandoned calls never returned, and none was to hang",
+            abandoned()
         ));
     }
-    let faults = plan.into_iter().zip(whom).zip(struck);
-    let faults = faults.map(|((fault, whom), struck)| Injected {
+    let faults = plan.into_iter().zip(targets).zip(took_effect);
+    let faults = faults.map(|((fault, target), took_effect)| Injected {
         fault,
-        target: whom,
-        took_effect: struck,
+        target,
+        took_effect,
     });
     Ok(Report {
         case,
         faults: faults.collect(),
-        violations: broken,
+        violations,
         min_turn_share: judged.and_then(|_| observer.min_turn_share()),
         rhythm: bare.map(|_| judged.is_some()),
         leftovers: Leftovers {
-            calls: left,
-            files: if left > 0 { shared } else { 0 },
+            calls: never_returned,
+            files: if never_returned > 0 { shared } else { 0 },
         },
     })
 }
 
-/// Whether a sign is a consequence of this fault.
-fn is_symptom_of(sign: &Symptom, fault: &Fault, place: usize) -> bool {
-    let asked = matches!(fault.act, Act::Operate(_));
-    sign.schema == place
-        && (sign.what != "operated" || asked)
-        && (fault.at..=fault.ends() + SYMPTOM_TIMEOUT).contains(&sign.time)
+/// Whether a symptom is a consequence of this fault.
+fn is_symptom_of(symptom: &Symptom, fault: &Fault, schema: usize) -> bool {
+    let is_operation = matches!(fault.act, Act::Operate(_));
+    symptom.schema == schema
+        && (symptom.what != "operated" || is_operation)
+        && (fault.at..=fault.ends() + SYMPTOM_TIMEOUT).contains(&symptom.time)
 }
 
 impl Run {
@@ -287,17 +290,23 @@ impl Run {
         }
     }
 
-    /// Runs until `then` and judges on the way; returns `false` if the application ended before.
-    fn go_to(&mut self, then: Nanos, handle: &Handle, observer: &mut Observer, stop: &AtomicBool) -> bool {
+    /// Runs until `time`, and judges meanwhile. Returns `false` if the application ended before.
+    fn run_until(
+        &mut self,
+        time: Nanos,
+        handle: &Handle,
+        observer: &mut Observer,
+        stop: &AtomicBool,
+    ) -> bool {
         loop {
             let now = handle.now();
-            if now >= then {
+            if now >= time {
                 return true;
             }
             if handle.outcome().is_some() || stop.load(Ordering::Relaxed) {
                 return false;
             }
-            let next = then.min(now + SLICE);
+            let next = time.min(now + SLICE);
             match self {
                 Self::Lockstep(lockstep) => {
                     lockstep.run_until(next);

@@ -1,6 +1,6 @@
 /*
- * A host of ABI 1.0, by the header of that version: calls each schema of a plugin once all around, and says what came of it. Behind all
- * that it lends are marks, and behind its own table is what no one may call.
+ * A host of ABI 1.0, built with the header of that version. It calls each function of each schema of a plugin once and prints the
+ * results. Guard values follow all memory that it lends, and functions that no plugin may call follow its own table.
  */
 #include "jde.h"
 
@@ -8,15 +8,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define MARK 0x77777777u
+#define GUARD 0x77777777u
 
-static const jde_schema *present;
-static char said[256];
+static const jde_schema *current;
+static char message[256];
 
-/* What has a value from the start shows it. */
+/* Reads the initial value of a port, if it has one. */
 static int32_t read_port(jde_context *context, uint32_t number, jde_sample *sample)
 {
-    const char *at = (const char *)present->ports + number * present->ports->size;
+    const char *at = (const char *)current->ports + number * current->ports->size;
     const jde_port *port = (const jde_port *)(const void *)at;
     (void)context;
     if (port->initial == NULL) {
@@ -45,7 +45,7 @@ static int32_t publish(jde_context *context, uint32_t port, uint64_t time)
     return JDE_OK;
 }
 
-static int32_t woken(jde_context *context, uint32_t child)
+static int32_t accept_child(jde_context *context, uint32_t child)
 {
     (void)context;
     (void)child;
@@ -72,7 +72,7 @@ static int32_t set_policy(jde_context *context, uint32_t number, uint32_t policy
     return JDE_OK;
 }
 
-static uint64_t one(jde_context *context)
+static uint64_t return_one(jde_context *context)
 {
     (void)context;
     return 1u;
@@ -81,7 +81,7 @@ static uint64_t one(jde_context *context)
 static const char *name(jde_context *context)
 {
     (void)context;
-    return "it";
+    return "schema";
 }
 
 static void say(jde_context *context, uint32_t level, const char *text, uint64_t length)
@@ -95,7 +95,7 @@ static void say(jde_context *context, uint32_t level, const char *text, uint64_t
 static void fail(jde_context *context, const char *text, uint64_t length)
 {
     (void)context;
-    snprintf(said, sizeof said, "%.*s", (int)length, text);
+    snprintf(message, sizeof message, "%.*s", (int)length, text);
 }
 
 static const void *extension(jde_context *context, const char *id)
@@ -105,7 +105,7 @@ static const void *extension(jde_context *context, const char *id)
     return NULL;
 }
 
-static void never(void)
+static void must_not_be_called(void)
 {
     puts("a function behind the host's table was called");
     fflush(stdout);
@@ -115,19 +115,20 @@ static void never(void)
 static struct {
     jde_host host;
     void (*beyond[8])(void);
-} table = {{(uint32_t)sizeof(jde_host), JDE_ABI_MAJOR, JDE_ABI_MINOR, 0u, read_port, loan, publish, woken, woken, child, set_policy,
-            one, one, one, name, say, fail, extension},
-           {never, never, never, never, never, never, never, never}};
+} table = {{(uint32_t)sizeof(jde_host), JDE_ABI_MAJOR, JDE_ABI_MINOR, 0u, read_port, loan, publish, accept_child, accept_child, child, set_policy,
+            return_one, return_one, return_one, name, say, fail, extension},
+           {must_not_be_called, must_not_be_called, must_not_be_called, must_not_be_called, must_not_be_called, must_not_be_called,
+            must_not_be_called, must_not_be_called}};
 
 static int call(const jde_schema *schema)
 {
     static struct {
-        jde_precondition it;
-        uint32_t mark[8];
+        jde_precondition value;
+        uint32_t guard[8];
     } ready;
     static struct {
-        jde_verdict it;
-        uint32_t mark[8];
+        jde_verdict value;
+        uint32_t guard[8];
     } verdict;
     jde_candidate candidates[2];
     jde_level level;
@@ -135,24 +136,24 @@ static int call(const jde_schema *schema)
     jde_context *cx = (jde_context *)(void *)&context;
     void *instance = schema->create(schema, &table.host, cx);
     int32_t code;
-    present = schema;
+    current = schema;
     memset(&ready, 0x77, sizeof ready);
     memset(&verdict, 0x77, sizeof verdict);
     if (instance == NULL) {
-        printf("%s: none (%s)\n", schema->name, said);
+        printf("%s: none (%s)\n", schema->name, message);
         return 1;
     }
-    said[0] = 0;
+    message[0] = 0;
     if (schema->awake != NULL && schema->awake(instance, cx) != JDE_OK) {
-        printf("%s: awake (%s)\n", schema->name, said);
+        printf("%s: awake (%s)\n", schema->name, message);
     }
-    ready.it.size = (uint32_t)sizeof ready.it;
+    ready.value.size = (uint32_t)sizeof ready.value;
     if (schema->check != NULL) {
-        code = schema->check(instance, cx, &ready.it);
-        printf("%s: check %d, ready %u %s\n", schema->name, code, ready.it.ready, said);
+        code = schema->check(instance, cx, &ready.value);
+        printf("%s: check %d, ready %u %s\n", schema->name, code, ready.value.ready, message);
     }
     code = schema->iterate(instance, cx);
-    printf("%s: iterate %d %s\n", schema->name, code, said);
+    printf("%s: iterate %d %s\n", schema->name, code, message);
     if (schema->arbitrate != NULL) {
         uint32_t at;
         memset(candidates, 0, sizeof candidates);
@@ -170,9 +171,9 @@ static int call(const jde_schema *schema)
         level.candidates = candidates;
         level.candidate_count = 2u;
         level.winner = -1;
-        verdict.it.size = (uint32_t)sizeof verdict.it;
-        code = schema->arbitrate(instance, cx, &level, &verdict.it);
-        printf("%s: arbitrate %d, child %d, %s\n", schema->name, code, verdict.it.child, verdict.it.reason);
+        verdict.value.size = (uint32_t)sizeof verdict.value;
+        code = schema->arbitrate(instance, cx, &level, &verdict.value);
+        printf("%s: arbitrate %d, child %d, %s\n", schema->name, code, verdict.value.child, verdict.value.reason);
     }
     if (schema->sleep != NULL) {
         schema->sleep(instance, cx);
@@ -180,7 +181,7 @@ static int call(const jde_schema *schema)
     if (schema->destroy != NULL) {
         schema->destroy(instance);
     }
-    return ready.mark[0] == MARK && ready.mark[7] == MARK && verdict.mark[0] == MARK && verdict.mark[7] == MARK ? 0 : 2;
+    return ready.guard[0] == GUARD && ready.guard[7] == GUARD && verdict.guard[0] == GUARD && verdict.guard[7] == GUARD ? 0 : 2;
 }
 
 int main(int count, char **arguments)

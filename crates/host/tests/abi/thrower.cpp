@@ -1,5 +1,5 @@
 /*
- * A schema in C++ that throws in its second iteration: what std::exception is, and what is not, or, unguarded, past its function.
+ * A schema in C++ that throws THROWN in its second iteration. With UNGUARDED, its functions do not catch the exception.
  */
 #include "jde.h"
 

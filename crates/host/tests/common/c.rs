@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Builds a library from a file of `tests/c`, with these macros.
-pub(crate) fn make(source: &str, macros: &[String], to: &Path) {
+pub(crate) fn build(source: &str, macros: &[String], to: &Path) {
     let root = env!("CARGO_MANIFEST_DIR");
-    let done = Command::new("cc")
+    let output = Command::new("cc")
         .args([
             "-shared",
             "-fPIC",
@@ -19,5 +19,9 @@ pub(crate) fn make(source: &str, macros: &[String], to: &Path) {
         .args([to, &PathBuf::from(format!("{root}/tests/c/{source}"))])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use jde_schema::prelude::*;
 
+use super::scenario::{Scenario, lock};
 use super::schemas::Motor;
-use super::stage::{Stage, lock};
 
-/// A call of a schema, as its part receives it.
+/// A call of a schema, as its behaviour receives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
     Awake,
@@ -18,20 +18,20 @@ pub(crate) enum Call {
     Drop,
 }
 
-/// What a part can do during a call.
+/// What a behaviour can do during a call.
 pub(crate) struct Io<'a> {
-    pub(crate) stage: &'a Arc<Stage>,
+    pub(crate) scenario: &'a Arc<Scenario>,
     pub(crate) name: &'a str,
     /// Calls of this instance before this one; 0 again in a new instance.
     pub(crate) memory: u64,
     /// `None` while the instance is dropped.
     inner: Option<Inner<'a>>,
-    pub(super) answer: Precondition,
+    pub(super) precondition: Precondition,
     pub(super) verdict: Option<Verdict>,
     then: Option<Then>,
 }
 
-/// What is done after the part has returned.
+/// Runs after the behaviour has returned.
 type Then = Box<dyn FnOnce(&mut Io<'_>)>;
 
 pub(super) struct Inner<'a> {
@@ -42,13 +42,18 @@ pub(super) struct Inner<'a> {
 }
 
 impl<'a> Io<'a> {
-    pub(super) fn new(stage: &'a Arc<Stage>, name: &'a str, memory: u64, inner: Option<Inner<'a>>) -> Self {
+    pub(super) fn new(
+        scenario: &'a Arc<Scenario>,
+        name: &'a str,
+        memory: u64,
+        inner: Option<Inner<'a>>,
+    ) -> Self {
         Self {
-            stage,
+            scenario,
             name,
             memory,
             inner,
-            answer: false.into(),
+            precondition: false.into(),
             verdict: None,
             then: None,
         }
@@ -57,13 +62,13 @@ impl<'a> Io<'a> {
     pub(super) fn perform(&mut self, call: Call) -> Result {
         match call {
             Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate => {
-                self.say(format!("{call:?}").to_lowercase());
+                self.record(format!("{call:?}").to_lowercase());
             }
             Call::Check | Call::Drop => {}
         }
-        let (stage, name) = (self.stage, self.name);
-        let result = match stage.part(name) {
-            Some(part) => stage.within(name, call, || lock(&part)(call, self)),
+        let (scenario, name) = (self.scenario, self.name);
+        let result = match scenario.behaviour(name) {
+            Some(behaviour) => scenario.track_call(name, call, || lock(&behaviour)(call, self)),
             None => Ok(()),
         };
         if let Some(then) = self.then.take() {
@@ -72,32 +77,33 @@ impl<'a> Io<'a> {
         result
     }
 
-    /// Does something more in this call, while other instances can run the part. For calls that hang.
+    /// Does something more in this call, while other instances can run the behaviour. For calls that hang.
     pub(crate) fn then(&mut self, then: impl FnOnce(&mut Io<'_>) + 'static) {
         self.then = Some(Box::new(then));
     }
 
     fn inner(&self) -> &Inner<'a> {
-        self.inner.as_ref().expect("nothing can be done while dropped")
+        self.inner.as_ref().expect("a dropped instance has no context")
     }
 
     fn motor(&self) -> &'a Motor {
-        self.inner().motor.expect("a motor schema")
+        self.inner().motor.expect("the instance is a motor schema")
     }
 
-    /// The context of the present call.
+    /// The context of the current call.
     pub(crate) fn cx(&self) -> &'a Context<'a> {
         self.inner().cx
     }
 
     /// Records what the instance does.
-    pub(crate) fn say(&self, what: impl AsRef<str>) {
-        self.stage.note(|| format!("{} {}", self.name, what.as_ref()));
+    pub(crate) fn record(&self, what: impl AsRef<str>) {
+        self.scenario
+            .record(|| format!("{} {}", self.name, what.as_ref()));
     }
 
     /// Sets the result of a check.
     pub(crate) fn ready(&mut self, ready: impl Into<Precondition>) {
-        self.answer = ready.into();
+        self.precondition = ready.into();
     }
 
     /// Sets the result of an arbitration.
@@ -110,7 +116,7 @@ impl<'a> Io<'a> {
 
     /// The level to arbitrate.
     pub(crate) fn level(&self) -> &'a Level<'a> {
-        self.inner().level.expect("it arbitrates")
+        self.inner().level.expect("the call is an arbitration")
     }
 
     /// Time since the start, ns.
@@ -139,12 +145,12 @@ impl<'a> Io<'a> {
         self.motor().other.get(self.cx()).map(|sample| *sample)
     }
 
-    /// Its modulation.
+    /// The value of the modulation.
     pub(crate) fn gain(&self) -> f64 {
         self.motor().gain.get(self.cx())
     }
 
-    /// Its fixed modulation.
+    /// The value of the fixed modulation.
     pub(crate) fn grip(&self) -> f64 {
         self.motor().grip.get(self.cx())
     }
@@ -178,15 +184,15 @@ impl<'a> Io<'a> {
 
     /// Publishes the export of an eye.
     pub(crate) fn publish(&mut self, value: f64) {
-        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
-        let out = inner.perceptive.as_mut().expect("an eye");
+        let inner = self.inner.as_mut().expect("a dropped instance has no context");
+        let out = inner.perceptive.as_mut().expect("the instance is perceptive");
         out.write(inner.cx, value);
     }
 
     /// Retracts the export of an eye.
     pub(crate) fn retract(&mut self) {
-        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
-        let out = inner.perceptive.as_mut().expect("an eye");
+        let inner = self.inner.as_mut().expect("a dropped instance has no context");
+        let out = inner.perceptive.as_mut().expect("the instance is perceptive");
         out.retract(inner.cx);
     }
 }

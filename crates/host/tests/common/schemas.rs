@@ -1,4 +1,4 @@
-//! The schemas of the tests. They have every kind of port and child, and behave as their part defines.
+//! The schemas of the tests. They have every kind of port and child, and behave as the scenario defines.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jde_schema::prelude::*;
 
 use super::io::{Call, Inner, Io};
-use super::stage::Stage;
+use super::scenario::Scenario;
 
 thread_local! {
     /// Instances of the test plugin that this thread created and that have not ended.
@@ -32,9 +32,9 @@ impl Drop for Alive {
 
 /// The state of every instance of the tests.
 #[derive(Default)]
-struct Own {
+struct InstanceState {
     alive: Alive,
-    stage: Option<Arc<Stage>>,
+    scenario: Option<Arc<Scenario>>,
     name: String,
     calls: u64,
 }
@@ -43,9 +43,9 @@ struct Own {
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub(crate) struct Motor {
-    /// The number of its stage.
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
     /// An input.
     #[import(optional)]
     pub(super) input: Import<f64>,
@@ -85,16 +85,16 @@ pub(crate) struct Motor {
     /// The period of child a.
     #[modulates(child = "a", name = "period", optional)]
     pub(super) period_of_a: Modulates<f64>,
-    own: Own,
+    state: InstanceState,
 }
 
 /// A perceptive schema.
 #[derive(Describe)]
 #[schema(perceptive, period = "10ms")]
 pub(crate) struct Eye {
-    /// The number of its stage.
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
     /// A modulation for an operator.
     #[modulation(default = 0.0)]
     gain: Modulation<f64>,
@@ -104,16 +104,16 @@ pub(crate) struct Eye {
     /// The value that the test publishes.
     #[export]
     out: Export<f64>,
-    own: Own,
+    state: InstanceState,
 }
 
 /// A driver. It records each change of its commands.
 #[derive(Describe)]
 #[schema(driver, period = "10ms")]
 pub(crate) struct Robot {
-    /// The number of its stage.
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
     /// A command that is in force for long.
     #[command(neutral = Twist::ZERO, validity = "1000s")]
     velocity: Command<Twist>,
@@ -121,45 +121,47 @@ pub(crate) struct Robot {
     #[command(neutral = Twist::ZERO, validity = "50ms")]
     reach: Command<Twist>,
     last: [Option<f64>; 2],
-    own: Own,
+    state: InstanceState,
 }
 
 /// A schema that cannot be created.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
-pub(crate) struct Stillborn {
-    /// The number of its stage.
+pub(crate) struct FailsToCreate {
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
-    fuse: Fuse,
+    scenario: Modulation<u32>,
+    field: PanicsOnDefault,
 }
 
-struct Fuse;
+struct PanicsOnDefault;
 
-impl Default for Fuse {
+impl Default for PanicsOnDefault {
     fn default() -> Self {
         panic!("there is no such device")
     }
 }
 
-impl Own {
-    fn begin(&mut self, cx: &Context, stage: u32) -> (Arc<Stage>, u64) {
-        if self.stage.is_none() {
-            self.stage = Some(Stage::of(stage));
+impl InstanceState {
+    fn begin(&mut self, cx: &Context, scenario: u32) -> (Arc<Scenario>, u64) {
+        if self.scenario.is_none() {
+            self.scenario = Some(Scenario::of(scenario));
             self.name = cx.name().to_owned();
         }
         self.calls += 1;
-        let stage = self.stage.as_ref().expect("it was set");
-        (Arc::clone(stage), self.calls - 1)
+        let scenario = self.scenario.as_ref().expect("it was set");
+        (Arc::clone(scenario), self.calls - 1)
     }
 }
 
-impl Drop for Own {
+impl Drop for InstanceState {
     fn drop(&mut self) {
-        let Some(stage) = self.stage.take() else { return };
-        stage.note(|| format!("{} drop", self.name));
-        let mut io = Io::new(&stage, &self.name, self.calls, None);
-        // An error has no receiver here; a panic propagates to the boundary.
+        let Some(scenario) = self.scenario.take() else {
+            return;
+        };
+        scenario.record(|| format!("{} drop", self.name));
+        let mut io = Io::new(&scenario, &self.name, self.calls, None);
+        // An error has no receiver; a panic propagates to the boundary.
         let _ = io.perform(Call::Drop);
     }
 }
@@ -171,10 +173,10 @@ impl Motor {
         call: Call,
         level: Option<&Level>,
     ) -> Result<(Precondition, Option<Verdict>)> {
-        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
         let mut io = Io::new(
-            &stage,
-            &self.own.name,
+            &scenario,
+            &self.state.name,
             memory,
             Some(Inner {
                 cx,
@@ -184,7 +186,7 @@ impl Motor {
             }),
         );
         io.perform(call)?;
-        Ok((io.answer, io.verdict))
+        Ok((io.precondition, io.verdict))
     }
 
     /// Writes the state of the mission.
@@ -205,7 +207,8 @@ impl Schema for Motor {
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        self.call(cx, Call::Check, None).map(|(answer, _)| answer)
+        self.call(cx, Call::Check, None)
+            .map(|(precondition, _)| precondition)
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -228,16 +231,16 @@ impl Schema for Motor {
 impl Arbitrate for Motor {
     fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
         let (_, verdict) = self.call(cx, Call::Arbitrate, Some(level))?;
-        Ok(verdict.unwrap_or_else(|| Verdict::nobody("its part chose nobody")))
+        Ok(verdict.unwrap_or_else(|| Verdict::nobody("the scenario chose no child")))
     }
 }
 
 impl Eye {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
-        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
         let mut io = Io::new(
-            &stage,
-            &self.own.name,
+            &scenario,
+            &self.state.name,
             memory,
             Some(Inner {
                 cx,
@@ -268,10 +271,10 @@ impl Schema for Eye {
 
 impl Robot {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
-        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
         let mut io = Io::new(
-            &stage,
-            &self.own.name,
+            &scenario,
+            &self.state.name,
             memory,
             Some(Inner {
                 cx,
@@ -293,19 +296,19 @@ impl Schema for Robot {
         let velocity = self.velocity.get(cx);
         let reach = self.reach.get(cx);
         let seen = [velocity, reach].map(|command| command.in_force().then_some(command.linear.x));
-        let stage = Stage::of(self.stage.get(cx));
+        let scenario = Scenario::of(self.scenario.get(cx));
         let before = std::mem::replace(&mut self.last, seen);
         for ((what, before), seen) in ["velocity", "reach"].into_iter().zip(before).zip(seen) {
             // A neutral command and no command both count as braked.
             let (before, seen) = (before.unwrap_or(0.0), seen.unwrap_or(0.0));
             if before != seen {
-                stage.note(|| format!("{} {what} {seen}", cx.name()));
+                scenario.record(|| format!("{} {what} {seen}", cx.name()));
             }
         }
         self.call(cx, Call::Iterate)?;
-        let still = [self.velocity.get(cx), self.reach.get(cx)];
-        if still.map(|command| command.in_force().then_some(command.linear.x)) != seen {
-            stage.note(|| format!("{} changed its mind", cx.name()));
+        let again = [self.velocity.get(cx), self.reach.get(cx)];
+        if again.map(|command| command.in_force().then_some(command.linear.x)) != seen {
+            scenario.record(|| format!("{} read another command", cx.name()));
         }
         Ok(())
     }
@@ -317,7 +320,7 @@ impl Schema for Robot {
     }
 }
 
-impl Schema for Stillborn {
+impl Schema for FailsToCreate {
     fn iterate(&mut self, _: &Context) -> Result {
         Ok(())
     }

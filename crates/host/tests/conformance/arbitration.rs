@@ -1,6 +1,6 @@
 //! A father with its own arbitration, correct and faulty (R4).
 
-#![allow(unsafe_code, reason = "a table that breaks its contract is made by hand")]
+#![allow(unsafe_code, reason = "the test builds a table that breaks its contract")]
 
 use std::path::Path;
 use std::sync::mpsc;
@@ -13,16 +13,16 @@ use jde_host::Options;
 use jde_records::event::Event;
 use jde_schema::{Case, Describe};
 
-use crate::common::{Call, Executor, Io, Rig, Stage, on_every_executor, plugins, text};
+use crate::common::{Call, Executor, Io, Scenario, TestApp, on_every_executor, plugins, text};
 
 on_every_executor!(
     r4_the_fathers_choice_wins_with_its_reason,
-    r4_a_father_that_chooses_nobody_brakes,
+    r4_a_father_that_chooses_no_child_brakes,
     r4_a_father_that_panics_is_overruled_by_priority,
-    r4_a_father_that_errs_is_overruled_by_priority,
+    r4_a_father_that_returns_an_error_is_overruled_by_priority,
     r4_a_father_that_names_a_sleeping_child_is_overruled_by_priority,
     r4_a_father_that_names_a_child_out_of_range_is_overruled_by_priority,
-    r4_a_good_answer_clears_the_note,
+    r4_a_valid_choice_clears_the_arbitration_failure,
 );
 
 mod hanging {
@@ -60,12 +60,12 @@ fn patient_family() -> String {
 }
 
 /// A father that wakes `a` and `b`, which are always READY, and runs `arbitrate`.
-fn stage(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send + 'static) -> Arc<Stage> {
-    let stage = Stage::new();
+fn scenario(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send + 'static) -> Arc<Scenario> {
+    let scenario = Scenario::new();
     for (name, speed) in [("left", 0.1), ("right", 0.2)] {
-        stage.drives(name, &Arc::new(true.into()), speed);
+        scenario.drives(name, &Arc::new(true.into()), speed);
     }
-    stage.play("father", move |call, io| {
+    scenario.on_call("father", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -77,99 +77,100 @@ fn stage(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send + '
         }
         Ok(())
     });
-    stage
+    scenario
 }
 
-/// Runs until the priority order decided in the father's place, and checks the reports of it.
-fn overruled(rig: &mut Rig, because: &str) {
-    let left = rig.place("left");
+/// Runs until the priority order has decided instead of the father, and checks the reports.
+fn overruled(app: &mut TestApp, reason: &str) {
+    let left = app.index("left");
     let failed = |event: &Event| {
         matches!(event, Event::Decided(record)
             if record.decider == Decider::ArbitrationFailed
-                && record.reason.contains(because)
+                && record.reason.contains(reason)
                 && record.choice.map(|id| id.index()) == Some(left))
     };
-    rig.until(|rig| rig.stage.told(failed));
-    rig.until_did("robot velocity 0.1");
-    let father = rig.place("father");
-    assert!(rig.stage.told(
-        |event| matches!(event, Event::HealthChanged { schema, health: Health::ArbitrationFailed(reason), .. }
-        if *schema == father && reason.contains(because))
+    app.until(|app| app.scenario.has_event(failed));
+    app.until_line("robot velocity 0.1");
+    let father = app.index("father");
+    assert!(app.scenario.has_event(
+        |event| matches!(event, Event::HealthChanged { schema, health: Health::ArbitrationFailed(health), .. }
+        if *schema == father && health.contains(reason))
     ));
-    assert!(!rig.stage.did("father sleep"), "it stays awake");
+    assert!(!app.scenario.has_line("father sleep"), "the father stays awake");
 }
 
 fn r4_the_fathers_choice_wins_with_its_reason(executor: Executor) {
-    let stage = stage(|io| {
+    let scenario = scenario(|io| {
         assert_eq!((io.level().group(), io.level().case()), ("base", Case::Collision));
         io.choose("b");
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &patient_family());
-    let right = rig.place("right");
-    rig.until(|rig| {
-        rig.stage.told(|event| {
+    let mut app = TestApp::start(executor, &scenario, &patient_family());
+    let right = app.index("right");
+    app.until(|app| {
+        app.scenario.has_event(|event| {
             matches!(event, Event::Decided(record) if record.decider == Decider::Father
                 && record.choice.map(|id| id.index()) == Some(right)
                 && record.reason == "father chose b")
         })
     });
-    rig.until_did("robot velocity 0.2");
-    assert_eq!(rig.winner("father/base").as_deref(), Some("right"));
-    rig.stop();
+    app.until_line("robot velocity 0.2");
+    assert_eq!(app.winner("father/base").as_deref(), Some("right"));
+    app.stop();
 }
 
-fn r4_a_father_that_chooses_nobody_brakes(executor: Executor) {
-    let stage = stage(|_| Ok(()));
-    let mut rig = Rig::start(executor, &stage, &patient_family());
-    let nobody = |event: &Event| {
+fn r4_a_father_that_chooses_no_child_brakes(executor: Executor) {
+    let scenario = scenario(|_| Ok(()));
+    let mut app = TestApp::start(executor, &scenario, &patient_family());
+    let no_choice = |event: &Event| {
         matches!(event, Event::Decided(record) if record.decider == Decider::Father
-            && record.choice.is_none() && record.reason == "its part chose nobody")
+            && record.choice.is_none() && record.reason == "the scenario chose no child")
     };
-    rig.until(|rig| rig.stage.told(nobody));
-    rig.until(|rig| rig.winner("father/base").is_none());
-    rig.stop();
+    app.until(|app| app.scenario.has_event(no_choice));
+    app.until(|app| app.winner("father/base").is_none());
+    app.stop();
 }
 
 fn r4_a_father_that_panics_is_overruled_by_priority(executor: Executor) {
-    let stage = stage(|_| panic!("I cannot decide"));
-    let mut rig = Rig::start(executor, &stage, &family());
-    overruled(&mut rig, "I cannot decide");
-    rig.stop();
+    let scenario = scenario(|_| panic!("I cannot decide"));
+    let mut app = TestApp::start(executor, &scenario, &family());
+    overruled(&mut app, "I cannot decide");
+    app.stop();
 }
 
-fn r4_a_father_that_errs_is_overruled_by_priority(executor: Executor) {
-    let stage = stage(|_| Err("I do not know".into()));
-    let mut rig = Rig::start(executor, &stage, &family());
-    overruled(&mut rig, "I do not know");
-    rig.stop();
+fn r4_a_father_that_returns_an_error_is_overruled_by_priority(executor: Executor) {
+    let scenario = scenario(|_| Err("I do not know".into()));
+    let mut app = TestApp::start(executor, &scenario, &family());
+    overruled(&mut app, "I do not know");
+    app.stop();
 }
 
 fn r4_a_father_that_names_a_sleeping_child_is_overruled_by_priority(executor: Executor) {
-    let stage = stage(|io| {
+    let scenario = scenario(|io| {
         io.choose("c");
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &family());
-    overruled(&mut rig, "it chose `spare`, whom it was not offered");
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, &family());
+    overruled(&mut app, "it chose `spare`, whom it was not offered");
+    app.stop();
 }
 
 fn r4_a_father_that_names_a_child_out_of_range_is_overruled_by_priority(executor: Executor) {
-    let stage = stage(|_| Ok(()));
+    let scenario = scenario(|_| Ok(()));
     let mut plugins = plugins();
-    plugins.link(&WILD).expect("its descriptions are right");
-    let text = text(executor, &stage, &FAMILY.replace("FATHER", "wild"));
-    // The father's part is played by the same schema, in another plugin.
+    plugins.link(&WILD).expect("its descriptions are valid");
+    let text = text(executor, &scenario, &FAMILY.replace("FATHER", "wild"));
+    // The father is the same schema in another plugin.
     let text = text.replace(
         "type = \"wild\"",
-        &format!("type = \"wild\"\nstage = {}", stage.number()),
+        &format!("type = \"wild\"\nstage = {}", scenario.number()),
     );
     let application =
         parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-    let mut rig = Rig::run(executor, &stage, application, &plugins, Options::default()).expect("it starts");
-    overruled(&mut rig, "named child 77, and it has 4");
-    rig.stop();
+    let mut app =
+        TestApp::run(executor, &scenario, application, &plugins, Options::default()).expect("it starts");
+    overruled(&mut app, "named child 77, and it has 4");
+    app.stop();
 }
 
 static WILD: raw::Plugin = {
@@ -186,7 +187,7 @@ static WILD: raw::Plugin = {
         flags: 0,
         name: c"wild".as_ptr(),
         version: c"1".as_ptr(),
-        doc: c"A father beyond its role.".as_ptr(),
+        doc: c"A father that names a child out of range.".as_ptr(),
         schemas: SCHEMAS.as_ptr(),
         schema_count: 1,
         reserved: 0,
@@ -204,18 +205,18 @@ unsafe extern "C" fn wild(
     raw::OK
 }
 
-fn r4_a_good_answer_clears_the_note(executor: Executor) {
-    let mut asked = 0;
-    let stage = stage(move |io| {
-        asked += 1;
-        if asked == 1 {
+fn r4_a_valid_choice_clears_the_arbitration_failure(executor: Executor) {
+    let mut arbitrations = 0;
+    let scenario = scenario(move |io| {
+        arbitrations += 1;
+        if arbitrations == 1 {
             return Err("not yet".into());
         }
         io.choose("b");
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &patient_family());
-    let noted = |event: &Event| {
+    let mut app = TestApp::start(executor, &scenario, &patient_family());
+    let failed = |event: &Event| {
         matches!(
             event,
             Event::HealthChanged {
@@ -224,25 +225,25 @@ fn r4_a_good_answer_clears_the_note(executor: Executor) {
             }
         )
     };
-    rig.until(|rig| rig.stage.told(noted));
-    rig.until(|rig| !matches!(rig.see("father").health, Health::ArbitrationFailed(_)));
-    rig.until_did("robot velocity 0.2");
-    rig.stop();
+    app.until(|app| app.scenario.has_event(failed));
+    app.until(|app| !matches!(app.schema("father").health, Health::ArbitrationFailed(_)));
+    app.until_line("robot velocity 0.2");
+    app.stop();
 }
 
 fn r4_a_father_that_hangs_is_overruled_when_its_budget_ends(executor: Executor) {
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
-    let stage = stage(move |io| {
+    let scenario = scenario(move |io| {
         // Until the test drops the sender.
         let _ = held.lock().unwrap().recv();
         io.choose("b");
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &family());
-    overruled(&mut rig, "no answer within 5000 us");
+    let mut app = TestApp::start(executor, &scenario, &family());
+    overruled(&mut app, "no answer within 5000 us");
     drop(release);
-    // The father answers the newest question, in time.
-    rig.until_did("robot velocity 0.2");
-    rig.stop();
+    // The father decides the newest selection in time.
+    app.until_line("robot velocity 0.2");
+    app.stop();
 }

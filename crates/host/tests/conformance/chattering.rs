@@ -2,12 +2,12 @@
 
 use jde_records::event::Event;
 
-use crate::common::{Call, Executor, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
-    r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down,
-    r4_turns_are_no_chattering,
-    r14_what_operators_do_is_no_chattering,
+    r4_chattering_is_reported_at_its_start_and_at_its_end,
+    r4_round_robin_turns_are_not_chattering,
+    r14_switches_by_operators_are_not_chattering,
 );
 
 const TWO: &str = r#"
@@ -18,8 +18,8 @@ const TWO: &str = r#"
     type = "test/motor"
 "#;
 
-fn ready(stage: &Stage, name: &str) {
-    stage.play(name, |call, io| {
+fn ready(scenario: &Scenario, name: &str) {
+    scenario.on_call(name, |call, io| {
         if call == Call::Check {
             io.ready(true);
         }
@@ -34,25 +34,25 @@ fn chattering(event: &Event) -> bool {
     )
 }
 
-fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor: Executor) {
-    let stage = Stage::new();
-    let mut looks = 0_u64;
-    stage.play("high", move |call, io| {
+fn r4_chattering_is_reported_at_its_start_and_at_its_end(executor: Executor) {
+    let scenario = Scenario::new();
+    let mut checks = 0_u64;
+    scenario.on_call("high", move |call, io| {
         if call == Call::Check {
-            looks += 1;
-            // It changes at every third check, and then never again.
-            io.ready(looks < 60 && looks % 6 < 3);
+            checks += 1;
+            // The precondition changes at every third check, and after 60 checks never again.
+            io.ready(checks < 60 && checks % 6 < 3);
         }
         Ok(())
     });
-    ready(&stage, "low");
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until(|rig| rig.group("roots").chatter.is_some());
-    let (high, low) = (rig.place("high"), rig.place("low"));
-    rig.until(|rig| rig.group("roots").chatter.is_none());
+    ready(&scenario, "low");
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until(|app| app.group("roots").chatter.is_some());
+    let (high, low) = (app.index("high"), app.index("low"));
+    app.until(|app| app.group("roots").chatter.is_none());
     let switch = |event: &Event| matches!(event, Event::Decided(record) if record.changed);
-    let all = stage.count_events(switch) as u64;
-    let told: Vec<_> = stage.events().into_iter().filter(chattering).collect();
+    let all = scenario.count_events(switch) as u64;
+    let reported: Vec<_> = scenario.events().into_iter().filter(chattering).collect();
     let [
         Event::ChatteringStarted {
             time: since,
@@ -62,47 +62,47 @@ fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor
         },
         Event::ChatteringEnded {
             group: 0,
-            since: same,
+            since: started,
             switches,
             ..
         },
-    ] = told.as_slice()
+    ] = reported.as_slice()
     else {
-        panic!("{told:?}");
+        panic!("{reported:?}");
     };
-    assert_eq!((*between, since), ([Some(high), Some(low)], same));
+    assert_eq!((*between, since), ([Some(high), Some(low)], started));
     assert_eq!(all, *switches + 5);
-    rig.stop();
+    app.stop();
 }
 
-fn r4_turns_are_no_chattering(executor: Executor) {
-    let stage = Stage::new();
+fn r4_round_robin_turns_are_not_chattering(executor: Executor) {
+    let scenario = Scenario::new();
     for name in ["high", "low"] {
-        ready(&stage, name);
+        ready(&scenario, name);
     }
     let body = TWO.replace(
         "[schemas.high]",
         "root = { policy = \"round-robin\", turn = \"20ms\" }\n[schemas.high]",
     );
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until(|rig| rig.group("roots").switches > 20);
-    rig.stop();
-    assert!(!stage.told(chattering));
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until(|app| app.group("roots").switches > 20);
+    app.stop();
+    assert!(!scenario.has_event(chattering));
 }
 
-fn r14_what_operators_do_is_no_chattering(executor: Executor) {
-    let stage = Stage::new();
+fn r14_switches_by_operators_are_not_chattering(executor: Executor) {
+    let scenario = Scenario::new();
     for name in ["high", "low"] {
-        ready(&stage, name);
+        ready(&scenario, name);
     }
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
     for name in ["low", "high"].repeat(10) {
-        let place = rig.place(name);
-        rig.operator().force(place).expect("it is awake");
-        rig.until(|rig| rig.winner("roots").as_deref() == Some(name));
+        let schema = app.index(name);
+        app.operator().force(schema).expect("it is awake");
+        app.until(|app| app.winner("roots").as_deref() == Some(name));
     }
-    assert!(rig.group("roots").switches > 20);
-    rig.stop();
-    assert!(!stage.told(chattering));
+    assert!(app.group("roots").switches > 20);
+    app.stop();
+    assert!(!scenario.has_event(chattering));
 }

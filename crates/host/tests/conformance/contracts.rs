@@ -10,7 +10,7 @@ use jde_loader::LoadedPlugin;
 use jde_records::event::Event;
 use jde_schema::prelude::*;
 
-use crate::common::{Call, Executor, Io, MS, Rig, Stage, TEST, in_real_time, on_every_executor};
+use crate::common::{Call, Executor, Io, MS, Scenario, TEST, TestApp, in_real_time, on_every_executor};
 
 in_real_time!(
     r17_no_takeover_by_a_check_takes_longer_than_its_contract,
@@ -18,22 +18,22 @@ in_real_time!(
     r17_no_takeover_that_a_father_decides_takes_longer_than_its_contract,
     r17_no_takeover_by_urgency_takes_longer_than_its_contract,
     r17_no_takeover_in_turns_takes_longer_than_its_contract,
-    r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls,
+    r17_many_other_schemas_inside_calls_do_not_delay_a_takeover,
 );
 
 mod reloaded {
     use super::*;
 
-    on_every_executor!(r17_a_build_that_gains_a_panel_is_in_the_contract);
+    on_every_executor!(r17_the_contract_includes_the_panel_of_a_new_build);
 }
 
-/// The eye reads what a crowd of other schemas exports, if there is one.
+/// The eye reads the exports of extra schemas, if there are any.
 const FAMILY: &str = r#"
     roots = ["father"]
     [schemas.eye]
     type = "test/eye"
     period = "EYE"
-    CROWD
+    EXTRA
     [schemas.father]
     type = "test/motor"
     period = "30ms"
@@ -58,9 +58,9 @@ const FAMILY: &str = r#"
 const ARBITRATION: Nanos = 4 * MS;
 
 /// Pseudo-random numbers, the same in every run (Knuth's MMIX generator).
-struct Chance(u64);
+struct Random(u64);
 
-impl Chance {
+impl Random {
     fn next(&mut self, below: u64) -> u64 {
         self.0 = self
             .0
@@ -71,58 +71,58 @@ impl Chance {
 }
 
 fn spend(io: &Io<'_>, time: Nanos) {
-    if let Some(handle) = io.stage.handle() {
+    if let Some(handle) = io.scenario.handle() {
         handle.spend(time);
     }
 }
 
 /// A child that takes its whole budget, in its check or in its iteration. `ready` computes its precondition
 /// from the value read.
-fn child(stage: &Stage, name: &str, budget: Nanos, ready: fn(u64) -> Precondition) {
-    let mut chance = Chance(budget);
-    let mut left = 0;
-    stage.play(name, move |call, io| {
+fn child(scenario: &Scenario, name: &str, budget: Nanos, ready: fn(u64) -> Precondition) {
+    let mut random = Random(budget);
+    let mut remaining = 0;
+    scenario.on_call(name, move |call, io| {
         match call {
             Call::Check => {
-                // It sees later values only at the next check.
+                // The child reads later values only at the next check.
                 let seen = io.input().map_or(0.0, |(value, _)| value) as u64;
-                let check = [0, budget / 2, budget][chance.next(3) as usize];
+                let check = [0, budget / 2, budget][random.next(3) as usize];
                 spend(io, check);
-                left = budget - check;
+                remaining = budget - check;
                 io.ready(ready(seen));
             }
-            Call::Iterate => spend(io, left),
+            Call::Iterate => spend(io, remaining),
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
     });
 }
 
-/// Runs both children, their father and the eye that publishes situations. Returns the contract of the
-/// children's group, and when situations occurred.
+/// Runs both children, their father, and the eye, whose values change the preconditions. Returns the contract
+/// of the children's group and the times at which the eye published.
 fn run(
     executor: Executor,
     rules: &str,
     trigger: &str,
     eye: &str,
     ready: [fn(u64) -> Precondition; 2],
-) -> (Arc<Stage>, GroupContract, Vec<Nanos>) {
-    run_among(0, executor, rules, trigger, eye, ready)
+) -> (Arc<Scenario>, GroupContract, Vec<Nanos>) {
+    run_with_extra(0, executor, rules, trigger, eye, ready)
 }
 
-/// Like [`run`], with `crowd` other schemas that are inside calls nearly all the time.
-fn run_among(
-    crowd: usize,
+/// Like [`run`], with `extra` schemas that are inside calls nearly all the time.
+fn run_with_extra(
+    extra: usize,
     executor: Executor,
     rules: &str,
     trigger: &str,
     eye: &str,
     ready: [fn(u64) -> Precondition; 2],
-) -> (Arc<Stage>, GroupContract, Vec<Nanos>) {
-    let stage = Stage::new();
-    child(&stage, "left", 5 * MS, ready[0]);
-    child(&stage, "right", 8 * MS, ready[1]);
-    stage.play("father", |call, io| {
+) -> (Arc<Scenario>, GroupContract, Vec<Nanos>) {
+    let scenario = Scenario::new();
+    child(&scenario, "left", 5 * MS, ready[0]);
+    child(&scenario, "right", 8 * MS, ready[1]);
+    scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -139,32 +139,32 @@ fn run_among(
         }
         Ok(())
     });
-    let came = Arc::new(Mutex::new(Vec::new()));
-    let comes = Arc::clone(&came);
-    let (mut chance, mut count) = (Chance(7), 0);
-    stage.play("eye", move |call, io| {
+    let published = Arc::new(Mutex::new(Vec::new()));
+    let publishes = Arc::clone(&published);
+    let (mut random, mut count) = (Random(7), 0);
+    scenario.on_call("eye", move |call, io| {
         if call == Call::Iterate {
             count += 1;
-            // Never at the same phase of any period.
-            spend(io, chance.next(6000) * 1000);
-            comes.lock().unwrap().push(io.now());
+            // The phase differs from that of every period.
+            spend(io, random.next(6000) * 1000);
+            publishes.lock().unwrap().push(io.now());
             io.publish(f64::from(count));
         }
         Ok(())
     });
-    let sees = |number| match number {
-        _ if number == crowd => String::new(),
-        _ => format!("imports = {{ input = \"crowd-{number}.out\" }}\n"),
+    let import = |number| match number {
+        _ if number == extra => String::new(),
+        _ => format!("imports = {{ input = \"extra-{number}.out\" }}\n"),
     };
     let mut body = FAMILY
         .replace("RULES", rules)
         .replace("EYE", eye)
-        .replace("CROWD", &sees(0))
+        .replace("EXTRA", &import(0))
         .replace("TRIGGER", trigger);
-    for number in 0..crowd {
-        body += &format!("[schemas.crowd-{number}]\ntype = \"test/eye\"\nperiod = \"500ms\"\n");
-        body += &sees(number + 1);
-        stage.play(&format!("crowd-{number}"), |call, io| {
+    for number in 0..extra {
+        body += &format!("[schemas.extra-{number}]\ntype = \"test/eye\"\nperiod = \"500ms\"\n");
+        body += &import(number + 1);
+        scenario.on_call(&format!("extra-{number}"), |call, io| {
             if call == Call::Iterate {
                 spend(io, 450 * MS);
             }
@@ -176,20 +176,20 @@ fn run_among(
         limit: Some(8_000 * MS),
         ..Options::default()
     };
-    let rig = Rig::start_with(executor, &stage, &body, options);
-    let contracts = contract(&rig.handle.application().spec());
-    rig.wait();
+    let app = TestApp::start_with(executor, &scenario, &body, options);
+    let contracts = contract(&app.handle.application().spec());
+    app.wait();
     let contract = contracts
         .into_iter()
         .find(|contract| contract.name == "father/base");
-    let came = came.lock().unwrap().clone();
-    (stage, contract.expect("it has members"), came)
+    let published = published.lock().unwrap().clone();
+    (scenario, contract.expect("it has members"), published)
 }
 
 /// Times and latencies of the takeovers in the children's group. Asserts that there are many and none is
 /// late.
-fn takeovers(stage: &Stage, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
-    let took = stage.events().into_iter().filter_map(|event| match event {
+fn takeovers(scenario: &Scenario, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
+    let took = scenario.events().into_iter().filter_map(|event| match event {
         Event::TookOver {
             group: 1,
             time,
@@ -218,89 +218,89 @@ fn right_or_both(seen: u64) -> Precondition {
 }
 
 fn r17_no_takeover_by_a_check_takes_longer_than_its_contract(executor: Executor) {
-    let (stage, contract, _) = run(
+    let (scenario, contract, _) = run(
         executor,
         "policy = \"priority\"",
         "",
         "61ms",
         [left_or_both, right_or_both],
     );
-    takeovers(&stage, &contract);
+    takeovers(&scenario, &contract);
 }
 
 fn r17_no_takeover_by_a_trigger_takes_longer_than_its_contract(executor: Executor) {
-    let (stage, contract, _) = run(
+    let (scenario, contract, _) = run(
         executor,
         "policy = \"priority\"",
         "\"input\"",
         "13ms",
         [left_or_both, right_or_both],
     );
-    let worst = takeovers(&stage, &contract)
+    let worst = takeovers(&scenario, &contract)
         .iter()
         .map(|(_, latency)| *latency)
         .max();
     assert!(
         worst > Some(8 * MS + 3 * MS),
-        "one check and patience would be enough: {worst:?}"
+        "one check and the patience suffice: {worst:?}"
     );
 }
 
 fn r17_no_takeover_that_a_father_decides_takes_longer_than_its_contract(executor: Executor) {
     let rules = "policy = \"father\", budget = \"4ms\"";
-    let (stage, contract, _) = run(
+    let (scenario, contract, _) = run(
         executor,
         rules,
         "\"input\"",
         "13ms",
         [left_or_both, right_or_both],
     );
-    let worst = takeovers(&stage, &contract)
+    let worst = takeovers(&scenario, &contract)
         .into_iter()
         .map(|(_, latency)| latency)
         .max();
     let once = 8 * MS + ARBITRATION + 3 * MS;
-    assert!(worst > Some(once), "one arbitration would be enough: {worst:?}");
+    assert!(worst > Some(once), "one arbitration suffices: {worst:?}");
 }
 
 fn r17_no_takeover_by_urgency_takes_longer_than_its_contract(executor: Executor) {
     let left = |seen: u64| Precondition::from(true).urgency(if seen.is_multiple_of(2) { 1.0 } else { 3.0 });
     let right = |_| Precondition::from(true).urgency(2.0);
-    let (stage, contract, came) = run(
+    let (scenario, contract, published) = run(
         executor,
         "policy = \"urgency\"",
         "\"input\"",
         "211ms",
         [left, right],
     );
-    let paced = contract
+    let by_winner = contract
         .by_winner
         .as_ref()
-        .expect("urgency alone selects nothing")
+        .expect("urgency is evaluated in the winner's period")
         .total();
-    // The first takeovers may precede the first situation.
-    let since_situation = |time| Some(time - came.iter().rfind(|came| **came <= time)?);
-    let worst = takeovers(&stage, &contract)
+    // The first takeovers may precede the first value.
+    let since_published = |time| Some(time - published.iter().rfind(|published| **published <= time)?);
+    let worst = takeovers(&scenario, &contract)
         .into_iter()
-        .filter_map(|(time, _)| since_situation(time))
+        .filter_map(|(time, _)| since_published(time))
         .max()
-        .expect("situations cause takeovers");
-    assert!(worst <= paced, "{worst} ns\n{contract}");
+        .expect("values cause takeovers");
+    assert!(worst <= by_winner, "{worst} ns\n{contract}");
     assert!(
         worst > contract.allowed(),
-        "the winner's period would not be needed: {worst}\n{contract}"
+        "the winner's period is not needed: {worst}\n{contract}"
     );
 }
 
 fn r17_no_takeover_in_turns_takes_longer_than_its_contract(executor: Executor) {
     let rules = "policy = \"round-robin\", turn = \"50ms\"";
     let both = |_| true.into();
-    let (stage, contract, _) = run(executor, rules, "", "61ms", [both, both]);
-    takeovers(&stage, &contract);
+    let (scenario, contract, _) = run(executor, rules, "", "61ms", [both, both]);
+    takeovers(&scenario, &contract);
 }
 
-fn r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls(executor: Executor) {
-    let (stage, contract, _) = run_among(
+fn r17_many_other_schemas_inside_calls_do_not_delay_a_takeover(executor: Executor) {
+    let (scenario, contract, _) = run_with_extra(
         12,
         executor,
         "policy = \"priority\"",
@@ -308,53 +308,54 @@ fn r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls(executor: 
         "13ms",
         [left_or_both, right_or_both],
     );
-    takeovers(&stage, &contract);
+    takeovers(&scenario, &contract);
 }
 
 /// A build of the test's motor schema that has a panel.
 #[derive(Describe)]
 #[schema(motor, period = "10ms", name = "motor")]
-struct Shows {
-    /// The number of its stage.
+struct WithPanel {
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
 }
 
-impl Schema for Shows {
+impl Schema for WithPanel {
     fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
-        Stage::of(self.stage.get(cx)).note(|| String::from("it iterates"));
+        Scenario::of(self.scenario.get(cx)).record(|| String::from("iterates"));
         Ok(())
     }
 }
 
-impl Panel for Shows {
+impl Panel for WithPanel {
     fn draw(&self, _: &Context, _: &mut Pen) {}
 }
 
-static SHOWS: jde_schema::derived::raw::Plugin = jde_schema::plugin!("test", "Shows.", [Shows]);
+static WITH_PANEL: jde_schema::derived::raw::Plugin =
+    jde_schema::plugin!("test", "The motor schema with a panel.", [WithPanel]);
 
-fn r17_a_build_that_gains_a_panel_is_in_the_contract(executor: Executor) {
+fn r17_the_contract_includes_the_panel_of_a_new_build(executor: Executor) {
     let body = r#"
         roots = ["low"]
         [schemas.low]
         type = "test/motor"
         budget = "4ms"
     "#;
-    let stage = Stage::new();
-    let mut rig = Rig::start(executor, &stage, body);
-    let low = rig.place("low");
-    let allowed = |rig: &Rig| rig.handle.snapshot().groups[0].allowed;
-    let before = allowed(&rig);
+    let scenario = Scenario::new();
+    let mut app = TestApp::start(executor, &scenario, body);
+    let low = app.index("low");
+    let allowed = |app: &TestApp| app.handle.snapshot().groups[0].allowed;
+    let before = allowed(&app);
     // A drawing or a gesture may delay both the check and the takeover.
-    for (build, panels) in [(&SHOWS, 4), (&TEST, 0)] {
-        let build = LoadedPlugin::linked_in(build).expect("its tables are right");
-        let how = ReloadOptions {
+    for (build, panels) in [(&WITH_PANEL, 4), (&TEST, 0)] {
+        let build = LoadedPlugin::linked_in(build).expect("its tables are valid");
+        let options = ReloadOptions {
             probation: 0,
             fresh: true,
         };
-        let order = rig.operator().replace(low, &build, how).expect("it fits");
-        rig.until(|_| order.outcome().is_some());
-        assert_eq!(allowed(&rig), before + panels * 4 * MS);
+        let reload = app.operator().replace(low, &build, options).expect("it fits");
+        app.until(|_| reload.outcome().is_some());
+        assert_eq!(allowed(&app), before + panels * 4 * MS);
     }
-    rig.stop();
+    app.stop();
 }

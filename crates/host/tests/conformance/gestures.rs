@@ -9,133 +9,139 @@ use jde_panel::{Button, Touch};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::{RecordBuilder, RunRecord};
 
-use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
-use crate::panels::{APP, look, touch};
+use crate::common::{Executor, MS, Scenario, TestApp, on_every_executor};
+use crate::panels::{APP, touch, view};
 
 on_every_executor!(
-    r10_gestures_are_handed_in_between_iterations_in_their_order_and_once,
-    r14_a_gesture_is_told_as_an_operators_doing,
-    a_drag_that_moved_on_is_told_where_it_is,
-    what_was_done_between_two_moves_stays_between_them,
-    only_what_a_panel_shows_can_be_touched,
-    gestures_that_nobody_takes_up_are_refused_after_some,
-    gestures_that_nobody_can_take_up_any_more_are_told,
+    r10_gestures_are_delivered_once_and_in_order_between_iterations,
+    r14_a_gesture_is_reported_as_an_operator_action,
+    drags_of_one_widget_are_merged_into_the_newest,
+    moves_are_not_merged_across_another_gesture,
+    only_widgets_that_a_panel_shows_can_be_touched,
+    gestures_are_refused_when_the_queue_is_full,
+    gestures_for_an_instance_that_ended_are_reported_as_refused,
     a_gesture_that_fails_is_a_fault_like_any_other,
 );
 
 mod hanging {
-    use super::r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn;
+    use super::r17_queued_gestures_delay_a_turn_by_at_most_one_gesture;
 
-    crate::common::in_real_time!(r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn);
+    crate::common::in_real_time!(r17_queued_gestures_delay_a_turn_by_at_most_one_gesture);
 }
 
-fn r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn(executor: Executor) {
-    let stage = Stage::new();
-    let (begun, clock) = (AtomicBool::new(false), Arc::clone(&stage));
-    stage.paints("easel", move |_, _, _| {
+fn r17_queued_gestures_delay_a_turn_by_at_most_one_gesture(executor: Executor) {
+    let scenario = Scenario::new();
+    let (begun, recorder) = (AtomicBool::new(false), Arc::clone(&scenario));
+    scenario.on_draw("motor", move |_, _, _| {
         if !begun.swap(true, Ordering::SeqCst) {
-            clock.note(|| String::from("it draws"));
-            clock.wait_until(|| clock.did("go"));
-            // Its next turn is due at the end of this time.
-            clock.handle().expect("it was opened before").spend(20 * MS);
+            recorder.record(|| String::from("drawing"));
+            recorder.wait_until(|| recorder.has_line("go"));
+            // The next turn is due at the end of this time.
+            recorder
+                .handle()
+                .expect("the application has started")
+                .spend(20 * MS);
         }
     });
     let options = Options {
         counted: true,
         ..Options::default()
     };
-    let mut rig = Rig::start_with(executor, &stage, APP, options);
-    let _look = look(&rig, "easel");
-    rig.until_did("it draws");
+    let mut app = TestApp::start_with(executor, &scenario, APP, options);
+    let _view = view(&app, "motor");
+    app.until_line("drawing");
     for number in 0..5 {
-        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+        touch(&app, &format!("button-{number}"), Touch::Pressed).expect("the queue has room");
     }
-    stage.note(|| String::from("go"));
-    rig.until_did("ana@laptop pressed `button-4` of easel");
-    rig.stop();
-    let since = stage.lines().split_off(stage.first("go"));
-    let place = |wanted: &str| since.iter().position(|line| line.contains(wanted));
-    assert!(place("easel iterate") < place("button-1"), "{since:#?}");
+    scenario.record(|| String::from("go"));
+    app.until_line("ana@laptop pressed `button-4` of motor");
+    app.stop();
+    let since = scenario.lines().split_off(scenario.first("go"));
+    let position = |text: &str| since.iter().position(|line| line.contains(text));
+    assert!(position("motor iterate") < position("button-1"), "{since:#?}");
     let pressed = since.iter().filter(|line| line.contains("pressed"));
     assert_eq!(pressed.count(), 5, "each once");
 }
 
-fn r10_gestures_are_handed_in_between_iterations_in_their_order_and_once(executor: Executor) {
-    let stage = Stage::new();
-    let mut rig = Rig::start(executor, &stage, APP);
-    rig.until_did("easel iterate");
+fn r10_gestures_are_delivered_once_and_in_order_between_iterations(executor: Executor) {
+    let scenario = Scenario::new();
+    let mut app = TestApp::start(executor, &scenario, APP);
+    app.until_line("motor iterate");
     for number in 0..5 {
-        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+        touch(&app, &format!("button-{number}"), Touch::Pressed).expect("the queue has room");
     }
-    touch(&rig, "ready", Touch::Toggled(false)).expect("it takes it");
-    rig.until_did("ana@laptop switched `ready` of easel off");
-    rig.until(|rig| rig.see("easel").state == jde_core::State::Checking);
-    let lines = stage.lines();
+    touch(&app, "ready", Touch::Toggled(false)).expect("the queue has room");
+    app.until_line("ana@laptop switched `ready` of motor off");
+    app.until(|app| app.schema("motor").state == jde_core::State::Checking);
+    let lines = scenario.lines();
     let pressed: Vec<_> = lines.iter().filter(|line| line.contains("pressed")).collect();
-    let wanted = [0, 1, 2, 3, 4].map(|number| format!("ana@laptop pressed `button-{number}` of easel"));
-    assert_eq!(pressed, wanted.iter().collect::<Vec<_>>());
-    let last = stage.last("easel iterate");
+    let expected = [0, 1, 2, 3, 4].map(|number| format!("ana@laptop pressed `button-{number}` of motor"));
+    assert_eq!(pressed, expected.iter().collect::<Vec<_>>());
+    let last = scenario.last("motor iterate");
     assert!(
-        last < stage.first("ana@laptop switched `ready` of easel off"),
-        "what was touched counts at the next check"
+        last < scenario.first("ana@laptop switched `ready` of motor off"),
+        "a gesture takes effect at the next check"
     );
-    rig.stop();
+    app.stop();
 }
 
-fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
-    let stage = Stage::new();
-    let mut rig = Rig::start(executor, &stage, APP);
-    rig.until_did("easel iterate");
+fn r14_a_gesture_is_reported_as_an_operator_action(executor: Executor) {
+    let scenario = Scenario::new();
+    let mut app = TestApp::start(executor, &scenario, APP);
+    app.until_line("motor iterate");
     let clicked = Touch::Clicked {
         at: [1.2, 3.4, 0.0],
         button: Button::Primary,
     };
-    touch(&rig, "field", clicked).expect("it takes it");
-    rig.until_did("ana@laptop clicked `field` of easel at (1.20, 3.40)");
-    let told = |wanted: &str| {
-        rig.stage.count_events(|event| match event {
+    touch(&app, "field", clicked).expect("the queue has room");
+    app.until_line("ana@laptop clicked `field` of motor at (1.20, 3.40)");
+    let count = |expected: &str| {
+        app.scenario.count_events(|event| match event {
             Event::Operator { by, action, .. } => {
                 matches!(action, OperatorAction::Touch { number: 1, .. })
-                    && format!("{by} {}", action.description("easel")) == wanted
+                    && format!("{by} {}", action.description("motor")) == expected
             }
             _ => false,
         })
     };
-    assert_eq!(told("ana@laptop clicked `field` of easel at (1.20, 3.40)"), 1);
-    rig.stop();
+    assert_eq!(count("ana@laptop clicked `field` of motor at (1.20, 3.40)"), 1);
+    app.stop();
 }
 
-/// Holds the easel inside a drawing. In lockstep it holds nothing: there no gesture is delivered until time
-/// advances.
-pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<PanelViewGuard>, Arc<AtomicBool>) {
-    let hold = Arc::new(AtomicBool::new(true));
-    let holds = Arc::clone(&hold);
-    let weak = Arc::downgrade(stage);
-    stage.paints("easel", move |_, _, pen| {
+/// Blocks the motor schema inside a drawing. In lockstep it blocks nothing, because no gesture is delivered
+/// until time advances.
+pub(crate) fn blocked_in_draw(
+    executor: Executor,
+    scenario: &Arc<Scenario>,
+) -> (TestApp, Option<PanelViewGuard>, Arc<AtomicBool>) {
+    let blocked = Arc::new(AtomicBool::new(true));
+    let blocks = Arc::clone(&blocked);
+    let weak = Arc::downgrade(scenario);
+    scenario.on_draw("motor", move |_, _, pen| {
         pen.button("go", "Go");
-        if let Some(stage) = weak.upgrade() {
-            stage.note(|| "it is held".to_owned());
-            stage.wait_until(|| !holds.load(Ordering::SeqCst));
+        if let Some(scenario) = weak.upgrade() {
+            scenario.record(|| "blocked".to_owned());
+            scenario.wait_until(|| !blocks.load(Ordering::SeqCst));
         }
     });
-    let mut rig = Rig::start(executor, stage, APP);
-    rig.until_did("easel iterate");
+    let mut app = TestApp::start(executor, scenario, APP);
+    app.until_line("motor iterate");
     if executor == Executor::Lockstep {
-        return (rig, None, hold);
+        return (app, None, blocked);
     }
-    let looks = look(&rig, "easel");
-    rig.until_did("it is held");
-    (rig, Some(looks), hold)
+    let viewer = view(&app, "motor");
+    app.until_line("blocked");
+    (app, Some(viewer), blocked)
 }
 
-pub(crate) fn release(stage: &Stage, hold: &AtomicBool) {
-    hold.store(false, Ordering::SeqCst);
-    stage.stir();
+pub(crate) fn release(scenario: &Scenario, blocked: &AtomicBool) {
+    blocked.store(false, Ordering::SeqCst);
+    scenario.notify();
 }
 
-fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
+fn drags_of_one_widget_are_merged_into_the_newest(executor: Executor) {
+    let scenario = Scenario::new();
+    let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
     let drag = |widget: &str, to: f64, ended: bool| {
         let dragged = Touch::Dragged {
             from: [0.0; 3],
@@ -143,7 +149,7 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
             button: Button::Primary,
             ended,
         };
-        touch(&rig, widget, dragged).expect("it takes them");
+        touch(&app, widget, dragged).expect("the queue has room");
     };
     for step in 0..200 {
         drag("field", f64::from(step), false);
@@ -151,9 +157,9 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
     }
     drag("field", 200.0, true);
     drag("field", 7.0, true);
-    release(&stage, &hold);
-    rig.until_did("ana@laptop dragged `field` of easel from (0.00, 0.00) to (7.00, 0.00)");
-    let lines = stage.lines();
+    release(&scenario, &blocked);
+    app.until_line("ana@laptop dragged `field` of motor from (0.00, 0.00) to (7.00, 0.00)");
+    let lines = scenario.lines();
     let dragged = lines
         .iter()
         .filter_map(|line| line.strip_prefix("ana@laptop dragged "));
@@ -161,161 +167,169 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
     assert_eq!(
         dragged,
         [
-            "`other` of easel from (0.00, 0.00) to (66.33, 0.00)",
-            "`field` of easel from (0.00, 0.00) to (200.00, 0.00)",
-            "`field` of easel from (0.00, 0.00) to (7.00, 0.00)",
+            "`other` of motor from (0.00, 0.00) to (66.33, 0.00)",
+            "`field` of motor from (0.00, 0.00) to (200.00, 0.00)",
+            "`field` of motor from (0.00, 0.00) to (7.00, 0.00)",
         ]
     );
-    let told = |mut story: RecordBuilder| -> Vec<RunRecord> {
-        let lines = stage.events().into_iter().flat_map(|event| story.process(&event));
-        let touched =
-            |line: &RunRecord| matches!(line, RunRecord::Event(happening) if happening.touched.is_some());
+    let touches = |mut builder: RecordBuilder| -> Vec<RunRecord> {
+        let lines = scenario
+            .events()
+            .into_iter()
+            .flat_map(|event| builder.process(&event));
+        let touched = |line: &RunRecord| matches!(line, RunRecord::Event(record) if record.touched.is_some());
         lines.filter(touched).collect()
     };
-    let application = rig.handle.application();
+    let application = app.handle.application();
     assert_eq!(
-        told(RecordBuilder::new(application)).len(),
+        touches(RecordBuilder::new(application)).len(),
         2,
-        "those that are over"
+        "only the drags that have ended"
     );
-    let whole = told(RecordBuilder::with_all_drags(application));
-    assert_eq!(whole.len(), 3, "what a replay needs");
-    for line in whole {
-        let read = RunRecord::parse(line.kind(), &line.to_json()).expect("it is one");
-        assert_eq!(read, line, "to the last digit");
+    let all = touches(RecordBuilder::with_all_drags(application));
+    assert_eq!(all.len(), 3, "a replay needs all drags");
+    for line in all {
+        let parsed = RunRecord::parse(line.kind(), &line.to_json()).expect("it is a record");
+        assert_eq!(parsed, line);
     }
-    drop(looks);
-    rig.stop();
+    drop(viewer);
+    app.stop();
 }
 
-fn what_was_done_between_two_moves_stays_between_them(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
-    let done = |widget: &str, touch: Touch| crate::panels::touch(&rig, widget, touch).expect("it takes them");
+fn moves_are_not_merged_across_another_gesture(executor: Executor) {
+    let scenario = Scenario::new();
+    let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
+    let perform =
+        |widget: &str, touch: Touch| crate::panels::touch(&app, widget, touch).expect("the queue has room");
     for to in [4.0, 5.0] {
-        done("speed", Touch::Moved(to));
-        done("gain", Touch::Moved(to / 10.0));
+        perform("speed", Touch::Moved(to));
+        perform("gain", Touch::Moved(to / 10.0));
     }
-    done("apply", Touch::Pressed);
+    perform("apply", Touch::Pressed);
     for to in [6.0, 7.0] {
-        done("speed", Touch::Moved(to));
+        perform("speed", Touch::Moved(to));
     }
-    release(&stage, &hold);
-    rig.until_did("ana@laptop moved `speed` of easel to 7");
-    let lines = stage.lines();
+    release(&scenario, &blocked);
+    app.until_line("ana@laptop moved `speed` of motor to 7");
+    let lines = scenario.lines();
     let done = lines.iter().filter_map(|line| line.strip_prefix("ana@laptop "));
     let done: Vec<_> = done.collect();
     assert_eq!(
         done,
         [
-            "moved `speed` of easel to 5",
-            "moved `gain` of easel to 0.5",
-            "pressed `apply` of easel",
-            "moved `speed` of easel to 7",
+            "moved `speed` of motor to 5",
+            "moved `gain` of motor to 0.5",
+            "pressed `apply` of motor",
+            "moved `speed` of motor to 7",
         ]
     );
-    drop(looks);
-    rig.stop();
+    drop(viewer);
+    app.stop();
 }
 
-fn only_what_a_panel_shows_can_be_touched(executor: Executor) {
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| {
+fn only_widgets_that_a_panel_shows_can_be_touched(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.on_draw("motor", |_, _, pen| {
         pen.text("all is well");
         pen.button("go", "Go");
     });
-    let mut rig = Rig::start(executor, &stage, APP);
-    let looks = look(&rig, "easel");
-    crate::panels::until_shown(&mut rig, "easel", "all is well");
-    let refused = touch(&rig, "gone", Touch::Pressed).expect_err("it shows none");
+    let mut app = TestApp::start(executor, &scenario, APP);
+    let viewer = view(&app, "motor");
+    crate::panels::until_shown(&mut app, "motor", "all is well");
+    let refused = touch(&app, "gone", Touch::Pressed).expect_err("the panel shows no such widget");
     assert_eq!(
         refused.to_string(),
         "the gesture is wrong: `gone`: the panel shows no such widget now"
     );
-    let refused = touch(&rig, "go", Touch::Toggled(true)).expect_err("it is a button");
+    let refused = touch(&app, "go", Touch::Toggled(true)).expect_err("the widget is a button");
     assert!(matches!(refused, PanelError::InvalidGesture(_)), "{refused}");
-    touch(&rig, "go", Touch::Pressed).expect("it shows it");
-    rig.until_did("ana@laptop pressed `go` of easel");
-    drop(looks);
-    touch(&rig, "hidden", Touch::Pressed).expect("nobody looks, so nobody knows");
-    rig.until_did("ana@laptop pressed `hidden` of easel");
-    rig.stop();
+    touch(&app, "go", Touch::Pressed).expect("the panel shows it");
+    app.until_line("ana@laptop pressed `go` of motor");
+    drop(viewer);
+    touch(&app, "hidden", Touch::Pressed).expect("without a viewer, any widget is accepted");
+    app.until_line("ana@laptop pressed `hidden` of motor");
+    app.stop();
 }
 
-fn gestures_that_nobody_can_take_up_any_more_are_told(executor: Executor) {
-    let told = |stage: &Stage, what: &str| {
-        stage
-            .told(|event| matches!(event, Event::Refused { description: said, .. } if said.starts_with(what)))
+fn gestures_for_an_instance_that_ended_are_reported_as_refused(executor: Executor) {
+    let refused = |scenario: &Scenario, text: &str| {
+        scenario.has_event(
+            |event| matches!(event, Event::Refused { description, .. } if description.starts_with(text)),
+        )
     };
-    let unloads = |rig: &Rig| rig.operator().unload(rig.place("easel")).expect("it can be");
-    let fails = |rig: &Rig| touch(rig, "fail", Touch::Pressed).expect("it takes it");
-    // In virtual time an unload follows everything that was done before it.
-    /// Whether the end is caused before the gestures, and how it is caused.
-    type End<'a> = (bool, &'a dyn Fn(&Rig));
+    let unloads = |app: &TestApp| {
+        app.operator()
+            .unload(app.index("motor"))
+            .expect("it can be unloaded")
+    };
+    let fails = |app: &TestApp| touch(app, "fail", Touch::Pressed).expect("the queue has room");
+    // In virtual time, an unload follows all earlier actions.
+    /// Whether the instance ends before the gestures, and what ends it.
+    type End<'a> = (bool, &'a dyn Fn(&TestApp));
     let ends: &[End<'_>] = match executor {
         Executor::Lockstep => &[(true, &fails)],
         Executor::Threads | Executor::Pool => &[(true, &fails), (false, &unloads)],
     };
-    for (first, ends) in ends {
+    for (first, end) in ends {
         let first = *first;
-        let stage = Stage::new();
-        let (mut rig, looks, hold) = held(executor, &stage);
+        let scenario = Scenario::new();
+        let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
         if first {
-            ends(&rig);
+            end(&app);
         }
         for number in 0..3 {
-            touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+            touch(&app, &format!("button-{number}"), Touch::Pressed).expect("the queue has room");
         }
         if !first {
-            ends(&rig);
+            end(&app);
         }
-        release(&stage, &hold);
-        rig.until(|_| told(&stage, "3 gestures on its panel: "));
-        assert!(!stage.did("ana@laptop pressed `button-0` of easel"));
-        assert_eq!(rig.see("easel").refused, 3);
-        drop(looks);
-        rig.stop();
+        release(&scenario, &blocked);
+        app.until(|_| refused(&scenario, "3 gestures on its panel: "));
+        assert!(!scenario.has_line("ana@laptop pressed `button-0` of motor"));
+        assert_eq!(app.schema("motor").refused, 3);
+        drop(viewer);
+        app.stop();
     }
 }
 
-fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
+fn gestures_are_refused_when_the_queue_is_full(executor: Executor) {
+    let scenario = Scenario::new();
+    let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
     for number in 0..64 {
-        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes so many");
+        touch(&app, &format!("button-{number}"), Touch::Pressed).expect("the queue has room");
     }
-    let refused = touch(&rig, "go", Touch::Pressed).expect_err("that is too many");
-    assert_eq!(refused, PanelError::QueueFull("easel".to_owned()));
+    let refused = touch(&app, "go", Touch::Pressed).expect_err("the queue is full");
+    assert_eq!(refused, PanelError::QueueFull("motor".to_owned()));
     assert_eq!(
         refused.to_string(),
-        "`easel` has 64 gestures to take up yet; try again"
+        "`motor` has 64 gestures to take up yet; try again"
     );
-    release(&stage, &hold);
-    rig.until_did("ana@laptop pressed `button-63` of easel");
-    touch(&rig, "go", Touch::Pressed).expect("it took them up");
-    rig.until_did("ana@laptop pressed `go` of easel");
-    let nonsense = touch(&rig, "speed", Touch::Moved(f64::INFINITY)).expect_err("it is no number");
-    assert!(matches!(nonsense, PanelError::InvalidGesture(_)), "{nonsense}");
-    drop(looks);
-    rig.stop();
+    release(&scenario, &blocked);
+    app.until_line("ana@laptop pressed `button-63` of motor");
+    touch(&app, "go", Touch::Pressed).expect("the queue has room again");
+    app.until_line("ana@laptop pressed `go` of motor");
+    let infinite = touch(&app, "speed", Touch::Moved(f64::INFINITY)).expect_err("infinity is refused");
+    assert!(matches!(infinite, PanelError::InvalidGesture(_)), "{infinite}");
+    drop(viewer);
+    app.stop();
 }
 
 fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
     for (widget, reason) in [
-        ("fail", "somebody pressed `fail`"),
+        ("fail", "an operator pressed `fail`"),
         ("panic", "panicked in touch: "),
     ] {
-        let stage = Stage::new();
-        let mut rig = Rig::start(executor, &stage, APP);
-        rig.until_did("easel iterate");
-        touch(&rig, widget, Touch::Pressed).expect("it takes it");
-        rig.until(|rig| rig.see("easel").faults == 1);
+        let scenario = Scenario::new();
+        let mut app = TestApp::start(executor, &scenario, APP);
+        app.until_line("motor iterate");
+        touch(&app, widget, Touch::Pressed).expect("the queue has room");
+        app.until(|app| app.schema("motor").faults == 1);
         // An event may follow its snapshot a moment later.
-        rig.until(|_| {
-            stage.told(
-                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(said), .. } if said.starts_with(reason)),
+        app.until(|_| {
+            scenario.has_event(
+                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(actual), .. } if actual.starts_with(reason)),
             )
         });
-        rig.stop();
+        app.stop();
     }
 }

@@ -1,23 +1,23 @@
-//! Calls that do not return: authority is withdrawn, siblings take over, all others continue, and the
+//! Calls that do not return: authority is withdrawn, siblings take over, all other schemas continue, and the
 //! application can still end.
 //!
-//! In lockstep there is one thread and no time to miss, so these tests are for the executors of real time.
+//! Lockstep has one thread, and calls take no time there, so these tests run on the real-time executors only.
 
 use std::sync::{Arc, Mutex, mpsc};
 
 use jde_core::{Health, State};
 use jde_records::event::{Event, Outcome};
 
-use crate::common::{Call, Executor, Rig, Stage, in_real_time};
+use crate::common::{Call, Executor, Scenario, TestApp, in_real_time};
 
 in_real_time!(
     r1_a_loser_that_hangs_loses_its_authority_after_patience,
     a_winner_that_hangs_is_faulted_and_its_sibling_takes_over,
     a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs,
-    nobody_sees_what_a_call_publishes_that_was_given_up,
-    many_that_hang_leave_the_others_running,
+    values_that_an_abandoned_call_publishes_are_discarded,
+    many_schemas_that_hang_do_not_stop_the_others,
     a_driver_that_hangs_while_it_starts_ends_the_application,
-    r5_a_father_that_hangs_takes_its_children_with_it,
+    r5_the_children_of_a_father_that_hangs_sleep,
 );
 
 pub(crate) const PAIR: &str = r#"
@@ -35,7 +35,7 @@ pub(crate) const PAIR: &str = r#"
 "#;
 
 /// A function that blocks until the sender is used or dropped.
-pub(crate) fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
+pub(crate) fn blocker() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
     (release, move || {
@@ -44,17 +44,17 @@ pub(crate) fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     })
 }
 
-pub(crate) fn hung(event: &Event, place: usize) -> bool {
-    matches!(event, Event::Hung { schema, .. } if *schema == place)
+pub(crate) fn hung(event: &Event, index: usize) -> bool {
+    matches!(event, Event::Hung { schema, .. } if *schema == index)
 }
 
 fn r1_a_loser_that_hangs_loses_its_authority_after_patience(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let ready = Arc::new(false.into());
-    stage.drives("high", &ready, 0.3);
+    scenario.drives("high", &ready, 0.3);
     let mut hung_once = false;
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate if !hung_once => {
@@ -62,31 +62,31 @@ fn r1_a_loser_that_hangs_loses_its_authority_after_patience(executor: Executor) 
                 io.command(0.1);
                 hang();
                 let outcome = io.command(9.9);
-                io.say(format!("back {outcome:?}"));
+                io.record(format!("returned {outcome:?}"));
             }
             Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.1");
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.1");
     ready.store(true, std::sync::atomic::Ordering::SeqCst);
-    rig.until_did("robot velocity 0.3");
-    assert!(!rig.see("low").authority);
-    release.send(()).expect("it hangs");
-    rig.until_did("low back Refused");
-    assert!(rig.see("low").refused > 0);
-    let low = rig.place("low");
-    assert!(stage.told(|event| matches!(event, Event::Refused { schema, .. } if *schema == low)));
-    assert!(!stage.did("robot velocity 9.9"));
-    rig.stop();
+    app.until_line("robot velocity 0.3");
+    assert!(!app.schema("low").authority);
+    release.send(()).expect("the call hangs");
+    app.until_line("low returned Refused");
+    assert!(app.schema("low").refused > 0);
+    let low = app.index("low");
+    assert!(scenario.has_event(|event| matches!(event, Event::Refused { schema, .. } if *schema == low)));
+    assert!(!scenario.has_line("robot velocity 9.9"));
+    app.stop();
 }
 
 fn a_winner_that_hangs_is_faulted_and_its_sibling_takes_over(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    stage.drives("low", &Arc::new(true.into()), 0.1);
-    stage.play("high", move |call, io| {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    scenario.on_call("high", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -97,17 +97,17 @@ fn a_winner_that_hangs_is_faulted_and_its_sibling_takes_over(executor: Executor)
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
-    let after = stage.lines().len();
-    rig.until(|rig| {
-        rig.stage.lines()[after..]
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.3");
+    let before = scenario.lines().len();
+    app.until(|app| {
+        app.scenario.lines()[before..]
             .iter()
             .any(|line| line == "robot velocity 0.1")
     });
-    let high = rig.place("high");
-    assert!(stage.told(|event| hung(event, high)));
-    let view = rig.see("high");
+    let high = app.index("high");
+    assert!(scenario.has_event(|event| hung(event, high)));
+    let view = app.schema("high");
     assert_eq!(
         (view.state, view.authority, view.faults),
         (State::Slept, false, 1)
@@ -116,25 +116,25 @@ fn a_winner_that_hangs_is_faulted_and_its_sibling_takes_over(executor: Executor)
         matches!(view.health, Health::Faulted(reason) if reason.starts_with("has not returned from a call for "))
     );
     drop(release);
-    rig.stop();
+    app.stop();
 }
 
 fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let mut hang = Some(hang);
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         match (call, hang.is_some()) {
             (Call::Check, _) => io.ready(true),
             (Call::Iterate, true) => {
                 io.command(0.1);
-                let hang = hang.take().expect("it is there");
+                let hang = hang.take().expect("it was checked");
                 io.then(move |io| {
                     hang();
-                    io.say("back");
+                    io.record("returned");
                     // An instance of the same name has authority now.
                     io.command(9.9);
-                    io.say("went on");
+                    io.record("continued");
                 });
             }
             (Call::Iterate, false) => {
@@ -144,46 +144,56 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
         }
         Ok(())
     });
-    let mut rig = Rig::start(
+    let mut app = TestApp::start(
         executor,
-        &stage,
+        &scenario,
         &PAIR.replace("limit = 5 }", "limit = 5 }\nhang = \"250ms\""),
     );
-    let low = rig.place("low");
-    rig.until_did("robot velocity 0.1");
-    rig.until_did("robot velocity 0.2");
-    assert!(stage.told(|event| hung(event, low)));
-    assert!(stage.told(
+    let low = app.index("low");
+    app.until_line("robot velocity 0.1");
+    app.until_line("robot velocity 0.2");
+    assert!(scenario.has_event(|event| hung(event, low)));
+    assert!(scenario.has_event(
         |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, retained_bytes, process, .. }
         if *schema == low && *retained_bytes > 0 && process.files > 0)
     ));
-    rig.until(|rig| rig.see("low").health == Health::Ok);
-    assert_eq!(rig.see("low").left, 1);
-    assert!(!stage.did("low drop"), "what may still run is not ended");
-    release.send(()).expect("it hangs");
-    rig.until(|rig| rig.see("low").left == 0);
-    rig.until(|rig| {
-        let came_back =
+    app.until(|app| app.schema("low").health == Health::Ok);
+    assert_eq!(app.schema("low").left, 1);
+    assert!(
+        !scenario.has_line("low drop"),
+        "an instance whose call runs is not dropped"
+    );
+    release.send(()).expect("the call hangs");
+    app.until(|app| app.schema("low").left == 0);
+    app.until(|app| {
+        let returned =
             |event: &Event| matches!(event, Event::AbandonedCallReturned { schema, abandoned: 0, .. } if *schema == low);
-        rig.stage.told(came_back)
+        app.scenario.has_event(returned)
     });
-    assert_eq!(stage.count("low drop"), 1, "it ends when it returns, and once");
-    assert!(stage.did("low back"));
-    assert!(!stage.did("low went on"), "whatever it asks for ends it");
-    let before = stage.count("low iterate");
-    rig.until(|rig| rig.stage.count("low iterate") > before + 3);
-    assert!(!stage.did("robot velocity 9.9"), "R7");
-    assert_eq!(rig.see("low").faults, 1);
-    rig.stop();
-    assert_eq!(stage.count("low drop"), 2);
+    assert_eq!(
+        scenario.count("low drop"),
+        1,
+        "it is dropped once, after its call returns"
+    );
+    assert!(scenario.has_line("low returned"));
+    assert!(
+        !scenario.has_line("low continued"),
+        "any request ends an abandoned call"
+    );
+    let before = scenario.count("low iterate");
+    app.until(|app| app.scenario.count("low iterate") > before + 3);
+    assert!(!scenario.has_line("robot velocity 9.9"), "R7");
+    assert_eq!(app.schema("low").faults, 1);
+    app.stop();
+    assert_eq!(scenario.count("low drop"), 2);
 }
 
-fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+fn values_that_an_abandoned_call_publishes_are_discarded(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let mut hang = Some(hang);
     let mut value = 10.0;
-    stage.play("eye", move |call, io| {
+    scenario.on_call("eye", move |call, io| {
         if call == Call::Iterate {
             value += 1.0;
             match hang.take() {
@@ -191,7 +201,7 @@ fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
                     io.publish(1.0);
                     io.then(move |io| {
                         hang();
-                        io.say("back");
+                        io.record("returned");
                         io.publish(99.0);
                     });
                 }
@@ -200,10 +210,10 @@ fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
         }
         Ok(())
     });
-    stage.play("low", |call, io| {
+    scenario.on_call("low", |call, io| {
         match call {
             Call::Check => io.ready(true),
-            Call::Iterate => io.say(format!("saw {:?}", io.input().map(|(value, _)| value))),
+            Call::Iterate => io.record(format!("read {:?}", io.input().map(|(value, _)| value))),
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
@@ -218,27 +228,27 @@ fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
         type = "test/motor"
         imports = { input = "eye.out" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("low saw Some(1.0)");
-    // The value is no longer valid while its writer hangs.
-    rig.until(|rig| rig.stage.lines().iter().any(|line| line == "low saw None"));
-    rig.until(|rig| {
-        rig.stage
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("low read Some(1.0)");
+    // The value is invalid while its writer hangs.
+    app.until(|app| app.scenario.lines().iter().any(|line| line == "low read None"));
+    app.until(|app| {
+        app.scenario
             .lines()
             .iter()
-            .any(|line| line.starts_with("low saw Some(2"))
+            .any(|line| line.starts_with("low read Some(2"))
     });
-    release.send(()).expect("it hangs");
-    rig.until(|rig| rig.stage.count("eye drop") == 1);
-    let before = stage.count("eye iterate");
-    rig.until(|rig| rig.stage.count("eye iterate") > before + 3);
-    assert!(stage.did("eye back"));
-    assert!(!stage.did("low saw Some(99.0)"));
-    rig.stop();
+    release.send(()).expect("the call hangs");
+    app.until(|app| app.scenario.count("eye drop") == 1);
+    let before = scenario.count("eye iterate");
+    app.until(|app| app.scenario.count("eye iterate") > before + 3);
+    assert!(scenario.has_line("eye returned"));
+    assert!(!scenario.has_line("low read Some(99.0)"));
+    app.stop();
 }
 
-fn many_that_hang_leave_the_others_running(executor: Executor) {
-    let stage = Stage::new();
+fn many_schemas_that_hang_do_not_stop_the_others(executor: Executor) {
+    let scenario = Scenario::new();
     let mut body = String::from(
         r#"
         roots = ["low"]
@@ -250,12 +260,12 @@ fn many_that_hang_leave_the_others_running(executor: Executor) {
         children = { helper = "eye-0" }
         "#,
     );
-    let mut hooks = Vec::new();
+    let mut senders = Vec::new();
     for number in 0..12 {
-        let (release, hang) = hook();
-        hooks.push(release);
+        let (release, hang) = blocker();
+        senders.push(release);
         let name = format!("eye-{number}");
-        stage.play(&name, move |call, _| {
+        scenario.on_call(&name, move |call, _| {
             if call == Call::Iterate {
                 hang();
             }
@@ -267,7 +277,7 @@ fn many_that_hang_leave_the_others_running(executor: Executor) {
         };
         body += &format!("[schemas.{name}]\ntype = \"test/eye\"\n{next}\n");
     }
-    stage.play("low", |call, io| {
+    scenario.on_call("low", |call, io| {
         match call {
             Call::Check => io.ready(true),
             // With twelve calls at once, the pool would have no free worker.
@@ -278,27 +288,27 @@ fn many_that_hang_leave_the_others_running(executor: Executor) {
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until(|rig| (0..12).all(|number| rig.see(&format!("eye-{number}")).faults > 0));
-    let before = stage.count("low iterate");
-    rig.until(|rig| rig.stage.count("low iterate") > before + 10);
-    assert_eq!(rig.see("low").faults, 0);
-    drop(hooks);
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until(|app| (0..12).all(|number| app.schema(&format!("eye-{number}")).faults > 0));
+    let before = scenario.count("low iterate");
+    app.until(|app| app.scenario.count("low iterate") > before + 10);
+    assert_eq!(app.schema("low").faults, 0);
+    drop(senders);
+    app.stop();
 }
 
 fn a_driver_that_hangs_while_it_starts_ends_the_application(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    stage.play("robot", move |call, _| {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
+    scenario.on_call("robot", move |call, _| {
         if call == Call::Awake {
             hang();
         }
         Ok(())
     });
-    let rig = Rig::start(executor, &stage, PAIR);
-    let Outcome::Broken(reason) = rig.wait() else {
-        panic!("it was not noticed");
+    let app = TestApp::start(executor, &scenario, PAIR);
+    let Outcome::Broken(reason) = app.wait() else {
+        panic!("the hang was not detected");
     };
     assert!(
         reason.starts_with("driver `robot` could not start: has not returned from a call for "),
@@ -307,11 +317,11 @@ fn a_driver_that_hangs_while_it_starts_ends_the_application(executor: Executor) 
     drop(release);
 }
 
-fn r5_a_father_that_hangs_takes_its_children_with_it(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+fn r5_the_children_of_a_father_that_hangs_sleep(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let mut iterations = 0;
-    stage.play("father", move |call, io| {
+    scenario.on_call("father", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -325,7 +335,7 @@ fn r5_a_father_that_hangs_takes_its_children_with_it(executor: Executor) {
         }
         Ok(())
     });
-    stage.drives("left", &Arc::new(true.into()), 0.1);
+    scenario.drives("left", &Arc::new(true.into()), 0.1);
     let body = r#"
         roots = ["father"]
         [schemas.robot]
@@ -338,12 +348,12 @@ fn r5_a_father_that_hangs_takes_its_children_with_it(executor: Executor) {
         type = "test/motor"
         actuators = { base = "robot.velocity" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("robot velocity 0.1");
-    rig.until_did("left sleep");
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("robot velocity 0.1");
+    app.until_line("left sleep");
     // No schema needs the robot any more.
-    rig.until_did("robot sleep");
-    assert!(matches!(rig.see("father").health, Health::Faulted(_)));
+    app.until_line("robot sleep");
+    assert!(matches!(app.schema("father").health, Health::Faulted(_)));
     drop(release);
-    rig.stop();
+    app.stop();
 }

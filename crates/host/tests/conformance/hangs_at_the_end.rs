@@ -7,22 +7,22 @@ use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_records::event::{Event, Outcome};
 
-use super::hangs::{PAIR, hook, hung};
-use crate::common::{Call, Executor, Rig, Stage, TEST, in_real_time};
+use super::hangs::{PAIR, blocker, hung};
+use crate::common::{Call, Executor, Scenario, TEST, TestApp, in_real_time};
 
 in_real_time!(
-    who_hangs_while_it_ends_is_left_behind_and_wins_again,
-    the_end_comes_although_a_call_never_returns,
-    the_end_comes_although_an_instance_never_ends,
-    whoever_waits_for_a_build_to_take_over_is_answered_at_the_end,
+    an_instance_that_hangs_in_drop_is_abandoned_and_its_successor_wins,
+    the_application_ends_although_a_call_never_returns,
+    the_application_ends_although_an_instance_never_ends,
+    a_pending_reload_is_resolved_when_the_application_ends,
 );
 
-fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+fn an_instance_that_hangs_in_drop_is_abandoned_and_its_successor_wins(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let mut hang = Some(hang);
     let mut failed = false;
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate if !failed => {
@@ -42,57 +42,55 @@ fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
         Ok(())
     });
     let body = PAIR.replace("limit = 5 }", "limit = 5 }\nhang = \"250ms\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    let low = rig.place("low");
-    rig.until_did("robot velocity 0.2");
-    assert!(
-        stage.told(
-            |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, .. } if *schema == low)
-        )
-    );
-    rig.until(|rig| rig.see("low").health == Health::Ok);
-    assert_eq!(rig.see("low").left, 1);
-    release.send(()).expect("it hangs");
-    rig.until(|rig| rig.see("low").left == 0);
-    rig.stop();
-    assert_eq!(stage.count("low drop"), 2);
+    let mut app = TestApp::start(executor, &scenario, &body);
+    let low = app.index("low");
+    app.until_line("robot velocity 0.2");
+    assert!(scenario.has_event(
+        |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, .. } if *schema == low)
+    ));
+    app.until(|app| app.schema("low").health == Health::Ok);
+    assert_eq!(app.schema("low").left, 1);
+    release.send(()).expect("the call hangs");
+    app.until(|app| app.schema("low").left == 0);
+    app.stop();
+    assert_eq!(scenario.count("low drop"), 2);
 }
 
-fn the_end_comes_although_a_call_never_returns(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+fn the_application_ends_although_a_call_never_returns(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let ready = Arc::new(true.into());
-    stage.drives("high", &ready, 0.3);
+    scenario.drives("high", &ready, 0.3);
     let hang = Mutex::new(Some(hang));
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         if call == Call::Check {
-            io.say("check");
+            io.record("check");
             if let Some(hang) = hang.lock().unwrap().take() {
                 hang();
-                io.say("back");
+                io.record("returned");
             }
         }
         Ok(())
     });
     // With this budget a call would count as hung only after 1000 s.
     let body = PAIR.replace("restart = { back-off = \"5ms\", limit = 5 }", "budget = \"100s\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot velocity 0.3");
-    rig.until_did("low check");
-    let low = rig.place("low");
-    assert_eq!(rig.stop(), Outcome::Stopped);
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("robot velocity 0.3");
+    app.until_line("low check");
+    let low = app.index("low");
+    assert_eq!(app.stop(), Outcome::Stopped);
     assert!(
-        stage.told(|event| hung(event, low)),
-        "it is said who stayed behind"
+        scenario.has_event(|event| hung(event, low)),
+        "the instance that did not end is reported"
     );
     assert!(matches!(
-        stage.events().last(),
+        scenario.events().last(),
         Some(Event::Ended {
             outcome: Outcome::Stopped,
             ..
         })
     ));
-    let lines = stage.lines();
+    let lines = scenario.lines();
     for ended in [
         "high sleep",
         "robot sleep",
@@ -102,17 +100,20 @@ fn the_end_comes_although_a_call_never_returns(executor: Executor) {
     ] {
         assert!(lines.iter().any(|line| line == ended), "{ended}");
     }
-    assert!(!stage.did("low drop"), "what may still run is not ended");
+    assert!(
+        !scenario.has_line("low drop"),
+        "an instance whose call runs is not dropped"
+    );
     drop(release);
-    stage.wait_until(|| stage.did("low back"));
+    scenario.wait_until(|| scenario.has_line("low returned"));
 }
 
-fn the_end_comes_although_an_instance_never_ends(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    stage.drives("high", &Arc::new(true.into()), 0.3);
+fn the_application_ends_although_an_instance_never_ends(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
+    scenario.drives("high", &Arc::new(true.into()), 0.3);
     let mut hang = Some(hang);
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         if call == Call::Drop
             && let Some(hang) = hang.take()
         {
@@ -120,27 +121,27 @@ fn the_end_comes_although_an_instance_never_ends(executor: Executor) {
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
-    let low = rig.place("low");
-    assert_eq!(rig.stop(), Outcome::Stopped);
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.3");
+    let low = app.index("low");
+    assert_eq!(app.stop(), Outcome::Stopped);
     assert!(
-        stage.told(|event| hung(event, low)),
-        "it is said who stayed behind"
+        scenario.has_event(|event| hung(event, low)),
+        "the instance that did not end is reported"
     );
     for ended in ["high drop", "robot drop", "robot velocity 0"] {
-        assert!(stage.did(ended), "{ended}");
+        assert!(scenario.has_line(ended), "{ended}");
     }
     drop(release);
 }
 
-fn whoever_waits_for_a_build_to_take_over_is_answered_at_the_end(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
+fn a_pending_reload_is_resolved_when_the_application_ends(executor: Executor) {
+    let scenario = Scenario::new();
+    let (release, hang) = blocker();
     let hang = Mutex::new(Some(hang));
-    stage.play("low", move |call, io| {
+    scenario.on_call("low", move |call, io| {
         if call == Call::Check {
-            io.say("check");
+            io.record("check");
             if let Some(hang) = hang.lock().unwrap().take() {
                 hang();
             }
@@ -148,19 +149,22 @@ fn whoever_waits_for_a_build_to_take_over_is_answered_at_the_end(executor: Execu
         Ok(())
     });
     let body = PAIR.replace("restart = { back-off = \"5ms\", limit = 5 }", "budget = \"100s\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("low check");
-    let low = rig.place("low");
-    let build = LoadedPlugin::linked_in(&TEST).expect("its tables are right");
-    let operator = rig.operator();
-    let order = operator
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("low check");
+    let low = app.index("low");
+    let build = LoadedPlugin::linked_in(&TEST).expect("its tables are valid");
+    let operator = app.operator();
+    let reload = operator
         .replace(low, &build, ReloadOptions::default())
         .expect("it fits");
-    assert_eq!(order.outcome(), None, "it is inside a call");
-    rig.stop();
-    let answer = order.outcome().expect("it is over").expect_err("it had no turn");
-    assert_eq!(answer, "the application has ended");
+    assert_eq!(reload.outcome(), None, "the schema is inside a call");
+    app.stop();
+    let error = reload
+        .outcome()
+        .expect("it is resolved")
+        .expect_err("it had no turn");
+    assert_eq!(error, "the application has ended");
     let late = operator.replace(low, &build, ReloadOptions::default());
-    assert_eq!(late.err(), Some(vec![answer]));
+    assert_eq!(late.err(), Some(vec![error]));
     drop(release);
 }

@@ -11,68 +11,70 @@ use jde_host::Options;
 use jde_loader::SearchPath;
 use jde_records::event::Event;
 
-use crate::common::{Call, Executor, Rig, Stage, c, in_real_time, plugins_along, text};
+use crate::common::{Call, Executor, Scenario, TestApp, c, in_real_time, plugins_with, text};
 
-in_real_time!(whatever_a_call_asks_that_was_given_up_is_refused);
+in_real_time!(all_requests_of_an_abandoned_call_are_refused);
 
-/// The report of the plugin: one value that it read, and ten statuses.
-fn told(pipe: &mut PipeReader) -> [i32; 11] {
+/// Reads the report of the plugin: whether its input changed, and ten statuses.
+fn read_report(pipe: &mut PipeReader) -> [i32; 11] {
     let mut bytes = [0; 11 * 4];
-    pipe.read_exact(&mut bytes).expect("it tells");
-    std::array::from_fn(|nth| i32::from_ne_bytes(bytes[nth * 4..nth * 4 + 4].try_into().expect("four bytes")))
+    pipe.read_exact(&mut bytes).expect("the plugin reports");
+    std::array::from_fn(|index| {
+        i32::from_ne_bytes(bytes[index * 4..index * 4 + 4].try_into().expect("four bytes"))
+    })
 }
 
-fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
+fn all_requests_of_an_abandoned_call_are_refused(executor: Executor) {
     // A separate library for each executor, because each hangs only once.
     let folder = tempfile::tempdir().expect("a folder");
-    c::make("captive.c", &[], &folder.path().join("libcaptive.so"));
+    c::build("hanging.c", &[], &folder.path().join("libhanging.so"));
     let mut path = SearchPath::default();
     path.push(folder.path(), "of this test");
-    let plugins = plugins_along(path);
-    let (held, mut release) = pipe().expect("a pipe");
-    let (mut tells, tell) = pipe().expect("a pipe");
+    let plugins = plugins_with(path);
+    let (wait, mut release) = pipe().expect("a pipe");
+    let (mut reports, report) = pipe().expect("a pipe");
     let body = format!(
         r#"
-        roots = ["captive", "low"]
+        roots = ["hanging", "low"]
         [schemas.robot]
         type = "test/robot"
         [schemas.eye]
         type = "test/eye"
         [schemas.helper]
         type = "test/motor"
-        [schemas.captive]
-        type = "captive/captive"
+        [schemas.hanging]
+        type = "hanging/hanging"
         imports = {{ input = "eye.out" }}
         actuators = {{ base = "robot.velocity" }}
         children = {{ helper = "helper" }}
-        held = {}
-        told = {}
+        wait = {}
+        report = {}
         hang = "250ms"
         restart = {{ back-off = "200ms", limit = 5 }}
         [schemas.low]
         type = "test/motor"
-        imports = {{ input = "captive.output" }}
+        imports = {{ input = "hanging.output" }}
         actuators = {{ base = "robot.velocity" }}
         "#,
-        held.as_raw_fd(),
-        tell.as_raw_fd()
+        wait.as_raw_fd(),
+        report.as_raw_fd()
     );
-    let stage = Stage::new();
-    let mut seen = 0.0;
-    stage.play("eye", move |call, io| {
+    let scenario = Scenario::new();
+    let mut count = 0.0;
+    scenario.on_call("eye", move |call, io| {
         if call == Call::Iterate {
-            seen += 1.0;
-            io.publish(seen);
+            count += 1.0;
+            io.publish(count);
         }
         Ok(())
     });
-    stage.play("helper", |_, _| Ok(()));
-    stage.play("low", |call, io| {
+    scenario.on_call("helper", |_, _| Ok(()));
+    scenario.on_call("low", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
                 if let Some((value, _)) = io.input() {
-                    io.say(format!("saw {value}"));
+                    io.record(format!("read {value}"));
                 }
                 io.command(0.1);
             }
@@ -81,31 +83,30 @@ fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
         Ok(())
     });
     let application = parse(
-        &text(executor, &stage, &body),
+        &text(executor, &scenario, &body),
         Path::new("apps/test.toml"),
         &[],
         &plugins,
     )
     .unwrap_or_else(|faults| panic!("{faults}"));
-    let mut rig = Rig::run(executor, &stage, application, &plugins, Options::default())
+    let mut app = TestApp::run(executor, &scenario, application, &plugins, Options::default())
         .unwrap_or_else(|error| panic!("{error}"));
-    let captive = rig.place("captive");
-    rig.until_did("robot velocity 0.3");
-    // The level selects again because of the fault itself: the sibling need not wait for another schema's
-    // turn.
-    let after = stage.first("robot velocity 0.3");
-    rig.until(|rig| {
-        let lines = rig.stage.lines().split_off(after);
+    let hanging = app.index("hanging");
+    app.until_line("robot velocity 0.3");
+    // The fault itself causes the new selection: the sibling does not wait for another schema's turn.
+    let start = scenario.first("robot velocity 0.3");
+    app.until(|app| {
+        let lines = app.scenario.lines().split_off(start);
         lines.iter().any(|line| line == "robot velocity 0.1")
     });
-    let events = stage.events();
+    let events = scenario.events();
     let faulted = events.iter().find_map(|event| match event {
-        Event::HealthChanged { time, schema, health } if *schema == captive => {
+        Event::HealthChanged { time, schema, health } if *schema == hanging => {
             matches!(health, Health::Faulted(_)).then_some(*time)
         }
         _ => None,
     });
-    let low = Some(rig.place("low"));
+    let low = Some(app.index("low"));
     assert!(faulted.is_some());
     assert!(events.iter().any(|event| match event {
         Event::Decided(record) => {
@@ -113,17 +114,21 @@ fn whatever_a_call_asks_that_was_given_up_is_refused(executor: Executor) {
         }
         _ => false,
     }));
-    rig.until(|rig| rig.see("captive").left == 1 && rig.see("captive").state != State::Slept);
-    let policy = rig.group("captive/group").policy;
-    let refused = rig.see("captive").refused;
-    release.write_all(b"!").expect("it waits");
-    let [changed, answers @ ..] = told(&mut tells);
-    assert_eq!(changed, 0, "what it looked at is as it was");
-    assert_eq!(answers, [raw::REFUSED; 10]);
-    rig.until(|rig| rig.see("captive").left == 0);
-    assert_eq!(rig.group("captive/group").policy, policy);
-    assert_eq!(rig.see("helper").state, State::Slept);
-    assert_eq!(rig.see("captive").refused, refused, "nobody is blamed for it");
-    assert!(!stage.lines().iter().any(|line| line.starts_with("low saw")));
-    rig.stop();
+    app.until(|app| app.schema("hanging").left == 1 && app.schema("hanging").state != State::Slept);
+    let policy = app.group("hanging/group").policy;
+    let refused = app.schema("hanging").refused;
+    release.write_all(b"!").expect("the plugin waits");
+    let [changed, statuses @ ..] = read_report(&mut reports);
+    assert_eq!(changed, 0, "the input of the call has not changed");
+    assert_eq!(statuses, [raw::REFUSED; 10]);
+    app.until(|app| app.schema("hanging").left == 0);
+    assert_eq!(app.group("hanging/group").policy, policy);
+    assert_eq!(app.schema("helper").state, State::Slept);
+    assert_eq!(
+        app.schema("hanging").refused,
+        refused,
+        "refusals of an abandoned call are not counted"
+    );
+    assert!(!scenario.lines().iter().any(|line| line.starts_with("low read")));
+    app.stop();
 }

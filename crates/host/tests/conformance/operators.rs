@@ -1,4 +1,4 @@
-//! An operator's actions are shown as such, and undone when the operator releases them (R14).
+//! An operator's actions are reported as such, and undone when the operator releases them (R14).
 
 use std::sync::Arc;
 
@@ -7,17 +7,17 @@ use jde_core::State;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::SchemaView;
 
-use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
     r14_a_schema_that_is_stopped_sleeps_until_it_is_released,
-    r14_a_father_whose_child_is_stopped_is_refused_nothing,
+    r14_a_father_may_wake_a_child_that_is_stopped,
     r14_a_schema_that_is_forced_wins_until_it_is_released,
     r14_a_child_that_is_played_is_awake_until_it_is_released,
-    r14_a_period_is_given_back,
-    r14_a_modulation_is_given_back_unless_a_father_wrote_it_since,
-    r14_who_lets_go_undoes_nothing_of_others,
-    r14_what_does_not_exist_is_refused_in_words,
+    r14_a_release_restores_the_period,
+    r14_a_release_restores_a_modulation_unless_a_father_has_written_it_since,
+    r14_a_release_undoes_nothing_of_other_operators,
+    r14_requests_about_unknown_items_are_refused_with_a_reason,
 );
 
 const APP: &str = r#"
@@ -36,39 +36,39 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-fn held(view: &SchemaView) -> Option<String> {
+fn hold_text(view: &SchemaView) -> Option<String> {
     let hold = view.operator.as_ref()?;
     Some(format!("{} by {}", hold.kind.word(), hold.by))
 }
 
-fn start(executor: Executor, high: bool) -> Rig {
-    let stage = Stage::new();
-    stage.drives("high", &Arc::new(high.into()), 0.3);
-    stage.drives("left", &Arc::new(true.into()), 0.1);
-    stage.play("father", |call, io| {
+fn start(executor: Executor, high: bool) -> TestApp {
+    let scenario = Scenario::new();
+    scenario.drives("high", &Arc::new(high.into()), 0.3);
+    scenario.drives("left", &Arc::new(true.into()), 0.1);
+    scenario.on_call("father", |call, io| {
         if call == Call::Check {
             io.ready(true);
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, APP);
+    let mut app = TestApp::start(executor, &scenario, APP);
     let first = if high { "high iterate" } else { "father iterate" };
-    rig.until_did(first);
-    rig
+    app.until_line(first);
+    app
 }
 
 fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) {
-    let mut rig = start(executor, true);
-    let high = rig.place("high");
-    rig.operator().hold_asleep(high).expect("it can be stopped");
-    rig.until_did("high sleep");
-    rig.until_did("father iterate");
-    let view = rig.see("high");
+    let mut app = start(executor, true);
+    let high = app.index("high");
+    app.operator().hold_asleep(high).expect("it can be stopped");
+    app.until_line("high sleep");
+    app.until_line("father iterate");
+    let view = app.schema("high");
     assert_eq!(
-        (view.state, held(&view).as_deref()),
+        (view.state, hold_text(&view).as_deref()),
         (State::Slept, Some("stopped by ana@laptop"))
     );
-    assert!(rig.stage.told(|event| matches!(
+    assert!(app.scenario.has_event(|event| matches!(
         event,
         Event::Operator {
             by,
@@ -76,16 +76,16 @@ fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) 
             ..
         } if by == "ana@laptop"
     )));
-    let before = rig.stage.count("high iterate");
-    rig.operator().release(high).expect("it can be released");
-    rig.until(|rig| rig.stage.count("high iterate") > before);
-    assert_eq!(rig.see("high").operator, None);
-    rig.stop();
+    let before = app.scenario.count("high iterate");
+    app.operator().release(high).expect("it can be released");
+    app.until(|app| app.scenario.count("high iterate") > before);
+    assert_eq!(app.schema("high").operator, None);
+    app.stop();
 }
 
-fn r14_a_father_whose_child_is_stopped_is_refused_nothing(executor: Executor) {
-    let mut rig = start(executor, false);
-    rig.stage.play("father", |call, io| {
+fn r14_a_father_may_wake_a_child_that_is_stopped(executor: Executor) {
+    let mut app = start(executor, false);
+    app.scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => drop(io.wake("a")),
@@ -93,91 +93,100 @@ fn r14_a_father_whose_child_is_stopped_is_refused_nothing(executor: Executor) {
         }
         Ok(())
     });
-    rig.until_did("left iterate");
-    let left = rig.place("left");
-    rig.operator().hold_asleep(left).expect("it can be stopped");
-    rig.until_did("left sleep");
-    let before = rig.stage.count("father iterate");
-    rig.until(|rig| rig.stage.count("father iterate") > before + 3);
-    assert_eq!(rig.see("father").refused, 0);
-    assert!(!rig.stage.told(|event| matches!(event, Event::Refused { .. })));
-    let before = rig.stage.count("left iterate");
-    rig.operator().release(left).expect("it can be released");
-    rig.until(|rig| rig.stage.count("left iterate") > before);
-    rig.stop();
+    app.until_line("left iterate");
+    let left = app.index("left");
+    app.operator().hold_asleep(left).expect("it can be stopped");
+    app.until_line("left sleep");
+    let before = app.scenario.count("father iterate");
+    app.until(|app| app.scenario.count("father iterate") > before + 3);
+    assert_eq!(app.schema("father").refused, 0);
+    assert!(
+        !app.scenario
+            .has_event(|event| matches!(event, Event::Refused { .. }))
+    );
+    let before = app.scenario.count("left iterate");
+    app.operator().release(left).expect("it can be released");
+    app.until(|app| app.scenario.count("left iterate") > before);
+    app.stop();
 }
 
 fn r14_a_schema_that_is_forced_wins_until_it_is_released(executor: Executor) {
-    let mut rig = start(executor, false);
-    let high = rig.place("high");
-    rig.operator().force(high).expect("it can be forced");
-    rig.until_did("robot velocity 0.3");
-    assert_eq!(rig.winner("roots").as_deref(), Some("high"));
-    assert_eq!(held(&rig.see("high")).as_deref(), Some("forced by ana@laptop"));
-    rig.operator().release(high).expect("it can be released");
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("father"));
-    assert_eq!(rig.see("high").operator, None);
-    rig.stop();
+    let mut app = start(executor, false);
+    let high = app.index("high");
+    app.operator().force(high).expect("it can be forced");
+    app.until_line("robot velocity 0.3");
+    assert_eq!(app.winner("roots").as_deref(), Some("high"));
+    assert_eq!(
+        hold_text(&app.schema("high")).as_deref(),
+        Some("forced by ana@laptop")
+    );
+    app.operator().release(high).expect("it can be released");
+    app.until(|app| app.winner("roots").as_deref() == Some("father"));
+    assert_eq!(app.schema("high").operator, None);
+    app.stop();
 }
 
 fn r14_a_child_that_is_played_is_awake_until_it_is_released(executor: Executor) {
-    let mut rig = start(executor, false);
-    let left = rig.place("left");
-    rig.operator().play(left).expect("it can be played");
-    rig.until_did("robot velocity 0.1");
-    assert_eq!(held(&rig.see("left")).as_deref(), Some("played by ana@laptop"));
-    rig.operator().release(left).expect("it can be released");
-    rig.until_did("left sleep");
-    rig.until_did("robot velocity 0");
-    let view = rig.see("left");
+    let mut app = start(executor, false);
+    let left = app.index("left");
+    app.operator().play(left).expect("it can be played");
+    app.until_line("robot velocity 0.1");
+    assert_eq!(
+        hold_text(&app.schema("left")).as_deref(),
+        Some("played by ana@laptop")
+    );
+    app.operator().release(left).expect("it can be released");
+    app.until_line("left sleep");
+    app.until_line("robot velocity 0");
+    let view = app.schema("left");
     assert_eq!((view.state, view.operator), (State::Slept, None));
-    rig.stop();
+    app.stop();
 }
 
-fn r14_a_period_is_given_back(executor: Executor) {
-    let mut rig = start(executor, false);
-    let father = rig.place("father");
-    rig.operator().set_period(father, 3 * MS).expect("a period");
-    rig.operator().set_period(father, 2 * MS).expect("a period");
-    rig.until(|rig| rig.see("father").period == 2 * MS);
+fn r14_a_release_restores_the_period(executor: Executor) {
+    let mut app = start(executor, false);
+    let father = app.index("father");
+    app.operator().set_period(father, 3 * MS).expect("a period");
+    app.operator().set_period(father, 2 * MS).expect("a period");
+    app.until(|app| app.schema("father").period == 2 * MS);
     assert_eq!(
-        held(&rig.see("father")).as_deref(),
+        hold_text(&app.schema("father")).as_deref(),
         Some("re-timed by ana@laptop")
     );
-    assert!(rig.stage.told(
+    assert!(app.scenario.has_event(
         |event| matches!(event, Event::Operator { action: OperatorAction::Period { period, .. }, .. }
         if *period == 2 * MS)
     ));
-    rig.operator().release(father).expect("it can be released");
-    rig.until(|rig| rig.see("father").period == 10 * MS);
-    assert_eq!(rig.see("father").operator, None);
-    rig.stop();
+    app.operator().release(father).expect("it can be released");
+    app.until(|app| app.schema("father").period == 10 * MS);
+    assert_eq!(app.schema("father").operator, None);
+    app.stop();
 }
 
-fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Executor) {
-    let mut rig = start(executor, false);
-    let [father, left] = ["father", "left"].map(|name| rig.place(name));
-    let gain = |rig: &Rig, name: &str| {
-        rig.handle
+fn r14_a_release_restores_a_modulation_unless_a_father_has_written_it_since(executor: Executor) {
+    let mut app = start(executor, false);
+    let [father, left] = ["father", "left"].map(|name| app.index(name));
+    let gain = |app: &TestApp, name: &str| {
+        app.handle
             .value::<f64>(&format!("{name}.gain"))
             .expect("a modulation")
     };
-    rig.operator()
+    app.operator()
         .modulate(father, "gain", &Value::Float(0.75))
         .expect("a modulation");
-    assert_eq!(gain(&rig, "father"), Some(0.75));
+    assert_eq!(gain(&app, "father"), Some(0.75));
     assert_eq!(
-        held(&rig.see("father")).as_deref(),
+        hold_text(&app.schema("father")).as_deref(),
         Some("modulated by ana@laptop")
     );
-    rig.operator().release(father).expect("it can be released");
-    assert_eq!(gain(&rig, "father"), Some(0.5));
-    assert_eq!(rig.see("father").operator, None);
+    app.operator().release(father).expect("it can be released");
+    assert_eq!(gain(&app, "father"), Some(0.5));
+    assert_eq!(app.schema("father").operator, None);
 
-    rig.operator()
+    app.operator()
         .modulate(left, "gain", &Value::Float(0.75))
         .expect("a modulation");
-    rig.stage.play("father", |call, io| {
+    app.scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -187,63 +196,65 @@ fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Execu
         }
         Ok(())
     });
-    rig.until(|rig| gain(rig, "left") == Some(0.9));
-    assert_eq!(rig.see("left").operator, None);
-    rig.operator().release(left).expect("it can be released");
-    assert_eq!(gain(&rig, "left"), Some(0.9));
-    rig.stop();
+    app.until(|app| gain(app, "left") == Some(0.9));
+    assert_eq!(app.schema("left").operator, None);
+    app.operator().release(left).expect("it can be released");
+    assert_eq!(gain(&app, "left"), Some(0.9));
+    app.stop();
 }
 
-fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
-    let mut rig = start(executor, true);
-    let (ana, bob) = (rig.operator(), rig.handle.operator("bob@base"));
-    let high = rig.place("high");
-    let seen = |rig: &Rig| held(&rig.see("high"));
-    let gain = |rig: &Rig| rig.handle.value::<f64>("high.gain").expect("a modulation");
-    let before = gain(&rig);
+fn r14_a_release_undoes_nothing_of_other_operators(executor: Executor) {
+    let mut app = start(executor, true);
+    let (ana, bob) = (app.operator(), app.handle.operator("bob@base"));
+    let high = app.index("high");
+    let current = |app: &TestApp| hold_text(&app.schema("high"));
+    let gain = |app: &TestApp| app.handle.value::<f64>("high.gain").expect("a modulation");
+    let before = gain(&app);
     ana.modulate(high, "gain", &Value::Float(0.75))
         .expect("a modulation");
     bob.hold_asleep(high).expect("it can be stopped");
     bob.set_period(high, 20 * MS).expect("a period");
-    assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
+    assert_eq!(current(&app).as_deref(), Some("stopped by bob@base"));
 
-    ana.release_own(high).expect("it holds something");
-    assert_eq!(gain(&rig), before);
-    assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
-    let acts = |rig: &Rig, who: &str| {
-        rig.stage
-            .count_events(|event| matches!(event, Event::Operator { by, .. } if by == who))
+    ana.release_own(high).expect("it has holds");
+    assert_eq!(gain(&app), before);
+    assert_eq!(current(&app).as_deref(), Some("stopped by bob@base"));
+    let count_actions = |app: &TestApp, operator: &str| {
+        app.scenario
+            .count_events(|event| matches!(event, Event::Operator { by, .. } if by == operator))
     };
-    assert_eq!(acts(&rig, "ana@laptop"), 2);
-    ana.release_own(high).expect("it holds nothing more");
+    assert_eq!(count_actions(&app, "ana@laptop"), 2);
+    ana.release_own(high)
+        .expect("a release without holds is accepted");
     assert_eq!(
-        acts(&rig, "ana@laptop"),
+        count_actions(&app, "ana@laptop"),
         2,
-        "nothing was undone, so nothing is told"
+        "nothing was undone, so nothing is reported"
     );
 
-    // An operator that overwrites another's value takes it over, and the value before both is restored.
+    // An operator that overwrites another's value takes it over, and a release restores the value before both.
     ana.modulate(high, "gain", &Value::Float(0.25))
         .expect("a modulation");
     bob.modulate(high, "gain", &Value::Float(0.5))
         .expect("a modulation");
-    ana.release_own(high).expect("bob holds it");
-    assert_eq!(gain(&rig), Some(0.5));
-    let iterated = rig.stage.count("high iterate");
-    bob.release_own(high).expect("it holds something");
-    assert_eq!((gain(&rig), seen(&rig)), (before, None));
-    rig.until(|rig| rig.stage.count("high iterate") > iterated);
-    rig.stop();
+    ana.release_own(high)
+        .expect("a release without holds is accepted");
+    assert_eq!(gain(&app), Some(0.5));
+    let iterated = app.scenario.count("high iterate");
+    bob.release_own(high).expect("it has holds");
+    assert_eq!((gain(&app), current(&app)), (before, None));
+    app.until(|app| app.scenario.count("high iterate") > iterated);
+    app.stop();
 }
 
-fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
-    let rig = start(executor, false);
-    let operator = rig.operator();
-    let nobody = Err(String::from(
+fn r14_requests_about_unknown_items_are_refused_with_a_reason(executor: Executor) {
+    let app = start(executor, false);
+    let operator = app.operator();
+    let unknown = Err(String::from(
         "there is no schema number 99; the application has 4",
     ));
-    assert_eq!(operator.set_period(99, MS), nobody);
-    assert_eq!(operator.modulate(99, "gain", &Value::Float(1.0)), nobody);
+    assert_eq!(operator.set_period(99, MS), unknown);
+    assert_eq!(operator.modulate(99, "gain", &Value::Float(1.0)), unknown);
     for refused in [
         operator.play(99),
         operator.hold_asleep(99),
@@ -252,29 +263,29 @@ fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
     ] {
         assert!(refused.expect_err("there is none").contains("99"));
     }
-    let father = rig.place("father");
+    let father = app.index("father");
     assert_eq!(
         operator.set_period(father, 1),
         Err(String::from(
             "a period of 0.000000001 s is shorter than 100 us; give one from 100 us to a day"
         ))
     );
-    let said = operator
+    let message = operator
         .modulate(father, "gian", &Value::Float(1.0))
         .expect_err("there is none");
-    assert!(said.contains("gain"), "{said}");
-    let said = operator
+    assert!(message.contains("gain"), "{message}");
+    let message = operator
         .modulate(father, "gain", &Value::Float(f64::NAN))
         .expect_err("not finite");
-    assert!(said.starts_with("`father.gain` stays as it is: "), "{said}");
-    let said = operator
+    assert!(message.starts_with("`father.gain` stays as it is: "), "{message}");
+    let message = operator
         .modulate(father, "mission", &Value::Float(1.0))
         .expect_err("an export");
     assert_eq!(
-        said,
+        message,
         "`father.mission` is no modulation; only modulations can be set"
     );
-    let robot = rig.place("robot");
-    assert!(operator.force(robot).is_err(), "a driver competes with nobody");
-    rig.stop();
+    let robot = app.index("robot");
+    assert!(operator.force(robot).is_err(), "a driver does not compete");
+    app.stop();
 }

@@ -9,16 +9,16 @@ use jde_core::Health;
 use jde_records::event::Event;
 use jde_schema::Pen;
 
-use crate::common::{Call, Executor, MS, Rig, Stage, in_real_time};
-use crate::gestures::{held, release};
-use crate::panels::{APP, TWO, drawn, look, until_shown};
+use crate::common::{Call, Executor, MS, Scenario, TestApp, in_real_time};
+use crate::gestures::{blocked_in_draw, release};
+use crate::panels::{APP, TWO, drawn, until_shown, view};
 
 in_real_time!(
     a_slow_panel_takes_a_twentieth_of_the_time,
-    a_panel_is_drawn_no_more_often_than_is_wanted,
-    a_panel_that_hangs_is_a_schema_that_hangs,
+    a_panel_is_drawn_no_more_often_than_requested,
+    a_panel_that_hangs_faults_its_schema,
     r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown,
-    r17_a_sleeper_that_drew_too_late_is_well_once_nobody_looks,
+    r17_an_overrun_of_a_sleeping_schemas_panel_ends_with_its_last_viewer,
 );
 
 /// The duration of a slow drawing, in the machine's time.
@@ -29,40 +29,40 @@ fn draw_slowly(pen: &mut Pen) {
     while start.elapsed() < SLOW {
         std::hint::spin_loop();
     }
-    pen.text("at last");
+    pen.text("done");
 }
 
 fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| draw_slowly(pen));
-    let mut rig = Rig::start(executor, &stage, APP);
-    let _look = look(&rig, "easel");
-    let first = until_shown(&mut rig, "easel", "at last");
-    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence > first.sequence));
-    let second = drawn(&rig, "easel").expect("it was there");
+    let scenario = Scenario::new();
+    scenario.on_draw("motor", |_, _, pen| draw_slowly(pen));
+    let mut app = TestApp::start(executor, &scenario, APP);
+    let _viewer = view(&app, "motor");
+    let first = until_shown(&mut app, "motor", "done");
+    app.until_unbounded(|app| drawn(app, "motor").is_some_and(|drawn| drawn.sequence > first.sequence));
+    let second = drawn(&app, "motor").expect("it was drawn");
     assert!(first.took >= SLOW);
-    let apart = Duration::from_nanos(second.time - first.time);
-    // Both times are those of the ends of drawings.
+    let interval = Duration::from_nanos(second.time - first.time);
+    // Both times are the ends of drawings.
     assert!(
-        apart + second.took >= 19 * first.took,
-        "{apart:?} after {:?}",
+        interval + second.took >= 19 * first.took,
+        "{interval:?} after {:?}",
         first.took
     );
-    rig.stop();
+    app.stop();
 }
 
-fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| pen.text("all is well"));
-    let mut rig = Rig::start(executor, &stage, APP);
-    let stirs = Arc::clone(&stage);
-    let _look = rig
+fn a_panel_is_drawn_no_more_often_than_requested(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.on_draw("motor", |_, _, pen| pen.text("ok"));
+    let mut app = TestApp::start(executor, &scenario, APP);
+    let notifier = Arc::clone(&scenario);
+    let _viewer = app
         .handle
-        .view_panel(rig.place("easel"), 20.0, move || stirs.stir())
+        .view_panel(app.index("motor"), 20.0, move || notifier.notify())
         .expect("it has a panel");
-    let first = until_shown(&mut rig, "easel", "all is well");
-    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
-    let last = drawn(&rig, "easel").expect("it was there");
+    let first = until_shown(&mut app, "motor", "ok");
+    app.until_unbounded(|app| drawn(app, "motor").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
+    let last = drawn(&app, "motor").expect("it was drawn");
     let drawings = last.sequence - first.sequence;
     // One drawing may have been late, so that the next followed early.
     assert!(
@@ -70,82 +70,86 @@ fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
         "{drawings} in {} ms",
         (last.time - first.time) / MS
     );
-    rig.stop();
+    app.stop();
 }
 
-fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
-    rig.until(|rig| rig.see("easel").faults == 1);
+fn a_panel_that_hangs_faults_its_schema(executor: Executor) {
+    let scenario = Scenario::new();
+    let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
+    app.until(|app| app.schema("motor").faults == 1);
     // An event may follow its snapshot a moment later.
-    rig.until(|_| stage.told(|event| matches!(event, Event::Hung { .. })));
-    rig.until(|_| {
-        stage.told(
-            |event| matches!(event, Event::HealthChanged { health: Health::Faulted(said), .. } if said.contains("has not returned"))
+    app.until(|_| scenario.has_event(|event| matches!(event, Event::Hung { .. })));
+    app.until(|_| {
+        scenario.has_event(
+            |event| matches!(event, Event::HealthChanged { health: Health::Faulted(reason), .. } if reason.contains("has not returned"))
         )
     });
-    release(&stage, &hold);
-    drop(looks);
-    rig.stop();
+    release(&scenario, &blocked);
+    drop(viewer);
+    app.stop();
 }
 
-/// An easel whose budget is a quarter of a slow drawing.
-fn hurried() -> String {
+/// The application with a budget of a quarter of a slow drawing.
+fn app_with_short_budget() -> String {
     APP.replace("100ms", "5ms")
 }
 
 fn r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown(executor: Executor) {
     let slow = Arc::new(AtomicBool::new(true));
     let is_slow = Arc::clone(&slow);
-    let stage = Stage::new();
-    stage.paints("easel", move |_, _, pen| match is_slow.load(Ordering::SeqCst) {
+    let scenario = Scenario::new();
+    scenario.on_draw("motor", move |_, _, pen| match is_slow.load(Ordering::SeqCst) {
         true => draw_slowly(pen),
-        false => pen.text("all is well"),
+        false => pen.text("ok"),
     });
-    let mut rig = Rig::start(executor, &stage, &hurried());
-    let looks = look(&rig, "easel");
-    let shown = until_shown(&mut rig, "easel", "more than the schema's budget of 5.0ms");
+    let mut app = TestApp::start(executor, &scenario, &app_with_short_budget());
+    let viewer = view(&app, "motor");
+    let shown = until_shown(&mut app, "motor", "more than the schema's budget of 5.0ms");
     assert!(shown.took >= SLOW && shown.failed > 0);
-    let easel = rig.see("easel");
-    assert!(easel.overruns > 0);
-    assert_eq!(easel.health, Health::Overrun, "until a drawing is in time");
+    let view = app.schema("motor");
+    assert!(view.overruns > 0);
+    assert_eq!(
+        view.health,
+        Health::Overrun,
+        "it lasts until a drawing is in time"
+    );
     let least = SLOW.as_nanos() as u64;
-    rig.until(|_| stage.told(|event| matches!(event, Event::Overrun { took, .. } if *took >= least)));
+    app.until(|_| scenario.has_event(|event| matches!(event, Event::Overrun { took, .. } if *took >= least)));
     slow.store(false, Ordering::SeqCst);
-    until_shown(&mut rig, "easel", "all is well");
-    rig.until(|rig| rig.see("easel").health == Health::Ok);
-    drop(looks);
-    rig.stop();
+    until_shown(&mut app, "motor", "ok");
+    app.until(|app| app.schema("motor").health == Health::Ok);
+    drop(viewer);
+    app.stop();
 }
 
-fn r17_a_sleeper_that_drew_too_late_is_well_once_nobody_looks(executor: Executor) {
-    let stage = Stage::new();
-    stage.play("high", |call, io| {
+fn r17_an_overrun_of_a_sleeping_schemas_panel_ends_with_its_last_viewer(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.on_call("high", |call, io| {
         if call == Call::Check {
             io.ready(true);
         }
         Ok(())
     });
-    stage.paints("below", |_, _, pen| draw_slowly(pen));
-    let mut rig = Rig::start(executor, &stage, &TWO.replace("100ms", "5ms"));
-    rig.until_did("high iterate");
-    let looks = look(&rig, "below");
-    rig.until(|rig| rig.see("below").health == Health::Overrun);
-    drop(looks);
-    rig.until(|rig| rig.see("below").health == Health::Ok);
-    assert_eq!(rig.see("below").state, jde_core::State::Slept);
-    rig.stop();
+    scenario.on_draw("below", |_, _, pen| draw_slowly(pen));
+    let mut app = TestApp::start(executor, &scenario, &TWO.replace("100ms", "5ms"));
+    app.until_line("high iterate");
+    let viewer = view(&app, "below");
+    app.until(|app| app.schema("below").health == Health::Overrun);
+    drop(viewer);
+    app.until(|app| app.schema("below").health == Health::Ok);
+    assert_eq!(app.schema("below").state, jde_core::State::Slept);
+    app.stop();
 }
 
 #[test]
 fn r16_in_lockstep_a_drawing_takes_no_time_however_slow() {
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| draw_slowly(pen));
-    let mut rig = Rig::start(Executor::Lockstep, &stage, &hurried());
-    let looks = look(&rig, "easel");
-    let shown = until_shown(&mut rig, "easel", "at last");
+    let scenario = Scenario::new();
+    scenario.on_draw("motor", |_, _, pen| draw_slowly(pen));
+    let mut app = TestApp::start(Executor::Lockstep, &scenario, &app_with_short_budget());
+    let viewer = view(&app, "motor");
+    let shown = until_shown(&mut app, "motor", "done");
     assert!(shown.took >= SLOW);
-    assert_eq!(rig.see("easel").overruns, 0);
-    drop(looks);
-    rig.stop();
+    assert_eq!(app.schema("motor").overruns, 0);
+    drop(viewer);
+    app.stop();
 }

@@ -9,7 +9,7 @@ use jde_core::State;
 use jde_host::Options;
 use jde_records::event::{Event, Outcome};
 
-use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
     stop_ends_in_order,
@@ -18,19 +18,20 @@ on_every_executor!(
     the_limit_ends_in_order,
     a_drop_ends_in_order,
     a_panic_of_the_caller_ends_in_order,
-    a_handle_is_of_use_after_the_end,
+    a_handle_remains_usable_after_the_end,
     the_first_outcome_counts,
-    an_observer_that_panics_ends_the_application_with_actuators_at_rest,
+    an_observer_that_panics_ends_the_application_with_actuators_stopped,
 );
 
 mod real_time {
     use super::{
-        r7_nobody_gains_authority_while_the_end_is_under_way, who_was_just_put_to_sleep_is_waited_for,
+        r7_no_schema_gains_authority_while_the_application_ends,
+        the_end_waits_for_a_schema_that_is_going_to_sleep,
     };
 
     crate::common::in_real_time!(
-        who_was_just_put_to_sleep_is_waited_for,
-        r7_nobody_gains_authority_while_the_end_is_under_way,
+        the_end_waits_for_a_schema_that_is_going_to_sleep,
+        r7_no_schema_gains_authority_while_the_application_ends,
     );
 }
 
@@ -41,19 +42,19 @@ const FAMILY: &str = r#"
     type = "test/robot"
     [schemas.father]
     type = "test/motor"
-    children = { a = "son" }
-    [schemas.son]
+    children = { a = "child" }
+    [schemas.child]
     type = "test/motor"
-    children = { a = "grandson" }
-    [schemas.grandson]
+    children = { a = "grandchild" }
+    [schemas.grandchild]
     type = "test/motor"
     actuators = { base = "robot.velocity" }
 "#;
 
-fn start_with(executor: Executor, options: Options) -> Rig {
-    let stage = Stage::new();
-    for name in ["father", "son"] {
-        stage.play(name, |call, io| {
+fn start_with(executor: Executor, options: Options) -> TestApp {
+    let scenario = Scenario::new();
+    for name in ["father", "child"] {
+        scenario.on_call(name, |call, io| {
             match call {
                 Call::Check => io.ready(true),
                 Call::Iterate => {
@@ -64,44 +65,44 @@ fn start_with(executor: Executor, options: Options) -> Rig {
             Ok(())
         });
     }
-    stage.drives("grandson", &Arc::new(true.into()), 0.1);
-    Rig::start_with(executor, &stage, FAMILY, options)
+    scenario.drives("grandchild", &Arc::new(true.into()), 0.1);
+    TestApp::start_with(executor, &scenario, FAMILY, options)
 }
 
-fn start(executor: Executor) -> Rig {
-    let mut rig = start_with(executor, Options::default());
-    rig.until_did("robot velocity 0.1");
-    rig
+fn start(executor: Executor) -> TestApp {
+    let mut app = start_with(executor, Options::default());
+    app.until_line("robot velocity 0.1");
+    app
 }
 
-/// Asserts that everything came to rest in the order of the rules.
+/// Asserts that everything ended in the order of the rules.
 #[track_caller]
-fn at_rest(stage: &Stage) {
+fn assert_ended_in_order(scenario: &Scenario) {
     let order = [
         "robot velocity 0",
-        "grandson sleep",
-        "son sleep",
+        "grandchild sleep",
+        "child sleep",
         "father sleep",
         "robot sleep",
-        "grandson drop",
-        "son drop",
+        "grandchild drop",
+        "child drop",
         "father drop",
         "robot drop",
     ];
-    let places = order.map(|line| stage.last(line));
-    assert!(places.is_sorted(), "{:#?}", stage.lines());
+    let positions = order.map(|line| scenario.last(line));
+    assert!(positions.is_sorted(), "{:#?}", scenario.lines());
     for line in order {
-        assert_eq!(stage.count(line), 1, "{line}");
+        assert_eq!(scenario.count(line), 1, "{line}");
     }
 }
 
 fn stop_ends_in_order(executor: Executor) {
-    let rig = start(executor);
-    let stage = Arc::clone(&rig.stage);
-    assert_eq!(rig.stop(), Outcome::Stopped);
-    at_rest(&stage);
+    let app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
+    assert_eq!(app.stop(), Outcome::Stopped);
+    assert_ended_in_order(&scenario);
     assert!(matches!(
-        stage.events().last(),
+        scenario.events().last(),
         Some(Event::Ended {
             outcome: Outcome::Stopped,
             ..
@@ -118,22 +119,22 @@ fn a_mission_that_failed_ends_in_order(executor: Executor) {
 }
 
 fn mission(executor: Executor, gain: f64, outcome: Outcome) {
-    let rig = start(executor);
-    let stage = Arc::clone(&rig.stage);
-    let father = rig.place("father");
-    // It runs while its mission is not over.
-    rig.operator()
+    let app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
+    let father = app.index("father");
+    // The father runs until its mission has ended.
+    app.operator()
         .modulate(father, "gain", &Value::Float(100.0))
         .expect("a modulation");
-    rig.operator()
+    app.operator()
         .modulate(father, "gain", &Value::Float(gain))
         .expect("a modulation");
-    assert_eq!(rig.wait(), outcome);
-    at_rest(&stage);
+    assert_eq!(app.wait(), outcome);
+    assert_ended_in_order(&scenario);
 }
 
 fn the_limit_ends_in_order(executor: Executor) {
-    let mut rig = start_with(
+    let mut app = start_with(
         executor,
         Options {
             limit: Some(300 * MS),
@@ -141,41 +142,41 @@ fn the_limit_ends_in_order(executor: Executor) {
         },
     );
     // On a busy machine the limit may occur before the first command.
-    rig.until(|rig| rig.stage.did("robot velocity 0.1") || rig.handle.outcome().is_some());
-    let stage = Arc::clone(&rig.stage);
-    let handle = rig.handle.clone();
-    assert_eq!(rig.wait(), Outcome::TimeUp);
+    app.until(|app| app.scenario.has_line("robot velocity 0.1") || app.handle.outcome().is_some());
+    let scenario = Arc::clone(&app.scenario);
+    let handle = app.handle.clone();
+    assert_eq!(app.wait(), Outcome::TimeUp);
     assert!(handle.now() >= 300 * MS);
-    if stage.did("robot velocity 0.1") {
-        at_rest(&stage);
+    if scenario.has_line("robot velocity 0.1") {
+        assert_ended_in_order(&scenario);
     }
 }
 
 fn a_drop_ends_in_order(executor: Executor) {
-    let rig = start(executor);
-    let stage = Arc::clone(&rig.stage);
-    let handle = rig.handle.clone();
-    drop(rig);
-    at_rest(&stage);
+    let app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
+    let handle = app.handle.clone();
+    drop(app);
+    assert_ended_in_order(&scenario);
     assert_eq!(handle.outcome(), Some(Outcome::Stopped));
 }
 
 fn a_panic_of_the_caller_ends_in_order(executor: Executor) {
-    let rig = start(executor);
-    let stage = Arc::clone(&rig.stage);
+    let app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
     let caught = catch_unwind(AssertUnwindSafe(move || {
-        let _runs = rig;
-        std::panic::resume_unwind(Box::new("the caller's own"));
+        let _app = app;
+        std::panic::resume_unwind(Box::new("a panic of the caller"));
     }));
     assert!(caught.is_err());
-    at_rest(&stage);
+    assert_ended_in_order(&scenario);
 }
 
-fn a_handle_is_of_use_after_the_end(executor: Executor) {
-    let rig = start(executor);
-    let handle = rig.handle.clone();
-    let father = rig.place("father");
-    rig.stop();
+fn a_handle_remains_usable_after_the_end(executor: Executor) {
+    let app = start(executor);
+    let handle = app.handle.clone();
+    let father = app.index("father");
+    app.stop();
     let snapshot = handle.snapshot();
     assert!(
         snapshot
@@ -197,32 +198,32 @@ fn a_handle_is_of_use_after_the_end(executor: Executor) {
 }
 
 fn the_first_outcome_counts(executor: Executor) {
-    let rig = start(executor);
-    rig.handle.stop();
-    let father = rig.place("father");
-    rig.operator()
+    let app = start(executor);
+    app.handle.stop();
+    let father = app.index("father");
+    app.operator()
         .modulate(father, "gain", &Value::Float(101.0))
         .expect("a modulation");
-    assert_eq!(rig.wait(), Outcome::Stopped);
+    assert_eq!(app.wait(), Outcome::Stopped);
 }
 
-fn an_observer_that_panics_ends_the_application_with_actuators_at_rest(executor: Executor) {
-    let stage = Stage::new();
-    let mut once = true;
+fn an_observer_that_panics_ends_the_application_with_actuators_stopped(executor: Executor) {
+    let scenario = Scenario::new();
+    let mut first = true;
     let panics = move |event: &Event| {
-        if matches!(event, Event::Refused { .. }) && std::mem::take(&mut once) {
+        if matches!(event, Event::Refused { .. }) && std::mem::take(&mut first) {
             // Without the output of the panic hook.
-            std::panic::resume_unwind(Box::new("an observer's own"));
+            std::panic::resume_unwind(Box::new("a panic of the observer"));
         }
     };
     let options = Options {
         observers: vec![Box::new(panics)],
         ..Options::default()
     };
-    stage.drives("low", &Arc::new(true.into()), 0.1);
-    // It commands without authority once low drives. An observer receives that event within the call.
-    stage.play("high", |call, io| {
-        if call == Call::Check && io.stage.did("robot velocity 0.1") {
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    // `high` commands without authority once `low` drives. The observer receives the refusal within that call.
+    scenario.on_call("high", |call, io| {
+        if call == Call::Check && io.scenario.has_line("robot velocity 0.1") {
             io.command(0.3);
         }
         Ok(())
@@ -238,60 +239,60 @@ fn an_observer_that_panics_ends_the_application_with_actuators_at_rest(executor:
         type = "test/motor"
         actuators = { base = "robot.velocity" }
     "#;
-    let mut rig = Rig::start_with(executor, &stage, body, options);
-    rig.until_did("robot velocity 0.1");
-    let Outcome::Broken(reason) = rig.wait() else {
-        panic!("it is the host's fault");
+    let mut app = TestApp::start_with(executor, &scenario, body, options);
+    app.until_line("robot velocity 0.1");
+    let Outcome::Broken(reason) = app.wait() else {
+        panic!("the outcome is not Broken");
     };
     assert!(reason.starts_with("the host itself panicked"), "{reason}");
-    assert!(stage.last("robot velocity 0") < stage.first("robot sleep"));
+    assert!(scenario.last("robot velocity 0") < scenario.first("robot sleep"));
 }
 
-fn who_was_just_put_to_sleep_is_waited_for(executor: Executor) {
-    let mut rig = start(executor);
-    let stage = Arc::clone(&rig.stage);
-    stage.play("grandson", |call, io| {
+fn the_end_waits_for_a_schema_that_is_going_to_sleep(executor: Executor) {
+    let mut app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
+    scenario.on_call("grandchild", |call, io| {
         if call == Call::Sleep {
-            // Long enough that the end is in progress; the end waits up to a second.
+            // Long enough that the application is ending, which waits up to a second.
             let end = io.now() + 300 * MS;
             while io.now() < end {
                 std::thread::yield_now();
             }
-            io.say("lies down");
+            io.record("sleeps now");
         }
         Ok(())
     });
-    rig.operator()
-        .hold_asleep(rig.place("son"))
+    app.operator()
+        .hold_asleep(app.index("child"))
         .expect("it can be stopped");
-    rig.until_did("grandson sleep");
-    assert_eq!(rig.stop(), Outcome::Stopped);
-    assert!(stage.first("grandson lies down") < stage.first("father sleep"));
-    assert_eq!(stage.count("grandson drop"), 1);
-    assert!(!stage.told(|event| matches!(event, Event::Hung { .. })));
+    app.until_line("grandchild sleep");
+    assert_eq!(app.stop(), Outcome::Stopped);
+    assert!(scenario.first("grandchild sleeps now") < scenario.first("father sleep"));
+    assert_eq!(scenario.count("grandchild drop"), 1);
+    assert!(!scenario.has_event(|event| matches!(event, Event::Hung { .. })));
 }
 
-fn r7_nobody_gains_authority_while_the_end_is_under_way(executor: Executor) {
-    let stage = Stage::new();
-    stage.drives("low", &Arc::new(true.into()), 0.1);
-    stage.play("high", |call, io| {
+fn r7_no_schema_gains_authority_while_the_application_ends(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    scenario.on_call("high", |call, io| {
         match call {
-            Call::Check => io.ready(io.stage.did("robot velocity 0")),
+            Call::Check => io.ready(io.scenario.has_line("robot velocity 0")),
             Call::Iterate => {
                 let outcome = io.command(0.3);
-                io.say(format!("{outcome:?}"));
+                io.record(format!("{outcome:?}"));
             }
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
     });
-    // While the robot brakes for the last time, another schema becomes READY, and wins.
-    stage.play("robot", |call, io| {
+    // While the robot brakes for the last time, another schema becomes READY and wins.
+    scenario.on_call("robot", |call, io| {
         let end = io.now() + 5_000 * MS;
         while call == Call::Iterate
-            && io.stage.did("robot velocity 0")
-            && !io.stage.did("high Refused")
-            && !io.stage.did("high sleep")
+            && io.scenario.has_line("robot velocity 0")
+            && !io.scenario.has_line("high Refused")
+            && !io.scenario.has_line("high sleep")
             && io.now() < end
         {
             std::thread::yield_now();
@@ -309,9 +310,9 @@ fn r7_nobody_gains_authority_while_the_end_is_under_way(executor: Executor) {
         type = "test/motor"
         actuators = { base = "robot.velocity" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("robot velocity 0.1");
-    assert_eq!(rig.stop(), Outcome::Stopped);
-    assert_eq!(stage.count("high Accepted"), 0);
-    assert!(!stage.did("robot velocity 0.3"));
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("robot velocity 0.1");
+    assert_eq!(app.stop(), Outcome::Stopped);
+    assert_eq!(scenario.count("high Accepted"), 0);
+    assert!(!scenario.has_line("robot velocity 0.3"));
 }

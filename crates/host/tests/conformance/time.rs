@@ -8,29 +8,28 @@ use jde_core::{Health, State};
 use jde_host::Options;
 use jde_records::event::Event;
 
-use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
     r12_a_trigger_checks_without_waiting_for_the_period,
-    r12_values_that_come_together_are_judged_together,
-    r12_a_trigger_makes_no_winner_iterate_out_of_turn,
+    r12_values_published_together_are_checked_together,
+    r12_a_trigger_does_not_make_a_winner_iterate_early,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
-    a_schema_knows_whether_time_is_everybodys,
+    a_schema_knows_whether_time_is_real,
 );
 
 mod real_time {
     use super::{
-        a_shorter_period_is_no_missed_deadline, overruns_are_counted_and_shown_and_pass,
-        r11_a_late_schema_skips_and_does_not_pile_up,
-        r17_a_takeover_beyond_its_contract_is_an_event_of_its_own,
+        a_shorter_period_is_not_a_missed_deadline, overruns_are_counted_and_reported_until_a_call_is_in_time,
+        r11_a_late_schema_skips_missed_periods, r17_a_takeover_beyond_its_contract_is_reported_as_late,
     };
 
     crate::common::in_real_time!(
-        r11_a_late_schema_skips_and_does_not_pile_up,
-        overruns_are_counted_and_shown_and_pass,
-        a_shorter_period_is_no_missed_deadline,
-        r17_a_takeover_beyond_its_contract_is_an_event_of_its_own,
+        r11_a_late_schema_skips_missed_periods,
+        overruns_are_counted_and_reported_until_a_call_is_in_time,
+        a_shorter_period_is_not_a_missed_deadline,
+        r17_a_takeover_beyond_its_contract_is_reported_as_late,
     );
 }
 
@@ -42,9 +41,9 @@ const ONE: &str = r#"
     type = "test/motor"
 "#;
 
-/// A schema that is READY, and runs `act` in each iteration.
-fn acts(stage: &Stage, name: &str, mut act: impl FnMut(&mut crate::common::Io<'_>) + Send + 'static) {
-    stage.play(name, move |call, io| {
+/// Defines a schema that is READY and runs `act` in each iteration.
+fn acts(scenario: &Scenario, name: &str, mut act: impl FnMut(&mut crate::common::Io<'_>) + Send + 'static) {
+    scenario.on_call(name, move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => act(io),
@@ -56,37 +55,39 @@ fn acts(stage: &Stage, name: &str, mut act: impl FnMut(&mut crate::common::Io<'_
 
 #[test]
 fn r11_deadlines_do_not_drift() {
-    let stage = Stage::new();
+    let scenario = Scenario::new();
     let times = Arc::new(Mutex::new(Vec::new()));
-    let notes = Arc::clone(&times);
-    acts(&stage, "low", move |io| notes.lock().unwrap().push(io.now()));
-    let mut rig = Rig::start(
+    let recorder = Arc::clone(&times);
+    acts(&scenario, "low", move |io| {
+        recorder.lock().unwrap().push(io.now())
+    });
+    let mut app = TestApp::start(
         Executor::Lockstep,
-        &stage,
+        &scenario,
         &ONE.replace("\"test/motor\"", "\"test/motor\"\n period = \"7ms\""),
     );
-    assert_eq!(rig.advance(7_000 * MS), None);
+    assert_eq!(app.advance(7_000 * MS), None);
     let expected: Vec<u64> = (0..=1000).map(|count| count * 7 * MS).collect();
     assert_eq!(*times.lock().unwrap(), expected);
-    rig.stop();
+    app.stop();
 }
 
-fn r11_a_late_schema_skips_and_does_not_pile_up(executor: Executor) {
-    let stage = Stage::new();
+fn r11_a_late_schema_skips_missed_periods(executor: Executor) {
+    let scenario = Scenario::new();
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
     let times = Arc::new(Mutex::new(Vec::new()));
-    let notes = Arc::clone(&times);
+    let recorder = Arc::clone(&times);
     let mut count = 0;
-    acts(&stage, "low", move |io| {
+    acts(&scenario, "low", move |io| {
         let begin = io.now();
         count += 1;
         if count == 5 {
             let _ = held.lock().unwrap().recv();
         }
-        notes.lock().unwrap().push((begin, io.now()));
+        recorder.lock().unwrap().push((begin, io.now()));
     });
-    acts(&stage, "clock", |_| {});
+    acts(&scenario, "clock", |_| {});
     let body = r#"
         roots = ["low"]
         [schemas.clock]
@@ -95,16 +96,16 @@ fn r11_a_late_schema_skips_and_does_not_pile_up(executor: Executor) {
         type = "test/motor"
         imports = { input = "clock.out" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until(|rig| rig.stage.count("low iterate") == 5 && rig.stage.count("clock iterate") > 30);
-    release.send(()).expect("it waits");
-    rig.until(|rig| rig.stage.count("low iterate") > 20);
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until(|app| app.scenario.count("low iterate") == 5 && app.scenario.count("clock iterate") > 30);
+    release.send(()).expect("the schema waits");
+    app.until(|app| app.scenario.count("low iterate") > 20);
+    app.stop();
     let times = times.lock().unwrap();
     let (begin, end) = times[4];
-    assert!(end - begin >= 200 * MS, "it was held for many periods");
+    assert!(end - begin >= 200 * MS, "the iteration took many periods");
     let (last, _) = *times.last().unwrap();
-    // One iteration for each period outside of the long one, and one for each of its ends.
+    // One iteration for each period outside the long one, and one more at each of its ends.
     let most = (last - (end - begin)) / (10 * MS) + 3;
     assert!(
         times.len() as u64 <= most,
@@ -113,25 +114,25 @@ fn r11_a_late_schema_skips_and_does_not_pile_up(executor: Executor) {
     );
 }
 
-fn overruns_are_counted_and_shown_and_pass(executor: Executor) {
-    let stage = Stage::new();
+fn overruns_are_counted_and_reported_until_a_call_is_in_time(executor: Executor) {
+    let scenario = Scenario::new();
     let slow = Arc::new(AtomicBool::new(true));
-    let dawdles = Arc::clone(&slow);
-    acts(&stage, "low", move |io| {
+    let is_slow = Arc::clone(&slow);
+    acts(&scenario, "low", move |io| {
         let end = io.now() + 12 * MS;
-        while dawdles.load(SeqCst) && io.now() < end {
+        while is_slow.load(SeqCst) && io.now() < end {
             std::thread::yield_now();
         }
     });
-    let mut rig = Rig::start(executor, &stage, ONE);
-    let low = rig.place("low");
-    rig.until(|rig| rig.see("low").overruns > 2);
+    let mut app = TestApp::start(executor, &scenario, ONE);
+    let low = app.index("low");
+    app.until(|app| app.schema("low").overruns > 2);
     let overrun = |event: &Event| {
         matches!(event, Event::Overrun { schema, took, budget, .. }
             if *schema == low && *took > *budget && *budget == 10 * MS)
     };
-    assert!(stage.told(overrun));
-    assert!(stage.told(|event| matches!(
+    assert!(scenario.has_event(overrun));
+    assert!(scenario.has_event(|event| matches!(
         event,
         Event::HealthChanged {
             health: Health::Overrun,
@@ -139,14 +140,14 @@ fn overruns_are_counted_and_shown_and_pass(executor: Executor) {
         }
     )));
     slow.store(false, SeqCst);
-    rig.until(|rig| rig.see("low").health == Health::Ok);
-    assert!(rig.see("low").longest >= 12 * MS);
-    rig.stop();
+    app.until(|app| app.schema("low").health == Health::Ok);
+    assert!(app.schema("low").longest >= 12 * MS);
+    app.stop();
 }
 
-fn a_shorter_period_is_no_missed_deadline(executor: Executor) {
-    let stage = Stage::new();
-    acts(&stage, "low", |_| {});
+fn a_shorter_period_is_not_a_missed_deadline(executor: Executor) {
+    let scenario = Scenario::new();
+    acts(&scenario, "low", |_| {});
     let body = r#"
         roots = ["low"]
         [schemas.clock]
@@ -156,20 +157,20 @@ fn a_shorter_period_is_no_missed_deadline(executor: Executor) {
         period = "3600s"
         imports = { input = "clock.out" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until(|rig| rig.stage.did("low iterate") && rig.handle.now() > 2_500 * MS);
-    // By the new period, two iterations would have been due before now.
-    rig.operator()
-        .set_period(rig.place("low"), 1_000 * MS)
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until(|app| app.scenario.has_line("low iterate") && app.handle.now() > 2_500 * MS);
+    // With the new period, two iterations would already have been due.
+    app.operator()
+        .set_period(app.index("low"), 1_000 * MS)
         .expect("a period");
-    rig.until(|rig| rig.see("low").iterations == 2);
-    assert_eq!(rig.see("low").overruns, 0);
-    rig.stop();
+    app.until(|app| app.schema("low").iterations == 2);
+    assert_eq!(app.schema("low").overruns, 0);
+    app.stop();
 }
 
 fn r12_a_trigger_checks_without_waiting_for_the_period(executor: Executor) {
-    let stage = Stage::new();
-    stage.play("low", |call, io| {
+    let scenario = Scenario::new();
+    scenario.on_call("low", |call, io| {
         if call == Call::Check {
             io.ready(io.input().is_some_and(|(value, _)| value > 0.5));
         }
@@ -185,25 +186,25 @@ fn r12_a_trigger_checks_without_waiting_for_the_period(executor: Executor) {
         imports = { input = "eye.gain" }
         triggers = ["input"]
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until(|rig| rig.see("low").state == State::Checking && rig.stage.did("low awake"));
-    rig.operator()
-        .modulate(rig.place("eye"), "gain", &Value::Float(1.0))
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until(|app| app.schema("low").state == State::Checking && app.scenario.has_line("low awake"));
+    app.operator()
+        .modulate(app.index("eye"), "gain", &Value::Float(1.0))
         .expect("a modulation");
-    rig.until_did("low iterate");
-    rig.operator()
-        .modulate(rig.place("eye"), "gain", &Value::Float(0.0))
+    app.until_line("low iterate");
+    app.operator()
+        .modulate(app.index("eye"), "gain", &Value::Float(0.0))
         .expect("a modulation");
-    rig.until(|rig| rig.see("low").state == State::Checking);
-    assert!(rig.handle.now() < HOUR);
-    rig.stop();
+    app.until(|app| app.schema("low").state == State::Checking);
+    assert!(app.handle.now() < HOUR);
+    app.stop();
 }
 
-fn r12_values_that_come_together_are_judged_together(executor: Executor) {
-    let stage = Stage::new();
+fn r12_values_published_together_are_checked_together(executor: Executor) {
+    let scenario = Scenario::new();
     for name in ["left", "right"] {
         let mut count = 0.0;
-        stage.play(name, move |call, io| {
+        scenario.on_call(name, move |call, io| {
             if call == Call::Iterate {
                 count += 1.0;
                 io.publish(count);
@@ -211,7 +212,7 @@ fn r12_values_that_come_together_are_judged_together(executor: Executor) {
             Ok(())
         });
     }
-    stage.play("low", |call, io| {
+    scenario.on_call("low", |call, io| {
         if call == Call::Check {
             let seen = (io.input().map(|(value, _)| value), io.other());
             io.ready(seen.0.is_some() && seen.0 == seen.1);
@@ -230,23 +231,23 @@ fn r12_values_that_come_together_are_judged_together(executor: Executor) {
         imports = { input = "left.out", other = "right.out" }
         triggers = ["input", "other"]
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("low iterate");
-    assert!(rig.handle.now() < HOUR);
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("low iterate");
+    assert!(app.handle.now() < HOUR);
+    app.stop();
 }
 
-fn r12_a_trigger_makes_no_winner_iterate_out_of_turn(executor: Executor) {
-    let stage = Stage::new();
-    stage.play("eye", |call, io| {
+fn r12_a_trigger_does_not_make_a_winner_iterate_early(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.on_call("eye", |call, io| {
         if call == Call::Iterate {
             io.publish(1.0);
         }
         Ok(())
     });
-    stage.play("low", |call, io| {
+    scenario.on_call("low", |call, io| {
         if call == Call::Check {
-            io.say("check");
+            io.record("check");
             io.ready(true);
         }
         Ok(())
@@ -261,20 +262,20 @@ fn r12_a_trigger_makes_no_winner_iterate_out_of_turn(executor: Executor) {
         imports = { input = "eye.out" }
         triggers = ["input"]
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until(|rig| rig.stage.count("low check") > 10);
-    assert_eq!(stage.count("low iterate"), 1);
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until(|app| app.scenario.count("low check") > 10);
+    assert_eq!(scenario.count("low iterate"), 1);
+    app.stop();
 }
 
 #[test]
-fn r12_schemas_that_trigger_each_other_in_a_circle_do_not_stop_virtual_time() {
-    let stage = Stage::new();
+fn r12_schemas_that_trigger_each_other_in_a_cycle_do_not_stop_virtual_time() {
+    let scenario = Scenario::new();
     for (name, other) in [("high", 1), ("low", 0)] {
-        stage.play(name, move |call, io| {
-            if let (Call::Check, Some(handle)) = (call, io.stage.handle()) {
-                io.say("check");
-                // The write triggers the other schema at once, which then does the same.
+        scenario.on_call(name, move |call, io| {
+            if let (Call::Check, Some(handle)) = (call, io.scenario.handle()) {
+                io.record("check");
+                // The write triggers the other schema at once, and that schema does the same.
                 handle
                     .operator("ana@laptop")
                     .modulate(other, "gain", &Value::Float(1.0))
@@ -294,14 +295,14 @@ fn r12_schemas_that_trigger_each_other_in_a_circle_do_not_stop_virtual_time() {
         imports = { input = "low.gain" }
         triggers = ["input"]
     "#;
-    let mut rig = Rig::start(Executor::Lockstep, &stage, body);
-    rig.advance(100 * MS);
-    assert_eq!(rig.handle.now(), 100 * MS);
+    let mut app = TestApp::start(Executor::Lockstep, &scenario, body);
+    app.advance(100 * MS);
+    assert_eq!(app.handle.now(), 100 * MS);
     assert!(
-        stage.count("high check") > 20,
-        "it is triggered beside its period"
+        scenario.count("high check") > 20,
+        "triggers come in addition to the period"
     );
-    rig.stop();
+    app.stop();
 }
 
 const TWO: &str = r#"
@@ -313,9 +314,9 @@ const TWO: &str = r#"
 "#;
 
 fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
-    let stage = Stage::new();
+    let scenario = Scenario::new();
     let ready = Arc::new(AtomicBool::new(false));
-    stage.play("high", {
+    scenario.on_call("high", {
         let ready = Arc::clone(&ready);
         move |call, io| {
             if call == Call::Check {
@@ -324,15 +325,15 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
             Ok(())
         }
     });
-    acts(&stage, "low", |_| {});
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until_did("low iterate");
+    acts(&scenario, "low", |_| {});
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("low iterate");
     ready.store(true, SeqCst);
-    rig.until_did("high iterate");
-    // Two periods, since a turn may take a whole one; a check, the patience with the loser, and a check
-    // before it acts.
+    app.until_line("high iterate");
+    // Two periods, because a turn may take a whole one; a check; the patience with the loser; and a check
+    // before the winner acts.
     let contract = (2 * 10 + 10 + 5 + 10) * MS;
-    let high = rig.place("high");
+    let high = app.index("high");
     let took = |event: &Event| match event {
         Event::TookOver {
             schema,
@@ -342,9 +343,9 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
         } if *schema == high => Some((*latency, *allowed)),
         _ => None,
     };
-    let (latency, allowed) = stage.events().iter().find_map(took).expect("it took over");
+    let (latency, allowed) = scenario.events().iter().find_map(took).expect("`high` took over");
     assert_eq!(allowed, contract);
-    let group = rig.group("roots");
+    let group = app.group("roots");
     assert_eq!(group.allowed, contract);
     assert!(group.worst >= latency);
     let last = group.last.expect("a switch");
@@ -352,65 +353,65 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     if executor == Executor::Lockstep {
         assert!(latency <= contract);
     }
-    rig.stop();
+    app.stop();
 }
 
 fn r17_the_contract_follows_the_period(executor: Executor) {
-    let stage = Stage::new();
-    acts(&stage, "low", |_| {});
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until_did("low iterate");
-    rig.operator()
-        .set_period(rig.place("high"), 500 * MS)
+    let scenario = Scenario::new();
+    acts(&scenario, "low", |_| {});
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("low iterate");
+    app.operator()
+        .set_period(app.index("high"), 500 * MS)
         .expect("a period");
-    rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5 + 10) * MS);
-    rig.stop();
+    app.until(|app| app.group("roots").allowed == (500 + 10 + 5 + 10) * MS);
+    app.stop();
 }
 
-fn r17_a_takeover_beyond_its_contract_is_an_event_of_its_own(executor: Executor) {
-    let stage = Stage::new();
+fn r17_a_takeover_beyond_its_contract_is_reported_as_late(executor: Executor) {
+    let scenario = Scenario::new();
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(Some(held));
-    stage.play("high", move |call, io| {
+    scenario.on_call("high", move |call, io| {
         if call == Call::Check {
             io.ready(true);
             if let Some(held) = held.lock().unwrap().take() {
-                io.say("looks");
+                io.record("checks");
                 // An error means that the sender was dropped.
                 let _ = held.recv();
             }
         }
         Ok(())
     });
-    acts(&stage, "low", |_| {});
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until_did("high looks");
-    let contract = rig.group("roots").allowed;
-    let then = rig.handle.now() + 2 * contract;
-    rig.until(|rig| rig.handle.now() > then);
+    acts(&scenario, "low", |_| {});
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("high checks");
+    let contract = app.group("roots").allowed;
+    let end = app.handle.now() + 2 * contract;
+    app.until(|app| app.handle.now() > end);
     drop(release);
-    let high = rig.place("high");
+    let high = app.index("high");
     let late = |event: &Event| {
         matches!(event, Event::TookOverLate { group: 0, schema, latency, allowed, .. }
             if *schema == high && *allowed == contract && latency > allowed)
     };
-    rig.until(|rig| rig.stage.told(late));
-    assert!(rig.group("roots").late >= 1);
-    rig.stop();
+    app.until(|app| app.scenario.has_event(late));
+    assert!(app.group("roots").late >= 1);
+    app.stop();
 }
 
-fn a_schema_knows_whether_time_is_everybodys(executor: Executor) {
+fn a_schema_knows_whether_time_is_real(executor: Executor) {
     let real = match executor {
-        Executor::Threads | Executor::Pool => "low follows",
-        Executor::Lockstep => "low is hurried",
+        Executor::Threads | Executor::Pool => "low has real time",
+        Executor::Lockstep => "low has other time",
     };
-    for (speed, line) in [(1.0, real), (2.0, "low is hurried")] {
-        let stage = Stage::new();
-        stage.play("low", |call, io| {
+    for (speed, line) in [(1.0, real), (2.0, "low has other time")] {
+        let scenario = Scenario::new();
+        scenario.on_call("low", |call, io| {
             io.ready(true);
             if call == Call::Iterate {
                 let real = io.cx().require_real_time().is_ok();
-                io.say(if real { "follows" } else { "is hurried" });
+                io.record(if real { "has real time" } else { "has other time" });
             }
             Ok(())
         });
@@ -418,8 +419,8 @@ fn a_schema_knows_whether_time_is_everybodys(executor: Executor) {
             speed,
             ..Options::default()
         };
-        let mut rig = Rig::start_with(executor, &stage, ONE, options);
-        rig.until_did(line);
-        rig.stop();
+        let mut app = TestApp::start_with(executor, &scenario, ONE, options);
+        app.until_line(line);
+        app.stop();
     }
 }

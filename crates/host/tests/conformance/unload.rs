@@ -8,13 +8,13 @@ use jde_core::State;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::HoldKind;
 
-use crate::common::{Call, Executor, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
-    r14_an_unloaded_schema_is_gone_until_it_is_loaded_and_then_begins_afresh,
-    r14_an_unloaded_schema_comes_back_when_whoever_unloaded_it_lets_go,
+    r14_an_unloaded_schema_ends_and_a_load_creates_a_fresh_instance,
+    r14_an_unloaded_schema_returns_when_its_operator_releases_it,
     r10_an_instance_ends_after_the_iteration_in_which_it_was_unloaded,
-    r6_what_somebody_awake_needs_is_not_unloaded,
+    r6_a_schema_that_an_awake_schema_needs_is_not_unloaded,
     r14_a_schema_that_sleeps_is_unloaded_at_once,
     an_application_with_unloaded_schemas_ends_in_order,
 );
@@ -37,12 +37,12 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// Starts the application; `calls` counts those of the live instance of `high`.
-fn start(executor: Executor) -> (Rig, Arc<AtomicU64>) {
-    let stage = Stage::new();
+/// Starts the application. Returns also the number of calls of the live instance of `high`.
+fn start(executor: Executor) -> (TestApp, Arc<AtomicU64>) {
+    let scenario = Scenario::new();
     let calls = Arc::new(AtomicU64::new(0));
     let counted = Arc::clone(&calls);
-    stage.play("high", move |call, io| {
+    scenario.on_call("high", move |call, io| {
         counted.store(io.memory, SeqCst);
         match call {
             Call::Check => io.ready(true),
@@ -53,22 +53,22 @@ fn start(executor: Executor) -> (Rig, Arc<AtomicU64>) {
         }
         Ok(())
     });
-    stage.drives("low", &Arc::new(true.into()), 0.1);
-    stage.play("eye", |call, io| {
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    scenario.on_call("eye", |call, io| {
         if call == Call::Iterate {
             io.publish(1.0);
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, APP);
-    rig.until(|rig| rig.stage.count("high iterate") > 10);
-    (rig, calls)
+    let mut app = TestApp::start(executor, &scenario, APP);
+    app.until(|app| app.scenario.count("high iterate") > 10);
+    (app, calls)
 }
 
-fn r14_an_unloaded_schema_is_gone_until_it_is_loaded_and_then_begins_afresh(executor: Executor) {
-    let (mut rig, calls) = start(executor);
-    let high = rig.place("high");
-    let operator = rig.operator();
+fn r14_an_unloaded_schema_ends_and_a_load_creates_a_fresh_instance(executor: Executor) {
+    let (mut app, calls) = start(executor);
+    let high = app.index("high");
+    let operator = app.operator();
     let before = calls.load(SeqCst);
     operator
         .modulate(high, "gain", &Value::Float(0.5))
@@ -76,92 +76,93 @@ fn r14_an_unloaded_schema_is_gone_until_it_is_loaded_and_then_begins_afresh(exec
     assert!(
         operator
             .load(high)
-            .expect_err("it is there")
+            .expect_err("it is loaded")
             .contains("not unloaded")
     );
     operator.unload(high).expect("a motor schema");
-    rig.until_did("high drop");
-    rig.until_did("robot velocity 0.1");
-    let view = rig.see("high");
+    app.until_line("high drop");
+    app.until_line("robot velocity 0.1");
+    let view = app.schema("high");
     assert_eq!(view.state, State::Slept);
     let hold = view.operator.expect("it is held");
     assert_eq!((hold.kind, hold.by.as_str()), (HoldKind::Unloaded, "ana@laptop"));
-    assert_eq!(rig.winner("roots").as_deref(), Some("low"));
-    let said = operator.play(high).expect_err("there is nothing to play");
-    assert_eq!(said, "`high` is unloaded; load it first");
+    assert_eq!(app.winner("roots").as_deref(), Some("low"));
+    let message = operator.play(high).expect_err("there is nothing to play");
+    assert_eq!(message, "`high` is unloaded; load it first");
     assert_eq!(
-        rig.handle.value::<f64>("high.gain"),
+        app.handle.value::<f64>("high.gain"),
         Ok(Some(0.5)),
         "variables stay"
     );
 
-    let awoke = rig.stage.count("high awake");
-    operator.load(high).expect("it is at rest");
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
-    rig.until(|rig| rig.stage.count("high awake") > awoke);
-    rig.until(|_| (1..before).contains(&calls.load(SeqCst)));
-    assert_eq!(rig.stage.count("high drop"), 1);
-    for wanted in [
+    let awakenings = app.scenario.count("high awake");
+    operator.load(high).expect("it is unloaded");
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
+    app.until(|app| app.scenario.count("high awake") > awakenings);
+    app.until(|_| (1..before).contains(&calls.load(SeqCst)));
+    assert_eq!(app.scenario.count("high drop"), 1);
+    for expected in [
         OperatorAction::Unload { schema: high },
         OperatorAction::Load { schema: high },
     ] {
-        let told = |event: &Event| matches!(event, Event::Operator { action, .. } if *action == wanted);
-        assert_eq!(rig.stage.count_events(told), 1, "{wanted:?}");
+        let performed =
+            |event: &Event| matches!(event, Event::Operator { action, .. } if *action == expected);
+        assert_eq!(app.scenario.count_events(performed), 1, "{expected:?}");
     }
-    rig.stop();
+    app.stop();
 }
 
-fn r14_an_unloaded_schema_comes_back_when_whoever_unloaded_it_lets_go(executor: Executor) {
-    let (mut rig, _) = start(executor);
-    let high = rig.place("high");
-    rig.operator().unload(high).expect("a motor schema");
-    rig.until_did("high drop");
-    rig.handle
+fn r14_an_unloaded_schema_returns_when_its_operator_releases_it(executor: Executor) {
+    let (mut app, _) = start(executor);
+    let high = app.index("high");
+    app.operator().unload(high).expect("a motor schema");
+    app.until_line("high drop");
+    app.handle
         .operator("bob@base")
         .release_own(high)
-        .expect("it is not his");
-    assert_eq!(rig.see("high").state, State::Slept);
-    rig.operator().release_own(high).expect("it is hers");
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
-    rig.operator().unload(high).expect("a motor schema");
-    rig.until(|rig| rig.stage.count("high drop") == 2);
-    rig.operator().release(high).expect("anybody may");
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
-    rig.stop();
+        .expect("a release without holds is accepted");
+    assert_eq!(app.schema("high").state, State::Slept);
+    app.operator().release_own(high).expect("it has holds");
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
+    app.operator().unload(high).expect("a motor schema");
+    app.until(|app| app.scenario.count("high drop") == 2);
+    app.operator().release(high).expect("any operator may release it");
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
+    app.stop();
 }
 
 fn r10_an_instance_ends_after_the_iteration_in_which_it_was_unloaded(executor: Executor) {
-    let (mut rig, _) = start(executor);
-    let high = rig.place("high");
-    rig.stage.play("high", move |call, io| {
-        match (call, io.stage.handle()) {
+    let (mut app, _) = start(executor);
+    let high = app.index("high");
+    app.scenario.on_call("high", move |call, io| {
+        match (call, io.scenario.handle()) {
             (Call::Check, _) => io.ready(true),
             (Call::Iterate, Some(handle)) => {
                 handle.operator("itself").unload(high).expect("a motor schema");
-                io.say("goes on");
+                io.record("continues");
             }
-            (Call::Sleep, _) => io.say("lies down"),
-            (Call::Drop, _) => io.say("ends"),
+            (Call::Sleep, _) => io.record("sleeps"),
+            (Call::Drop, _) => io.record("ends"),
             _ => {}
         }
         Ok(())
     });
-    rig.until_did("high ends");
-    let lines = rig.stage.lines();
-    let last = |line: &str| lines.iter().rposition(|said| said == line);
-    assert!(last("high goes on") < last("high lies down"), "{lines:#?}");
-    assert!(last("high lies down") < last("high ends"), "{lines:#?}");
-    assert_eq!(rig.stage.count("high goes on"), 1);
-    rig.stop();
+    app.until_line("high ends");
+    let lines = app.scenario.lines();
+    let last = |line: &str| lines.iter().rposition(|recorded| recorded == line);
+    assert!(last("high continues") < last("high sleeps"), "{lines:#?}");
+    assert!(last("high sleeps") < last("high ends"), "{lines:#?}");
+    assert_eq!(app.scenario.count("high continues"), 1);
+    app.stop();
 }
 
-fn r6_what_somebody_awake_needs_is_not_unloaded(executor: Executor) {
-    let (mut rig, _) = start(executor);
-    let [eye, robot, high, low] = ["eye", "robot", "high", "low"].map(|name| rig.place(name));
-    let operator = rig.operator();
-    let said = operator.unload(robot).expect_err("it is needed");
+fn r6_a_schema_that_an_awake_schema_needs_is_not_unloaded(executor: Executor) {
+    let (mut app, _) = start(executor);
+    let [eye, robot, high, low] = ["eye", "robot", "high", "low"].map(|name| app.index(name));
+    let operator = app.operator();
+    let message = operator.unload(robot).expect_err("it is needed");
     assert_eq!(
-        said,
+        message,
         "`robot` is needed by high, low, awake now; stop what needs it first"
     );
     assert!(
@@ -171,56 +172,56 @@ fn r6_what_somebody_awake_needs_is_not_unloaded(executor: Executor) {
             .contains("by high,")
     );
     operator.hold_asleep(high).expect("it can be stopped");
-    rig.until(|rig| rig.see("eye").state == State::Slept);
-    operator.unload(eye).expect("nobody awake needs it");
-    rig.until_did("eye drop");
-    rig.until(|rig| rig.handle.value::<f64>("eye.out") == Ok(None));
+    app.until(|app| app.schema("eye").state == State::Slept);
+    operator.unload(eye).expect("no awake schema needs it");
+    app.until_line("eye drop");
+    app.until(|app| app.handle.value::<f64>("eye.out") == Ok(None));
 
     // A schema that needs the eye wakes up without it, and finds no value.
     operator.release(high).expect("it can be released");
-    rig.until(|rig| rig.winner("roots").as_deref() == Some("high"));
-    assert_eq!(rig.see("eye").state, State::Slept);
-    operator.load(eye).expect("it is at rest");
-    rig.until(|rig| rig.handle.value::<f64>("eye.out") == Ok(Some(1.0)));
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
+    assert_eq!(app.schema("eye").state, State::Slept);
+    operator.load(eye).expect("it is unloaded");
+    app.until(|app| app.handle.value::<f64>("eye.out") == Ok(Some(1.0)));
 
     operator.hold_asleep(high).expect("it can be stopped");
     operator.hold_asleep(low).expect("it can be stopped");
-    rig.until(|rig| rig.see("robot").state == State::Slept);
-    operator.unload(robot).expect("nobody awake needs it");
-    rig.until_did("robot drop");
+    app.until(|app| app.schema("robot").state == State::Slept);
+    operator.unload(robot).expect("no awake schema needs it");
+    app.until_line("robot drop");
     operator.release(low).expect("it can be released");
-    operator.load(robot).expect("it is at rest");
-    rig.until(|rig| rig.see("robot").state == State::Winner);
-    rig.stop();
+    operator.load(robot).expect("it is unloaded");
+    app.until(|app| app.schema("robot").state == State::Winner);
+    app.stop();
 }
 
 fn r14_a_schema_that_sleeps_is_unloaded_at_once(executor: Executor) {
-    let (mut rig, _) = start(executor);
-    let left = rig.place("left");
-    let operator = rig.operator();
+    let (mut app, _) = start(executor);
+    let left = app.index("left");
+    let operator = app.operator();
     operator.play(left).expect("it can be played");
-    rig.until_did("left awake");
+    app.until_line("left awake");
     operator.release(left).expect("it can be released");
-    rig.until_did("left sleep");
+    app.until_line("left sleep");
     operator.unload(left).expect("a motor schema");
-    rig.until_did("left drop");
-    // No request keeps it awake, so it is released and stays asleep.
-    operator.load(left).expect("it is at rest");
-    assert_eq!(rig.see("left").state, State::Slept);
-    assert_eq!(rig.see("left").operator, None);
+    app.until_line("left drop");
+    // No operator keeps `left` awake, so it stays asleep.
+    operator.load(left).expect("it is unloaded");
+    assert_eq!(app.schema("left").state, State::Slept);
+    assert_eq!(app.schema("left").operator, None);
     operator.play(left).expect("it can be played");
-    rig.until(|rig| rig.see("left").state != State::Slept);
-    rig.stop();
+    app.until(|app| app.schema("left").state != State::Slept);
+    app.stop();
 }
 
 fn an_application_with_unloaded_schemas_ends_in_order(executor: Executor) {
-    let (rig, _) = start(executor);
+    let (app, _) = start(executor);
     for name in ["left", "high", "low"] {
-        let place = rig.place(name);
-        rig.operator().unload(place).expect("a motor schema");
+        let schema = app.index(name);
+        app.operator().unload(schema).expect("a motor schema");
     }
-    let handle = rig.handle.clone();
-    rig.stop();
+    let handle = app.handle.clone();
+    app.stop();
     let states = handle.snapshot().schemas.into_iter().map(|schema| schema.state);
     assert!(states.eq([State::Slept; 5]));
     assert!(handle.operator("ana").load(0).is_err());

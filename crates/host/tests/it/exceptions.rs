@@ -11,10 +11,10 @@ use jde_loader::{Plugins, SearchPath};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// Builds a schema that throws `thrown`, with the given macros. `adds` extends the application file.
-fn thrower(thrown: &str, macros: &[&str], adds: &str) -> (Plugins, Application) {
+/// Builds a schema that throws `thrown`, with the given macros. `extra` extends the application file.
+fn thrower(thrown: &str, macros: &[&str], extra: &str) -> (Plugins, Application) {
     let folder = tempfile::tempdir().expect("a folder");
-    let done = Command::new("c++")
+    let output = Command::new("c++")
         .args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"])
         .arg(format!("-DTHROWN={thrown}"))
         .args(macros)
@@ -23,45 +23,53 @@ fn thrower(thrown: &str, macros: &[&str], adds: &str) -> (Plugins, Application) 
         .arg(format!("{ROOT}/tests/abi/thrower.cpp"))
         .output()
         .expect("a C++ compiler named c++ is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let mut path = SearchPath::default();
     path.push(folder.path(), "built for this test");
     let plugins = Plugins::new(path);
     let text =
-        format!("roots = [\"it\"]\n[schemas.it]\ntype = \"thrower/thrower\"\nrestart = \"never\"\n{adds}");
+        format!("roots = [\"low\"]\n[schemas.low]\ntype = \"thrower/thrower\"\nrestart = \"never\"\n{extra}");
     let application =
         parse(&text, Path::new("app.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     (plugins, application)
 }
 
-/// Returns the health of a schema after it caught what it threw.
+/// Returns the health of a schema that has thrown `thrown` and caught it.
 fn health(thrown: &str) -> Health {
     let (plugins, application) = thrower(thrown, &[], "");
-    assert_eq!(application.warnings(), [""; 0], "it says that it catches");
+    assert_eq!(
+        application.warnings(),
+        [""; 0],
+        "the plugin declares that it catches exceptions"
+    );
     let mut lockstep = Lockstep::start(application, &plugins, Options::default()).expect("it starts");
     lockstep.run_until(50_000_000);
     lockstep.handle().snapshot().schemas[0].health.clone()
 }
 
 #[test]
-fn a_plugin_in_cpp_that_does_not_say_that_it_catches_is_warned_of_unless_it_is_isolated() {
-    let warnings = |adds: &str| thrower("7", &["-DUNGUARDED"], adds).1.warnings();
+fn an_unguarded_cpp_plugin_causes_a_warning_unless_it_is_isolated() {
+    let warnings = |extra: &str| thrower("7", &["-DUNGUARDED"], extra).1.warnings();
     let [warning] = &warnings("")[..] else {
-        panic!("a warning")
+        panic!("one warning is expected")
     };
-    for words in [
-        "line 2: `it`",
+    for expected in [
+        "line 2: `low`",
         "the plugin `thrower`, which is in C++",
         "isolate = \"process\"",
     ] {
-        assert!(warning.contains(words), "{warning}");
+        assert!(warning.contains(expected), "{warning}");
     }
     assert_eq!(warnings("isolate = \"process\"\n"), [""; 0]);
 }
 
 #[test]
-fn an_exception_that_is_caught_in_the_plugin_is_a_fault_in_its_words() {
-    let faulted = |words: &str| Health::Faulted(words.to_owned());
+fn a_caught_exception_is_a_fault_with_the_text_of_the_exception() {
+    let faulted = |reason: &str| Health::Faulted(reason.to_owned());
     assert_eq!(
         health("std::runtime_error(\"the cable is loose\")"),
         faulted("panicked in iterate: the cable is loose")

@@ -91,7 +91,7 @@ const ALONE: &str = "roots = [\"doer\"]\n[schemas.doer]\ntype = \"limits/doer\"\
 
 fn plugins() -> Plugins {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&LIMITS).expect("it is right");
+    plugins.link(&LIMITS).expect("it is valid");
     plugins
 }
 
@@ -114,15 +114,15 @@ fn text<const N: usize>(lockstep: &Lockstep, variable: &str) -> String {
 }
 
 #[track_caller]
-fn refused(lines: &str, words: &str) {
+fn assert_refused(lines: &str, expected: &str) {
     match start(&format!("{ALONE}{lines}"), &[]) {
-        Ok(_) => panic!("accepted, where it should say: {words}"),
-        Err(said) => assert!(said.contains(words), "{said}"),
+        Ok(_) => panic!("accepted instead of refused with: {expected}"),
+        Err(error) => assert!(error.contains(expected), "{error}"),
     }
 }
 
 #[test]
-fn r8_files_set_truths_and_choices_by_name() {
+fn r8_files_set_booleans_and_choices_by_name() {
     let mut lockstep = start(
         &format!("{ALONE}on = true\ngait = \"very-fast\"\nfast = 1\n"),
         &[],
@@ -130,18 +130,18 @@ fn r8_files_set_truths_and_choices_by_name() {
     .expect("it starts");
     lockstep.run_until(20_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "1 true VeryFast 1");
-    refused(
+    assert_refused(
         "gait = \"fast\"",
         "`gait` of schema `doer` is `fast`, which is no choice",
     );
-    refused("gait = 1", "one of slow, very-fast");
-    refused("on = 1", "true or false");
-    refused("fast = -0.1", "is -0.1 m/s, and at least 0 m/s is allowed");
-    refused("fast = nan", "");
+    assert_refused("gait = 1", "one of slow, very-fast");
+    assert_refused("on = 1", "true or false");
+    assert_refused("fast = -0.1", "is -0.1 m/s, and at least 0 m/s is allowed");
+    assert_refused("fast = nan", "");
 }
 
 #[test]
-fn r8_a_father_writes_within_the_limits_of_his_child() {
+fn r8_a_father_writes_within_the_limits_of_its_child() {
     let app = "roots = [\"father\"]\n[schemas.father]\ntype = \"limits/father\"\nchildren = { doer = \"doer\" }\n\
                [schemas.doer]\ntype = \"limits/doer\"\n";
     let mut lockstep = start(app, &[]).expect("it starts");
@@ -153,11 +153,11 @@ fn r8_a_father_writes_within_the_limits_of_his_child() {
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.25 true VeryFast 1");
     let snapshot = lockstep.handle().snapshot();
     for schema in &snapshot.schemas {
-        assert_eq!(schema.faults, 0, "what is refused is no fault");
+        assert_eq!(schema.faults, 0, "a refused write is not a fault");
     }
     assert!(
         snapshot.schemas.iter().any(|schema| schema.refused > 0),
-        "it is counted"
+        "refusals are counted"
     );
 }
 
@@ -167,65 +167,65 @@ fn r8_an_operator_writes_within_the_limits_and_by_name() {
     lockstep.run_until(20_000_000);
     let handle = lockstep.handle();
     let ana = handle.operator("ana@laptop");
-    let said = |name: &str, value: Value| ana.modulate(0, name, &value).expect_err("it is refused");
+    let error = |name: &str, value: Value| ana.modulate(0, name, &value).expect_err("it is refused");
     assert_eq!(
-        said("fast", Value::Float(-1.0)),
+        error("fast", Value::Float(-1.0)),
         "`doer.fast` is -1 m/s, and at least 0 m/s is allowed"
     );
-    assert!(said("gait", Value::UInt(2)).contains("one of slow, very-fast is allowed"));
+    assert!(error("gait", Value::UInt(2)).contains("one of slow, very-fast is allowed"));
     assert!(
-        said("fast", Value::Float(f64::NAN)).contains("`doer.fast` stays as it is: the value is not finite")
+        error("fast", Value::Float(f64::NAN)).contains("`doer.fast` stays as it is: the value is not finite")
     );
     ana.modulate(0, "gait", &Value::Text(String::from("very-fast")))
         .expect("a choice");
-    ana.modulate(0, "on", &Value::Bool(true)).expect("a truth");
+    ana.modulate(0, "on", &Value::Bool(true)).expect("a boolean");
     lockstep.run_until(40_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.5 true VeryFast 1");
 }
 
 #[test]
-fn r8_what_is_fixed_is_taken_on_awakening_and_stays_until_it_sleeps() {
+fn r8_a_fixed_modulation_is_read_at_awakening_and_stays_until_the_schema_sleeps() {
     let mut lockstep = start(ALONE, &[]).expect("it starts");
     lockstep.run_until(20_000_000);
     let handle = lockstep.handle();
     let ana = handle.operator("ana@laptop");
     ana.modulate(0, "place", &Value::Float(2.0))
-        .expect("it may be written at any time");
+        .expect("a fixed modulation may be written at any time");
     ana.modulate(0, "fast", &Value::Float(0.75)).expect("in range");
     lockstep.run_until(60_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 1");
-    ana.hold_asleep(0).expect("it sleeps");
+    ana.hold_asleep(0).expect("it can be stopped");
     lockstep.run_until(80_000_000);
-    ana.play(0).expect("it awakes");
+    ana.play(0).expect("it can be played");
     lockstep.run_until(120_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 2");
 }
 
 #[test]
-fn a_budget_that_is_stated_stays_where_the_period_is_another() {
+fn a_declared_budget_does_not_follow_the_period() {
     let text = format!("{ALONE}period = \"1s\"\n");
     let plugins = plugins();
-    let of =
+    let budget =
         |text: &str| parse(text, Path::new("app.toml"), &[], &plugins).map(|app| app.instances[0].budget_ns);
     assert_eq!(
-        of(&text).ok(),
+        budget(&text).ok(),
         Some(1_000_000_000),
-        "without one it is the period"
+        "the default budget is the period"
     );
-    let text = "roots = [\"it\"]\n[schemas.it]\ntype = \"stated/it\"\nperiod = \"1s\"\n";
-    static STATED: raw::Plugin = jde_schema::plugin!("stated", "States its budget.", [It]);
+    let text = "roots = [\"low\"]\n[schemas.low]\ntype = \"declared/with-budget\"\nperiod = \"1s\"\n";
+    static DECLARED: raw::Plugin = jde_schema::plugin!("declared", "Declares its budget.", [WithBudget]);
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&STATED).expect("it is right");
-    let application = parse(text, Path::new("app.toml"), &[], &plugins).expect("it is right");
+    plugins.link(&DECLARED).expect("it is valid");
+    let application = parse(text, Path::new("app.toml"), &[], &plugins).expect("it is valid");
     assert_eq!(application.instances[0].budget_ns, 10_000_000);
 }
 
 /// A schema whose budget equals its period.
 #[derive(Describe)]
 #[schema(motor, period = "10ms", budget = "10ms")]
-struct It {}
+struct WithBudget {}
 
-impl Schema for It {
+impl Schema for WithBudget {
     fn iterate(&mut self, _: &Context) -> Result {
         Ok(())
     }

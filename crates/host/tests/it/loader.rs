@@ -1,5 +1,5 @@
-//! Plugin files, valid and invalid. What can be recognised as invalid is refused before any of its code runs.
-//! The message names the file and the remedy. The libraries are real: cargo and `cc` build them here.
+//! Plugin files, valid and invalid. A file that can be recognised as invalid is refused before any of its code
+//! runs. The message names the file and the remedy. The tests build real libraries with cargo and `cc`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,12 +13,12 @@ use jde_loader::{PluginError, Plugins, SearchPath};
 use crate::delivered;
 use tempfile::TempDir;
 
-/// The beginning of the C source of most libraries here.
+/// The beginning of the C source of most libraries of these tests.
 const HEAD: &str = "#include \"jde.h\"\n\
-    static void *make(const jde_schema *s, const jde_host *h, jde_context *c) { (void)s; (void)h; (void)c; static int it; return &it; }\n\
+    static void *create(const jde_schema *s, const jde_host *h, jde_context *c) { (void)s; (void)h; (void)c; static int instance; return &instance; }\n\
     static int32_t iterate(void *i, jde_context *c) { (void)i; (void)c; return JDE_OK; }\n\
     static const jde_schema schemas[] = {{.size = sizeof(jde_schema), .kind = JDE_MOTOR, .name = \"beat\", .doc = \"Beats.\",\n\
-        .period_ns = 1000000, .create = make, .iterate = iterate}};\n";
+        .period_ns = 1000000, .create = create, .iterate = iterate}};\n";
 
 /// The source of a plugin with one motor schema that is always ready.
 fn beat(name: &str) -> String {
@@ -33,12 +33,16 @@ fn cc(folder: &Path, name: &str, source: &str) -> PathBuf {
     );
     fs::write(&from, source).expect("it is written");
     let include = concat!(env!("CARGO_MANIFEST_DIR"), "/../../include");
-    let done = Command::new("cc")
+    let output = Command::new("cc")
         .args(["-shared", "-fPIC", "-std=c11", "-I", include, "-o"])
         .args([&to, &from])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     to
 }
 
@@ -51,25 +55,25 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-fn nobody() -> Plugins {
+fn no_plugins() -> Plugins {
     Plugins::new(SearchPath::default())
 }
 
-/// Checks that the file is refused with a message that begins with its path and contains these words.
+/// Checks that the file is refused with a message that begins with its path and contains the expected texts.
 #[track_caller]
-fn refused(file: &Path, words: &[&str]) {
-    let error = nobody().open(file).expect_err("it is refused");
+fn assert_refused(file: &Path, expected: &[&str]) {
+    let error = no_plugins().open(file).expect_err("it is refused");
     assert!(matches!(error, PluginError::Unusable { .. }), "{error:?}");
-    let said = error.to_string();
-    assert!(said.starts_with(&format!("{}: ", file.display())), "{said}");
-    for words in words {
-        assert!(said.contains(words), "`{words}` is not in: {said}");
+    let message = error.to_string();
+    assert!(message.starts_with(&format!("{}: ", file.display())), "{message}");
+    for text in expected {
+        assert!(message.contains(text), "`{text}` is not in: {message}");
     }
 }
 
 #[test]
 fn a_plugin_that_cargo_built_is_loaded_and_described() {
-    let plugin = nobody().open(&stop()).expect("it is one");
+    let plugin = no_plugins().open(&stop()).expect("it is a plugin");
     assert_eq!(plugin.description.name, "stop");
     assert_eq!(
         plugin.path.as_deref(),
@@ -86,26 +90,26 @@ fn a_plugin_that_cargo_built_is_loaded_and_described() {
 }
 
 #[test]
-fn a_file_is_loaded_once_whatever_it_is_called() {
+fn a_file_is_loaded_once_under_all_its_names() {
     let folder = folder();
     let file = cc(folder.path(), "beat", &beat("beat"));
     let link = folder.path().join("libother.so");
     std::os::unix::fs::symlink(&file, &link).expect("a link");
-    let plugins = nobody();
-    let first = plugins.open(&file).expect("it is one");
-    let second = plugins.open(&link).expect("it is one");
+    let plugins = no_plugins();
+    let first = plugins.open(&file).expect("it is a plugin");
+    let second = plugins.open(&link).expect("it is a plugin");
     let third = plugins
         .load("beat", &[folder.path().to_owned()])
-        .expect("it is one");
+        .expect("it is a plugin");
     for other in [second, third] {
         assert!(std::sync::Arc::ptr_eq(&first.description, &other.description));
     }
 }
 
 #[test]
-fn a_missing_plugin_is_told_with_the_folders_that_were_searched() {
+fn a_missing_plugin_is_reported_with_the_folders_that_were_searched() {
     let folder = folder();
-    let error = nobody()
+    let error = no_plugins()
         .load("nothing", &[folder.path().to_owned()])
         .expect_err("there is none");
     let expected = format!(
@@ -113,49 +117,49 @@ fn a_missing_plugin_is_told_with_the_folders_that_were_searched() {
         folder.path().display()
     );
     assert_eq!(error.to_string(), expected);
-    refused(
+    assert_refused(
         &folder.path().join("libnothing.so"),
         &["cannot read it: No such file or directory"],
     );
 }
 
 #[test]
-fn what_is_no_library_is_refused() {
+fn a_file_that_is_not_a_library_is_refused() {
     let folder = folder();
-    let place = |name: &str, bytes: &[u8]| {
+    let write = |name: &str, bytes: &[u8]| {
         let file = folder.path().join(name);
         fs::write(&file, bytes).expect("it is written");
         file
     };
-    refused(folder.path(), &["it is a directory", "name the library in it"]);
-    refused(
-        &place("libempty.so", b""),
+    assert_refused(folder.path(), &["it is a directory", "name the library in it"]);
+    assert_refused(
+        &write("libempty.so", b""),
         &["the file is empty", "build or copy it again"],
     );
-    refused(
-        &place("libtext.so", b"# not code\n"),
+    assert_refused(
+        &write("libtext.so", b"# not code\n"),
         &["no ELF header", "build it as a cdylib"],
     );
-    refused(
-        &place("libhead.so", b"\x7fELF"),
+    assert_refused(
+        &write("libhead.so", b"\x7fELF"),
         &["it is not a shared library that can be loaded"],
     );
     let executable = std::env::current_exe().expect("this test");
     let mut bytes = fs::read(stop()).expect("it is there");
     // ET_REL: an object file that has not been linked.
     bytes[16] = 1;
-    refused(
-        &place("libobject.so", &bytes),
+    assert_refused(
+        &write("libobject.so", &bytes),
         &["it is an ELF file, but no shared library", "cdylib"],
     );
     // The machine number of another processor.
     (bytes[16], bytes[18]) = (3, 0x08);
-    refused(
-        &place("libforeign.so", &bytes),
+    assert_refused(
+        &write("libforeign.so", &bytes),
         &["it was built for another processor"],
     );
     // Position-independent executables are shared objects by their header; they export no plugin.
-    refused(&executable, &["not a jde plugin"]);
+    assert_refused(&executable, &["not a jde plugin"]);
 }
 
 #[test]
@@ -165,8 +169,11 @@ fn a_truncated_library_is_refused_at_every_length() {
     let file = folder.path().join("libcut.so");
     for length in (0..whole.len()).step_by(61).chain([whole.len() - 1]) {
         fs::write(&file, &whole[..length]).expect("it is written");
-        let said = nobody().open(&file).expect_err("it is cut").to_string();
-        assert!(said.starts_with(&file.display().to_string()), "{length}: {said}");
+        let message = no_plugins().open(&file).expect_err("it is truncated").to_string();
+        assert!(
+            message.starts_with(&file.display().to_string()),
+            "{length}: {message}"
+        );
     }
     let whole = fs::read(stop()).expect("it is there");
     for length in [
@@ -178,12 +185,12 @@ fn a_truncated_library_is_refused_at_every_length() {
         whole.len() - 1,
     ] {
         fs::write(&file, &whole[..length]).expect("it is written");
-        refused(&file, &["build or copy it again"]);
+        assert_refused(&file, &["build or copy it again"]);
     }
 }
 
 #[test]
-fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
+fn a_library_that_is_not_a_plugin_is_refused_before_it_is_loaded() {
     let folder = folder();
     // The constructor would create this file if the library were loaded.
     let mark = folder.path().join("mark");
@@ -191,12 +198,12 @@ fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
         "#include <stdio.h>\n__attribute__((constructor)) static void run(void) {{ fclose(fopen(\"{}\", \"w\")); }}\nint answer = 42;\n",
         mark.display()
     );
-    refused(
+    assert_refused(
         &cc(folder.path(), "plain", &source),
         &["exports no symbol `jde_plugin`", "not a jde plugin"],
     );
-    // The symbol alone is not enough, and ABI 99 is not supported.
-    let claims = [
+    // The symbol alone is not sufficient, and ABI 99 is not supported.
+    let symbols = [
         (
             "unmarked",
             "const char jde_plugin[256] = \"JDEPLUG0\";\n",
@@ -209,14 +216,17 @@ fn a_library_that_is_no_plugin_is_refused_before_it_is_loaded() {
         ),
         ("late", "char jde_plugin[256];\n", "the mark of a jde plugin"),
     ];
-    for (name, claim, words) in claims {
-        refused(&cc(folder.path(), name, &format!("{source}{claim}")), &[words]);
+    for (name, symbol, expected) in symbols {
+        assert_refused(
+            &cc(folder.path(), name, &format!("{source}{symbol}")),
+            &[expected],
+        );
     }
     assert!(!mark.exists());
 }
 
 #[test]
-fn a_symbol_of_that_name_that_is_no_plugin_is_refused() {
+fn a_symbol_of_the_right_name_that_is_not_a_plugin_is_refused() {
     let folder = folder();
     let mark = "does not begin with the mark of a jde plugin";
     let cases = [
@@ -233,7 +243,7 @@ fn a_symbol_of_that_name_that_is_no_plugin_is_refused() {
         ),
     ];
     for (name, source) in cases {
-        refused(&cc(folder.path(), name, source), &[mark, "jde.h"]);
+        assert_refused(&cc(folder.path(), name, source), &[mark, "jde.h"]);
     }
 }
 
@@ -255,18 +265,18 @@ fn an_older_and_a_newer_major_version_are_refused_with_both_numbers() {
             format!("it was built for ABI 2.0, newer than {ours}"),
         ),
     ];
-    for (name, major, minor, words) in versions {
+    for (name, major, minor, expected) in versions {
         // Only the head is defined: the table of another version may have any layout after it.
         let head = format!(
             "#include \"jde.h\"\nconst struct {{ uint64_t magic; uint32_t major, minor; uint64_t rest[16]; }} jde_plugin = {{JDE_MAGIC, {major}, {minor}, {{0}}}};\n"
         )
         .replace("#include \"jde.h\"", "#include <stdint.h>\n#define JDE_MAGIC UINT64_C(0x3147554c5045444a)");
-        refused(&cc(folder.path(), name, &head), &[&words]);
+        assert_refused(&cc(folder.path(), name, &head), &[&expected]);
     }
 }
 
 #[test]
-fn a_table_that_lies_is_refused_at_the_place_of_the_lie() {
+fn an_invalid_table_is_refused_with_the_place_of_the_error() {
     let folder = folder();
     let table = |size: &str, name: &str, count: u32| {
         format!(
@@ -320,32 +330,32 @@ fn a_table_that_lies_is_refused_at_the_place_of_the_lie() {
             "build it with panic = \"unwind\"",
         ),
     ];
-    for (name, source, words) in cases {
-        refused(&cc(folder.path(), name, &source), &[words]);
+    for (name, source, expected) in cases {
+        assert_refused(&cc(folder.path(), name, &source), &[expected]);
     }
 }
 
 #[test]
-fn a_symbol_that_is_smaller_than_its_table_says_is_refused() {
+fn a_symbol_that_is_smaller_than_its_declared_table_is_refused() {
     let folder = folder();
     let source = "#include <stdint.h>\n\
         const struct { uint64_t magic; uint32_t major, minor, size, flags; } jde_plugin =\n\
         {UINT64_C(0x3147554c5045444a), 1, 0, 4096, 0};\n";
-    refused(
-        &cc(folder.path(), "liar", source),
+    assert_refused(
+        &cc(folder.path(), "small", source),
         &["its symbol `jde_plugin` has 24 bytes", "jde.h"],
     );
 }
 
 #[test]
-fn a_plugin_that_needs_what_nobody_defines_is_refused() {
+fn a_plugin_with_an_undefined_symbol_is_refused() {
     let folder = folder();
     let source = format!(
         "{}extern int nobody_defines_this(void);\nint call_it(void) {{ return nobody_defines_this(); }}\n",
-        beat("needy")
+        beat("undefined")
     );
-    let file = cc(folder.path(), "needy", &source);
-    refused(
+    let file = cc(folder.path(), "undefined", &source);
+    assert_refused(
         &file,
         &[
             "the system cannot load it: ",
@@ -353,11 +363,11 @@ fn a_plugin_that_needs_what_nobody_defines_is_refused() {
             "link the library that defines it into the plugin",
         ],
     );
-    let said = nobody().open(&file).expect_err("it is refused").to_string();
+    let message = no_plugins().open(&file).expect_err("it is refused").to_string();
     assert_eq!(
-        said.matches("libneedy.so").count(),
+        message.matches("libundefined.so").count(),
         2,
-        "the private copy is not named: {said}"
+        "the private copy is not named: {message}"
     );
 }
 
@@ -365,9 +375,9 @@ fn a_plugin_that_needs_what_nobody_defines_is_refused() {
 fn a_plugin_under_another_name_is_refused() {
     let folder = folder();
     cc(folder.path(), "alias", &beat("beat"));
-    let error = nobody()
+    let error = no_plugins()
         .load("alias", &[folder.path().to_owned()])
-        .expect_err("it is another");
+        .expect_err("it holds another plugin");
     let expected = format!(
         "{} holds the plugin `beat`, not `alias`: rename the file or the plugin",
         folder.path().join("libalias.so").display()
@@ -379,7 +389,7 @@ fn a_plugin_under_another_name_is_refused() {
 fn a_library_that_is_overwritten_keeps_running() {
     let folder = folder();
     let file = cc(folder.path(), "beat", &beat("beat"));
-    let plugins = nobody();
+    let plugins = no_plugins();
     let text = format!(
         "roots = [\"heart\"]\nplugins = [\"{}\"]\n[schemas.heart]\ntype = \"beat\"\n",
         folder.path().display()
@@ -391,12 +401,11 @@ fn a_library_that_is_overwritten_keeps_running() {
     lockstep.run_until(50_000_000);
     let before = handle.snapshot().schemas[0].iterations;
     assert_eq!(before, 51);
-    // Overwrites the file in place, as a careless build would. That kills a process that maps the file
-    // itself.
+    // Overwrites the file in place, as some builds do. That would kill a process that maps the file itself.
     fs::write(&file, b"").expect("it is written");
     lockstep.run_until(100_000_000);
     assert_eq!(handle.snapshot().schemas[0].iterations, 101);
-    // One catalogue reads a file once; a new catalogue reads the empty file.
+    // A `Plugins` reads a file once; a new `Plugins` reads the empty file.
     assert!(plugins.open(&file).is_ok());
-    refused(&file, &["the file is empty"]);
+    assert_refused(&file, &["the file is empty"]);
 }

@@ -1,4 +1,4 @@
-//! Plugins that are accepted or refused in words, and delivered applications.
+//! Plugins that are accepted, or refused with a reason; and delivered applications.
 
 mod delivered;
 mod exceptions;

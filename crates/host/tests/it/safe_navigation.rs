@@ -1,4 +1,4 @@
-//! The example of section 5 of the paper as it is delivered: its application, its plugins and its world, in
+//! The example of section 5 of the buffer as it is delivered: its application, its plugins and its world, in
 //! lockstep.
 
 use std::path::{Path, PathBuf};
@@ -36,10 +36,10 @@ fn application(plugins: &Plugins) -> Application {
     jde_app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// The application with only its types, wiring, groups, world and route: all other modulations have the
-/// values of 2007.
+/// Returns the application with only its types, wiring, groups, world and route: all other modulations have
+/// the values of 2007.
 fn unmodulated(plugins: &Plugins) -> Application {
-    let text = std::fs::read_to_string(file()).expect("the application is there");
+    let text = std::fs::read_to_string(file()).expect("the application exists");
     let mut table: toml::Table = text.parse().expect("it is TOML");
     table["mission"] = toml::from_str::<toml::Table>("from = \"example.mission\"\nstalls = \"30s\"")
         .expect("it is a table")
@@ -58,37 +58,37 @@ fn unmodulated(plugins: &Plugins) -> Application {
         let schema = schema.as_table_mut().expect("a schema is a table");
         schema.retain(|key, _| kept.contains(&key));
     }
-    let text = toml::to_string(&table).expect("it is TOML still");
+    let text = toml::to_string(&table).expect("it is still TOML");
     jde_app::parse(&text, &file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64) -> Drive {
     application.seed = seed;
     let decisions = Arc::new(Mutex::new(Some(DecisionWriter::new(&application, Vec::new()))));
-    let ear = Arc::clone(&decisions);
+    let recorder = Arc::clone(&decisions);
     let stalled = Arc::new(Mutex::new(Vec::new()));
-    let stalls = Arc::clone(&stalled);
-    let hear = move |event: &Event| {
+    let stall_recorder = Arc::clone(&stalled);
+    let observe = move |event: &Event| {
         if let Event::Stalled { time, since, .. } = event {
             assert!(time - since >= 30 * SECOND);
-            stalls.lock().expect("nobody panicked").push(*since);
+            stall_recorder.lock().expect("no thread panicked").push(*since);
         }
-        if let Some(decisions) = &mut *ear.lock().expect("nobody panicked") {
+        if let Some(decisions) = &mut *recorder.lock().expect("no thread panicked") {
             decisions.on_event(event);
         }
     };
     let options = Options {
-        observers: vec![Box::new(hear)],
+        observers: vec![Box::new(observe)],
         limit: Some(limit),
         ..Options::default()
     };
     let mut running =
         Lockstep::start(application, plugins, options).unwrap_or_else(|error| panic!("{error}"));
     let handle = running.handle();
-    let outcome = running.run_until(limit).expect("it ends by its limit");
+    let outcome = running.run_until(limit).expect("it ends within its limit");
     drop(running);
-    let decisions = decisions.lock().expect("nobody panicked").take();
-    let stalled = stalled.lock().expect("nobody panicked").clone();
+    let decisions = decisions.lock().expect("no thread panicked").take();
+    let stalled = stalled.lock().expect("no thread panicked").clone();
     Drive {
         outcome,
         stalled,
@@ -100,7 +100,10 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
             .value("pioneer.truth")
             .expect("it is exported")
             .expect("it was written"),
-        decisions: decisions.expect("taken once").finish().expect("memory takes all"),
+        decisions: decisions
+            .expect("taken once")
+            .finish()
+            .expect("writing to memory succeeds"),
     }
 }
 
@@ -129,14 +132,14 @@ fn the_robot_reaches_all_its_targets_and_touches_nothing() {
 }
 
 #[test]
-fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
+fn r16_equal_seeds_give_equal_runs_and_another_seed_another_run() {
     let plugins = plugins();
     let run = |seed| drive(application(&plugins), &plugins, seed, 60 * SECOND);
     let (first, again, other) = (run(1), run(1), run(2));
     assert!(first.decisions.len() > 1000, "{} bytes", first.decisions.len());
     assert!(
         first.decisions == again.decisions,
-        "the same seed decided otherwise"
+        "the same seed made other decisions"
     );
     assert_eq!(first.truth, again.truth);
     assert!(
@@ -149,12 +152,12 @@ fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
 /// Shows why the application sets modulations: the areas of 2007, 2 m wide and 3 m ahead, are wider than a
 /// door.
 #[test]
-fn with_the_numbers_of_2007_it_touches_nothing_does_not_pass_a_door_and_says_so() {
+fn with_the_parameters_of_2007_the_robot_touches_nothing_and_fails_at_the_door() {
     let plugins = plugins();
     let drive = drive(unmodulated(&plugins), &plugins, 1, 120 * SECOND);
     assert_eq!(drive.outcome, Outcome::Failed);
     assert_eq!((drive.mission.state, drive.mission.reached), (Mission::FAILED, 0));
     assert_eq!(drive.mission.note.as_str(), "1 target was out of reach");
-    assert!(!drive.stalled.is_empty(), "nobody was told before");
+    assert!(!drive.stalled.is_empty(), "no stall was reported before the end");
     assert_eq!(drive.truth.collisions, 0);
 }

@@ -1,5 +1,5 @@
-//! A custom value that two plugins share: `ball`, in Rust, publishes it, and `near`, in C, reads it. Both
-//! take its definition from `crates/ball`. If one was built with another definition, the error names the
+//! A custom value that two plugins share: `ball`, in Rust, publishes it, and `near`, in C, reads it. Both take
+//! its definition from `crates/ball`. If one plugin was built with another definition, the error names the
 //! field.
 
 use std::fs;
@@ -42,18 +42,18 @@ reach   = 2.0
 imports = { ball = "finder.ball" }
 "#;
 
-/// A folder with the application and the plugin `near`, built after `change` of its header and source.
-fn place(change: impl Fn(String) -> String) -> (tempfile::TempDir, Plugins) {
+/// Returns a folder with the application and the plugin `near`, built after `change` of its header and source.
+fn build(change: impl Fn(String) -> String) -> (tempfile::TempDir, Plugins) {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, text) in [("app.toml", APP), ("world.toml", WORLD)] {
         fs::write(folder.path().join(name), text).expect("it is written");
     }
     let sources = Path::new(ROOT).join("crates/ball/c");
     for name in ["ball.h", "near.c"] {
-        let text = fs::read_to_string(sources.join(name)).expect("it is there");
+        let text = fs::read_to_string(sources.join(name)).expect("the source exists");
         fs::write(folder.path().join(name), change(text)).expect("it is written");
     }
-    let done = Command::new("cc")
+    let output = Command::new("cc")
         .args([
             "-shared", "-fPIC", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I",
         ])
@@ -62,13 +62,17 @@ fn place(change: impl Fn(String) -> String) -> (tempfile::TempDir, Plugins) {
         .args([folder.path().join("libnear.so"), folder.path().join("near.c")])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     (folder, delivered::plugins())
 }
 
 #[test]
-fn the_value_is_one_in_rust_and_in_c() {
-    let (folder, plugins) = place(|text| text);
+fn the_type_of_the_value_is_the_same_in_rust_and_in_c() {
+    let (folder, plugins) = build(|text| text);
     let port = |plugin: &str, schema: &str| {
         let plugin = plugins
             .load(plugin, &[folder.path().to_owned()])
@@ -77,12 +81,12 @@ fn the_value_is_one_in_rust_and_in_c() {
         let schema = schemas
             .iter()
             .find(|known| known.name == schema)
-            .expect("its type");
+            .expect("the schema exists");
         let port = schema
             .ports
             .iter()
             .find(|port| port.name == "ball")
-            .expect("its port");
+            .expect("the port exists");
         port.value_type.clone()
     };
     let (rust, c) = (port("ball", "finder"), port("near", "near"));
@@ -91,8 +95,8 @@ fn the_value_is_one_in_rust_and_in_c() {
 }
 
 #[test]
-fn what_one_publishes_the_other_reads() {
-    let (folder, plugins) = place(|text| text);
+fn the_c_plugin_reads_what_the_rust_plugin_publishes() {
+    let (folder, plugins) = build(|text| text);
     let application = jde_app::load(&folder.path().join("app.toml"), &[], &plugins)
         .unwrap_or_else(|faults| panic!("{faults}"));
     let mut running = Lockstep::start(application, &plugins, Options::default()).expect("it starts");
@@ -119,14 +123,14 @@ fn a_plugin_of_another_definition_is_refused_with_the_field_that_differs() {
             "    JDE_FIELD(\"_\", offsetof(ball, nothing), 0u, JDE_U8, JDE_PADDING, 4u, \"\", \"\", NULL),\n    JDE_FIELD(\"column\"",
         )
     };
-    let (folder, plugins) = place(earlier);
+    let (folder, plugins) = build(earlier);
     let faults = jde_app::load(&folder.path().join("app.toml"), &[], &plugins).expect_err("they differ");
-    let said = faults.to_string();
-    for part in [
+    let message = faults.to_string();
+    for expected in [
         "app.toml:21:20: ",
         "`finder.ball` is `jde_msgs/msg/Ball` too, but of another layout: field `distance` is float32 here and float64 there",
         "build both plugins with the same definition of the type, from a crate or a header that both use",
     ] {
-        assert!(said.contains(part), "`{part}` is not in: {said}");
+        assert!(message.contains(expected), "`{expected}` is not in: {message}");
     }
 }

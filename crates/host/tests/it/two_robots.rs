@@ -1,5 +1,5 @@
-//! The delivered application with two robots: each has a winner of its own, and one of the robots has no
-//! father in code.
+//! The delivered application with two robots: each robot has a winner of its own, and one robot has no
+//! father.
 
 use jde_host::{Lockstep, Options};
 use jde_records::event::Outcome;
@@ -26,8 +26,11 @@ fn r13_two_robots_drive_at_once_and_neither_waits_for_the_other() {
     running.run_until(4 * SECOND);
     for (name, before) in [("left", left), ("right", right)] {
         let now = truth(name);
-        let way = (now.pose.x - before.pose.x).hypot(now.pose.y - before.pose.y);
-        assert!(way > 0.2, "the {name} robot drove {way} m in two seconds");
+        let distance = (now.pose.x - before.pose.x).hypot(now.pose.y - before.pose.y);
+        assert!(
+            distance > 0.2,
+            "the {name} robot drove {distance} m in two seconds"
+        );
     }
     let snapshot = handle.snapshot();
     for group in ["roots/left", "roots/right", "guide/base", "crew/base"] {
@@ -35,8 +38,8 @@ fn r13_two_robots_drive_at_once_and_neither_waits_for_the_other() {
             .groups
             .iter()
             .find(|known| known.name == group)
-            .expect("it is a group");
-        assert!(group.winner.is_some(), "nobody wins {}", group.name);
+            .expect("the group exists");
+        assert!(group.winner.is_some(), "{} has no winner", group.name);
     }
     let outcome = running.run_until(90 * SECOND);
     assert_eq!(outcome, Some(Outcome::Done));

@@ -1,5 +1,5 @@
-//! Plugins and hosts of different minor versions of the ABI, built here by `cc` from kept sources. What one
-//! has and the other lacks does no harm; what both have works.
+//! Plugins and hosts of different minor versions of the ABI, built by `cc` from kept sources. A function that
+//! only one side has does no harm; a function that both sides have works.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,30 +17,30 @@ use crate::delivered;
 use tempfile::TempDir;
 
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/abi");
-const TODAY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../include");
+const CURRENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../include");
 
 /// A father with two children that collide, and the base that they move.
 const APP: &str = r#"
 roots = ["father"]
 [schemas.base]
-type = "troupe/base"
+type = "versioned/base"
 [schemas.father]
-type = "troupe/father"
+type = "versioned/father"
 children = { first = "first", second = "second" }
 groups.legs = { policy = "father" }
 [schemas.first]
-type = "troupe/child"
+type = "versioned/child"
 imports = { moves = "base.moved" }
 actuators = { base = "base.speed" }
 [schemas.second]
-type = "troupe/child"
+type = "versioned/child"
 pace = 0.125
 imports = { moves = "base.moved" }
 actuators = { base = "base.speed" }
 "#;
 
 fn cc(arguments: &[&str], source: &str, include: &Path, to: &Path) {
-    let done = Command::new("cc")
+    let output = Command::new("cc")
         .args([
             "-std=c11",
             "-Wall",
@@ -57,23 +57,27 @@ fn cc(arguments: &[&str], source: &str, include: &Path, to: &Path) {
         .args(["-lm", "-ldl"])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
-/// Builds the plugin `troupe` with the header in `include`.
-fn troupe(folder: &TempDir, include: &Path) -> PathBuf {
-    let file = folder.path().join("libtroupe.so");
-    cc(&["-shared", "-fPIC"], "troupe.c", include, &file);
+/// Builds the plugin `versioned` with the header in `include`.
+fn build_plugin(folder: &TempDir, include: &Path) -> PathBuf {
+    let file = folder.path().join("libversioned.so");
+    cc(&["-shared", "-fPIC"], "versioned.c", include, &file);
     file
 }
 
-/// A folder with the header of a future version: every table has more fields, and the minor version is 99.
-fn later(folder: &TempDir) -> PathBuf {
-    let now = fs::read_to_string(Path::new(TODAY).join("jde.h")).expect("it is there");
+/// Returns a folder with the header of a future version: every table has more fields, and the minor version is 99.
+fn future_header(folder: &TempDir) -> PathBuf {
+    let header = fs::read_to_string(Path::new(CURRENT).join("jde.h")).expect("the header exists");
     let mut grown = 0;
     let mut text = String::new();
     let mut in_table = false;
-    for line in now.lines() {
+    for line in header.lines() {
         in_table |= line.starts_with("struct jde_") && line.ends_with('{') && line != "struct jde_sample {";
         if in_table && line == "};" {
             text += "    uint64_t later[3];\n";
@@ -82,7 +86,7 @@ fn later(folder: &TempDir) -> PathBuf {
         text += line;
         text += "\n";
     }
-    assert_eq!(grown, 21, "every table that states its size");
+    assert_eq!(grown, 21, "all tables that have a size field");
     let minor = format!("#define JDE_ABI_MINOR {}u", raw::ABI_MINOR);
     assert!(text.contains(&minor));
     let include = folder.path().join("later");
@@ -100,14 +104,14 @@ fn number(variable: Option<std::sync::Arc<Variable>>) -> f64 {
     f64::from_bytes(reader.latch().expect("it has a value").bytes).expect("a number")
 }
 
-/// Runs the plugin `troupe` and checks all its functions.
+/// Runs the plugin `versioned` and checks all its functions.
 #[track_caller]
-fn performs(folder: &TempDir, minor: u32) {
+fn assert_works(folder: &TempDir, minor: u32) {
     let mut path = SearchPath::default();
     path.push(folder.path(), "built for this test");
     let plugins = Plugins::new(path);
     let plugin = plugins
-        .load("troupe", &[])
+        .load("versioned", &[])
         .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(plugin.description.abi, (1, minor));
     let inspects = plugin.description.schemas.iter().map(|schema| schema.inspects);
@@ -115,7 +119,7 @@ fn performs(folder: &TempDir, minor: u32) {
     assert_eq!(
         inspects.collect::<Vec<_>>(),
         expected,
-        "the ability that 1.5 brought"
+        "ABI 1.5 added this ability"
     );
     let application = parse(APP, &folder.path().join("app.toml"), &[], &plugins)
         .unwrap_or_else(|faults| panic!("{faults}"));
@@ -138,7 +142,7 @@ fn performs(folder: &TempDir, minor: u32) {
             .find(|schema| schema.name == name)
             .map(|schema| schema.state)
     };
-    assert_eq!(state("second"), Some(State::Winner), "whom the father chose");
+    assert_eq!(state("second"), Some(State::Winner), "the father chose it");
     assert_eq!(state("first"), Some(State::Ready));
     let board = handle.board();
     assert_eq!(number(board.find("father.seen")), f64::from(raw::WINNER));
@@ -152,48 +156,48 @@ fn performs(folder: &TempDir, minor: u32) {
 #[test]
 fn plugins_of_abi_1_0_run_in_this_host() {
     let folder = tempfile::tempdir().expect("a folder");
-    troupe(&folder, &Path::new(TESTS).join("v1.0"));
-    performs(&folder, 0);
+    build_plugin(&folder, &Path::new(TESTS).join("v1.0"));
+    assert_works(&folder, 0);
 }
 
 #[test]
-fn plugins_of_today_run_in_this_host() {
+fn plugins_of_the_current_version_run_in_this_host() {
     let folder = tempfile::tempdir().expect("a folder");
-    troupe(&folder, Path::new(TODAY));
-    performs(&folder, raw::ABI_MINOR);
+    build_plugin(&folder, Path::new(CURRENT));
+    assert_works(&folder, raw::ABI_MINOR);
 }
 
 #[test]
-fn plugins_of_a_version_to_come_run_in_this_host() {
+fn plugins_of_a_future_version_run_in_this_host() {
     let folder = tempfile::tempdir().expect("a folder");
-    let later = later(&folder);
-    troupe(&folder, &later);
-    performs(&folder, 99);
+    let include = future_header(&folder);
+    build_plugin(&folder, &include);
+    assert_works(&folder, 99);
 }
 
 /// Runs a plugin in a host of ABI 1.0. Returns its output and its exit code. The code is 0 if the plugin
-/// worked and all guard marks are intact.
-fn in_an_old_host(folder: &TempDir, plugin: &Path) -> (String, Option<i32>) {
+/// worked and all guard values are intact.
+fn run_in_old_host(folder: &TempDir, plugin: &Path) -> (String, Option<i32>) {
     let host = folder.path().join("host");
     cc(&[], "host.c", &Path::new(TESTS).join("v1.0"), &host);
-    let done = Command::new(host).arg(plugin).output().expect("it runs");
+    let output = Command::new(host).arg(plugin).output().expect("it runs");
     (
-        String::from_utf8_lossy(&done.stdout).into_owned(),
-        done.status.code(),
+        String::from_utf8_lossy(&output.stdout).into_owned(),
+        output.status.code(),
     )
 }
 
 #[test]
-fn plugins_of_today_and_of_a_version_to_come_run_in_a_host_that_knows_less() {
+fn plugins_of_the_current_and_of_a_future_version_run_in_an_older_host() {
     for grown in [false, true] {
         let folder = tempfile::tempdir().expect("a folder");
         let include = if grown {
-            later(&folder)
+            future_header(&folder)
         } else {
-            PathBuf::from(TODAY)
+            PathBuf::from(CURRENT)
         };
-        let (said, code) = in_an_old_host(&folder, &troupe(&folder, &include));
-        assert_eq!(code, Some(0), "{said}");
+        let (output, code) = run_in_old_host(&folder, &build_plugin(&folder, &include));
+        assert_eq!(code, Some(0), "{output}");
         for line in [
             "base: iterate 0 \n",
             "child: check 0, ready 1 \n",
@@ -201,18 +205,18 @@ fn plugins_of_today_and_of_a_version_to_come_run_in_a_host_that_knows_less() {
             "father: iterate 0 \n",
             "father: arbitrate 0, child 1, the second's turn\n",
         ] {
-            assert!(said.contains(line), "{said}");
+            assert!(output.contains(line), "{output}");
         }
     }
 }
 
 #[test]
-fn plugins_of_this_sdk_run_in_a_host_that_knows_less() {
+fn plugins_of_this_sdk_run_in_an_older_host() {
     let plugins = delivered::plugins();
     let folder = tempfile::tempdir().expect("a folder");
     let in_host = |name: &str| {
         let plugin = plugins.load(name, &[]).expect("it was built");
-        in_an_old_host(&folder, plugin.path.as_deref().expect("a file"))
+        run_in_old_host(&folder, plugin.path.as_deref().expect("a file"))
     };
     assert_eq!(
         in_host("stop"),
@@ -221,10 +225,10 @@ fn plugins_of_this_sdk_run_in_a_host_that_knows_less() {
             Some(0)
         )
     );
-    let (said, code) = in_host("family");
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("padre: iterate 0 \n"), "{said}");
-    let (said, code) = in_host("example");
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("example: arbitrate 0, child "), "{said}");
+    let (output, code) = in_host("family");
+    assert_eq!(code, Some(0), "{output}");
+    assert!(output.contains("padre: iterate 0 \n"), "{output}");
+    let (output, code) = in_host("example");
+    assert_eq!(code, Some(0), "{output}");
+    assert!(output.contains("example: arbitrate 0, child "), "{output}");
 }

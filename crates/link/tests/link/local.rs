@@ -157,16 +157,16 @@ fn values_arrive_while_a_client_subscribes_and_at_once_at_a_late_subscriber() {
 /// A subscriber without a request of its own stands for one whose first message was lost.
 #[test]
 fn a_value_that_was_lost_on_the_way_arrives_later_although_it_does_not_change() {
-    let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
-    let remote = home.remote();
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
     for rate in [Rate::Hz(2), Rate::Full] {
         let (_subscription, received) = watch(&remote, "goon.gain", rate);
-        assert_eq!(number(&received.recv_timeout(SOON).unwrap()), Some(0.5));
-        let session = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+        assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(0.5));
+        let session = raw_session(&format!("unixsock-stream/{}", socket(&runtime.folder).display()));
         let key = format!("jde/1/robot/{}/var/goon/gain/{rate}", link.about().id);
         let late = session.declare_subscriber(key).wait().unwrap();
-        assert!(late.recv_timeout(SOON).unwrap().is_some(), "at rate {rate}");
+        assert!(late.recv_timeout(TIMEOUT).unwrap().is_some(), "at rate {rate}");
     }
 }
 

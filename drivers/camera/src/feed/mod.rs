@@ -31,8 +31,8 @@ pub(crate) trait Stream: Send {
 
     fn shape(&self) -> Shape;
 
-    /// Replaces `into` by the newest picture, not decoded, if one arrived, and returns whether one did. Never
-    /// blocks. After an error the camera is gone.
+    /// Replaces `into` by the newest picture, not decoded, and returns whether a picture arrived. Never blocks.
+    /// After an error the camera is lost.
     fn newest(&mut self, into: &mut Vec<u8>) -> Result<bool, String>;
 }
 
@@ -95,7 +95,7 @@ impl Feed {
     pub(crate) fn step(&mut self, now: Duration) -> Option<FeedEvent> {
         match &mut self.state {
             State::Idle => self.start_open(now),
-            State::Lost { retry_at: again, .. } if now >= *again => self.start_open(now),
+            State::Lost { retry_at, .. } if now >= *retry_at => self.start_open(now),
             State::Lost { .. } => {}
             State::Opening(result) => match result.try_recv() {
                 Ok(Ok(stream)) => {
@@ -111,16 +111,13 @@ impl Feed {
                     self.set_lost(reason, now);
                 }
             },
-            State::Open {
-                stream,
-                last_frame: heard,
-            } => match stream.newest(&mut self.bytes) {
+            State::Open { stream, last_frame } => match stream.newest(&mut self.bytes) {
                 Ok(true) => {
-                    *heard = now;
+                    *last_frame = now;
                     let shape = stream.shape();
                     return self.picture(shape);
                 }
-                Ok(false) if now.saturating_sub(*heard) >= SILENCE => {
+                Ok(false) if now.saturating_sub(*last_frame) >= SILENCE => {
                     let reason = format!(
                         "{}: no picture came for {} s",
                         self.source.device(),
@@ -158,7 +155,7 @@ impl Feed {
         let (sender, result) = mpsc::channel();
         let source = self.source.clone();
         let opening = thread::Builder::new().name("opening".to_owned()).spawn(move || {
-            // If the receiver is gone, sending fails and the camera is closed.
+            // If the receiver was dropped, sending fails and the camera is closed.
             let _ = sender.send(source.open());
         });
         match opening {
@@ -171,11 +168,8 @@ impl Feed {
     }
 
     fn set_lost(&mut self, reason: String, now: Duration) {
-        let again = now.saturating_add(self.backoff.delay_after(self.attempts));
-        self.state = State::Lost {
-            reason,
-            retry_at: again,
-        };
+        let retry_at = now.saturating_add(self.backoff.delay_after(self.attempts));
+        self.state = State::Lost { reason, retry_at };
     }
 }
 

@@ -1,4 +1,4 @@
-//! A fake camera made of channels: the test opens it, gives it pictures, and removes it.
+//! A fake camera made of channels: the test opens it, sends its pictures, and removes it.
 
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
@@ -19,13 +19,13 @@ struct FakeStream {
 
 impl Source for Fake {
     fn open(&self) -> Result<Box<dyn Stream>, String> {
-        let found = self
+        let result = self
             .attempts
             .lock()
             .expect("one at a time")
             .recv()
-            .expect("the test says what is found");
-        found.map(|stream| Box::new(stream) as Box<dyn Stream>)
+            .expect("the test sends a result");
+        result.map(|stream| Box::new(stream) as Box<dyn Stream>)
     }
 
     fn device(&self) -> &str {
@@ -48,19 +48,19 @@ impl Stream for FakeStream {
     }
 
     fn newest(&mut self, into: &mut Vec<u8>) -> Result<bool, String> {
-        let mut came = false;
+        let mut arrived = false;
         while let Ok(frame) = self.frames.try_recv() {
             *into = frame?;
-            came = true;
+            arrived = true;
         }
-        Ok(came)
+        Ok(arrived)
     }
 }
 
-type Finds = Sender<Result<FakeStream, String>>;
+type OpenResults = Sender<Result<FakeStream, String>>;
 
-fn feed() -> (Feed, Finds) {
-    let (finds, attempts) = mpsc::channel();
+fn feed() -> (Feed, OpenResults) {
+    let (results, attempts) = mpsc::channel();
     (
         Feed::new(
             Fake {
@@ -68,22 +68,22 @@ fn feed() -> (Feed, Finds) {
             },
             Backoff::default(),
         ),
-        finds,
+        results,
     )
 }
 
 /// Makes the next attempt succeed, and returns the sender of its pictures.
-fn found(finds: &Finds) -> Sender<Result<Vec<u8>, String>> {
+fn open_camera(results: &OpenResults) -> Sender<Result<Vec<u8>, String>> {
     let (frames, stream) = mpsc::channel();
-    finds
+    results
         .send(Ok(FakeStream { frames: stream }))
-        .expect("somebody opens");
+        .expect("the feed opens the camera");
     frames
 }
 
-fn until(feed: &mut Feed, now: Duration, good: fn(&State) -> bool) {
+fn until(feed: &mut Feed, now: Duration, condition: fn(&State) -> bool) {
     let _watchdog = Watchdog::for_test();
-    while !good(feed.state()) {
+    while !condition(feed.state()) {
         assert_eq!(feed.step(now), None);
         thread::yield_now();
     }
@@ -99,11 +99,8 @@ fn is_lost(state: &State) -> bool {
 
 fn lost(feed: &Feed) -> (&str, Duration) {
     match feed.state() {
-        State::Lost {
-            reason,
-            retry_at: again,
-        } => (reason, *again),
-        State::Idle | State::Opening(_) | State::Open { .. } => panic!("it is not lost"),
+        State::Lost { reason, retry_at } => (reason, *retry_at),
+        State::Idle | State::Opening(_) | State::Open { .. } => panic!("the camera is not lost"),
     }
 }
 
@@ -117,9 +114,9 @@ fn grey(left: u8, right: u8) -> Option<FeedEvent> {
 }
 
 #[test]
-fn the_newest_picture_is_shown_and_each_once() {
-    let (mut feed, finds) = feed();
-    let frames = found(&finds);
+fn each_step_returns_the_newest_picture_once() {
+    let (mut feed, results) = feed();
+    let frames = open_camera(&results);
     until(&mut feed, Duration::ZERO, is_open);
     assert_eq!(feed.step(Duration::ZERO), None);
     frames.send(Ok(vec![1, 2])).expect("it is open");
@@ -129,76 +126,76 @@ fn the_newest_picture_is_shown_and_each_once() {
 }
 
 #[test]
-fn opening_keeps_nobody_waiting() {
-    let (mut feed, finds) = feed();
+fn opening_a_camera_blocks_no_step() {
+    let (mut feed, results) = feed();
     for second in 0..100 {
         assert_eq!(feed.step(Duration::from_secs(second)), None);
     }
     assert!(
         matches!(feed.state(), State::Opening(_)),
-        "the camera has not answered yet"
+        "the camera is not open yet"
     );
-    assert_eq!(feed.attempts(), 1, "and nobody else was sent");
-    let _frames = found(&finds);
+    assert_eq!(feed.attempts(), 1, "there is only one attempt");
+    let _frames = open_camera(&results);
     until(&mut feed, Duration::from_secs(100), is_open);
 }
 
 #[test]
-fn a_camera_that_is_not_there_is_looked_for_ever_more_rarely() {
-    let (mut feed, finds) = feed();
+fn attempts_to_open_a_missing_camera_have_increasing_intervals() {
+    let (mut feed, results) = feed();
     let (mut now, mut waits) = (Duration::ZERO, Vec::new());
     for _ in 0..6 {
-        finds
+        results
             .send(Err("/dev/fake: it is not there".to_owned()))
-            .expect("somebody opens");
+            .expect("the feed opens the camera");
         until(&mut feed, now, is_lost);
-        let (reason, again) = lost(&feed);
+        let (reason, retry_at) = lost(&feed);
         assert_eq!(reason, "/dev/fake: it is not there");
-        waits.push((again - now).as_millis());
-        feed.step(again - Duration::from_nanos(1));
-        assert!(is_lost(feed.state()), "not before its time");
-        now = again;
+        waits.push((retry_at - now).as_millis());
+        feed.step(retry_at - Duration::from_nanos(1));
+        assert!(is_lost(feed.state()), "there is no attempt before its time");
+        now = retry_at;
         feed.step(now);
     }
     assert_eq!(waits, [250, 500, 1000, 2000, 4000, 4000]);
 }
 
 #[test]
-fn a_camera_that_is_unplugged_or_silent_is_lost_and_met_again() {
-    let (mut feed, finds) = feed();
-    let frames = found(&finds);
+fn an_unplugged_or_silent_camera_is_lost_and_reopened() {
+    let (mut feed, results) = feed();
+    let frames = open_camera(&results);
     until(&mut feed, Duration::ZERO, is_open);
     frames.send(Ok(vec![1, 2])).expect("it is open");
     assert_eq!(feed.step(Duration::ZERO), grey(1, 2));
     frames.send(Err("it is gone".to_owned())).expect("it is open");
     assert_eq!(feed.step(Duration::ZERO), None);
-    let (reason, again) = lost(&feed);
+    let (reason, retry_at) = lost(&feed);
     assert_eq!(reason, "/dev/fake: it is gone");
 
-    let frames = found(&finds);
-    feed.step(again);
-    until(&mut feed, again, is_open);
-    let shown = again + SILENCE - Duration::from_nanos(1);
+    let frames = open_camera(&results);
+    feed.step(retry_at);
+    until(&mut feed, retry_at, is_open);
+    let shown = retry_at + SILENCE - Duration::from_nanos(1);
     frames.send(Ok(vec![3, 4])).expect("it is open");
     assert_eq!(feed.step(shown), grey(3, 4));
     feed.step(shown + SILENCE - Duration::from_nanos(1));
-    assert!(is_open(feed.state()), "each picture begins the wait anew");
+    assert!(is_open(feed.state()), "each picture restarts the timeout");
     feed.step(shown + SILENCE);
-    assert_eq!(lost(&feed).0, "/dev/fake: no picture came for 5 s");
+    assert_eq!(lost(&feed).0, "/dev/fake: no picture arrived for 5 s");
     drop(frames);
 }
 
 #[test]
-fn pictures_that_cannot_be_read_are_left_out_and_told_once() {
-    let (mut feed, finds) = feed();
-    let frames = found(&finds);
+fn pictures_that_cannot_be_decoded_are_skipped_with_one_warning() {
+    let (mut feed, results) = feed();
+    let frames = open_camera(&results);
     until(&mut feed, Duration::ZERO, is_open);
     let mut send = |bytes: Vec<u8>| {
         frames.send(Ok(bytes)).expect("it is open");
         feed.step(Duration::ZERO)
     };
     let warning = Some(FeedEvent::Warn(
-        "a picture is left out: only 1 bytes of a picture came".to_owned(),
+        "a picture is left out: only 1 bytes of a picture arrived".to_owned(),
     ));
     assert_eq!(send(vec![1]), warning);
     assert_eq!(send(vec![1]), None);

@@ -12,7 +12,7 @@ use crate::picture::Picture;
 /// Largest file that is read, bytes. A picture that fits has 0.9 MB uncompressed.
 const LARGEST_FILE: u64 = 16 << 20;
 
-/// Shows pictures from files: one PNG or JPEG, or all of a folder in the order of their names.
+/// Shows pictures from files: one PNG or JPEG, or all pictures of a folder in the order of their names.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "100ms")]
 pub struct Files {
@@ -31,10 +31,10 @@ pub struct Files {
     /// Always connected. Its note names the pictures.
     #[export]
     connection: Export<Connection>,
-    album: Option<FileSequence>,
+    sequence: Option<FileSequence>,
 }
 
-/// The files, and the present position among them.
+/// The files, and the current position among them.
 struct FileSequence {
     files: Vec<PathBuf>,
     bad: Vec<bool>,
@@ -49,7 +49,7 @@ struct FileSequence {
 
 impl Schema for Files {
     fn awake(&mut self, cx: &Context) -> Result {
-        if self.album.is_some() {
+        if self.sequence.is_some() {
             return Ok(());
         }
         let files = self.files(cx)?;
@@ -59,7 +59,7 @@ impl Schema for Files {
             files => format!("{} pictures of {path}", files.len()),
         };
         self.export_connection(cx, &note);
-        self.album = Some(FileSequence {
+        self.sequence = Some(FileSequence {
             bad: vec![false; files.len()],
             files,
             start: cx.now(),
@@ -71,22 +71,22 @@ impl Schema for Files {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(mut album) = self.album.take() else {
+        let Some(mut sequence) = self.sequence.take() else {
             return Err("it has no pictures".into());
         };
-        let due = (cx.now().saturating_sub(album.start).as_secs_f64() * self.rate.get(cx)) as u64 + 1;
-        if due > album.due {
+        let due = (cx.now().saturating_sub(sequence.start).as_secs_f64() * self.rate.get(cx)) as u64 + 1;
+        if due > sequence.due {
             // Skips pictures that are late, so that they do not accumulate.
-            album.due = due;
-            let count = album.files.len() as u64;
+            sequence.due = due;
+            let count = sequence.files.len() as u64;
             if self.repeat.get(cx).get() || due <= count {
-                self.show(cx, &mut album, ((due - 1) % count) as usize)?;
-            } else if !album.ended {
-                album.ended = true;
+                self.show(cx, &mut sequence, ((due - 1) % count) as usize)?;
+            } else if !sequence.ended {
+                sequence.ended = true;
                 self.export_connection(cx, "all pictures have been shown");
             }
         }
-        self.album = Some(album);
+        self.sequence = Some(sequence);
         Ok(())
     }
 }
@@ -119,26 +119,26 @@ impl Files {
         Ok(files)
     }
 
-    fn show(&mut self, cx: &Context, album: &mut FileSequence, index: usize) -> Result {
-        if album.bad[index] {
+    fn show(&mut self, cx: &Context, sequence: &mut FileSequence, index: usize) -> Result {
+        if sequence.bad[index] {
             return Ok(());
         }
-        if album.last.as_ref().is_none_or(|(last, _)| *last != index) {
-            let file = &album.files[index];
+        if sequence.last.as_ref().is_none_or(|(last, _)| *last != index) {
+            let file = &sequence.files[index];
             match read(file) {
-                Ok(picture) => album.last = Some((index, picture)),
+                Ok(picture) => sequence.last = Some((index, picture)),
                 Err(reason) => {
-                    let words = format!("{}: {reason}", file.display());
-                    album.bad[index] = true;
-                    if album.bad.iter().all(|bad| *bad) {
-                        return Err(words.into());
+                    let error = format!("{}: {reason}", file.display());
+                    sequence.bad[index] = true;
+                    if sequence.bad.iter().all(|bad| *bad) {
+                        return Err(error.into());
                     }
-                    warn!(cx, "a picture is left out: {words}");
+                    warn!(cx, "a picture is left out: {error}");
                     return Ok(());
                 }
             }
         }
-        let Some((_, picture)) = &album.last else {
+        let Some((_, picture)) = &sequence.last else {
             return Ok(());
         };
         let mut image = self.image.loan(cx);
@@ -167,10 +167,10 @@ fn list(path: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(path)? {
         let file = entry?.path();
-        let ending = file
+        let extension = file
             .extension()
-            .map(|ending| ending.to_string_lossy().to_lowercase());
-        if matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg")) {
+            .map(|extension| extension.to_string_lossy().to_lowercase());
+        if matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
             files.push(file);
         }
     }

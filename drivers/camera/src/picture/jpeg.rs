@@ -12,7 +12,7 @@ use super::{Picture, PictureError, check_size};
 const TABLES: u8 = 0xc4;
 const SCAN: u8 = 0xda;
 /// The segment which marks that a picture uses the standard Huffman tables: APP0, 16 bytes, "AVI1".
-const USUAL_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
+const STANDARD_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 
 /// Decodes a JPEG.
 pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
@@ -22,13 +22,13 @@ pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*bytes), options);
     decoder.decode_headers().map_err(broken)?;
     let Some(info) = decoder.info() else {
-        return Err(PictureError::Broken("it does not tell its size".to_owned()));
+        return Err(PictureError::Broken("it does not state its size".to_owned()));
     };
     check_size(info.width.into(), info.height.into())?;
     let rgb = decoder.decode().map_err(broken)?;
     if rgb.len() != usize::from(info.width) * usize::from(info.height) * 3 {
         return Err(PictureError::Broken(
-            "it holds no colours that can be told as red, green and blue".to_owned(),
+            "its colours cannot be converted to red, green and blue".to_owned(),
         ));
     }
     Ok(Picture {
@@ -41,12 +41,12 @@ pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
 /// Marks a picture without Huffman tables, as cameras often send, so that the decoder uses the standard ones.
 fn with_tables(bytes: &[u8]) -> Cow<'_, [u8]> {
     match (segments(bytes).any(|marker| marker == TABLES), bytes) {
-        (false, [0xff, 0xd8, rest @ ..]) => Cow::Owned([&[0xff, 0xd8], &USUAL_TABLES[..], rest].concat()),
+        (false, [0xff, 0xd8, rest @ ..]) => Cow::Owned([&[0xff, 0xd8], &STANDARD_TABLES[..], rest].concat()),
         _ => Cow::Borrowed(bytes),
     }
 }
 
-/// The markers of the segments before the pixels.
+/// Returns the markers of the segments before the pixels.
 fn segments(bytes: &[u8]) -> impl Iterator<Item = u8> + '_ {
     let mut at = 2;
     core::iter::from_fn(move || {

@@ -93,7 +93,7 @@ fn png(bytes: &[u8]) -> Result<Picture, PictureError> {
     };
     if rgb.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err(PictureError::Broken(
-            "it holds fewer pixels than it says".to_owned(),
+            "it has fewer pixels than its header states".to_owned(),
         ));
     }
     Ok(Picture { width, height, rgb })

@@ -29,10 +29,15 @@ pub(crate) fn jpeg_of(width: u16, height: u16, rgb: [u8; 3]) -> Vec<u8> {
 }
 
 #[track_caller]
-pub(crate) fn nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
+pub(crate) fn assert_nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
     assert_eq!((picture.width, picture.height), size);
     assert_eq!(picture.rgb.len(), (size.0 * size.1 * 3) as usize);
-    let far = |pixel: &[u8]| pixel.iter().zip(rgb).any(|(is, wanted)| is.abs_diff(wanted) > 4);
+    let far = |pixel: &[u8]| {
+        pixel
+            .iter()
+            .zip(rgb)
+            .any(|(actual, expected)| actual.abs_diff(expected) > 4)
+    };
     assert!(!picture.rgb.chunks_exact(3).any(far), "{:?}", &picture.rgb[..3]);
 }
 
@@ -55,7 +60,7 @@ fn every_kind_of_png_becomes_red_green_and_blue() {
 #[test]
 fn a_jpeg_is_read_with_and_without_its_tables() {
     let whole = jpeg_of(64, 48, [200, 100, 50]);
-    nearly(
+    assert_nearly(
         &Picture::read(&whole).expect("a picture"),
         (64, 48),
         [200, 100, 50],
@@ -72,7 +77,7 @@ fn a_jpeg_is_read_with_and_without_its_tables() {
     }
     bare.extend_from_slice(&whole[at..]);
     assert!(bare.len() < whole.len());
-    nearly(
+    assert_nearly(
         &Picture::read(&bare).expect("a picture"),
         (64, 48),
         [200, 100, 50],
@@ -80,27 +85,27 @@ fn a_jpeg_is_read_with_and_without_its_tables() {
 }
 
 #[test]
-fn a_picture_that_does_not_fit_is_refused_with_the_numbers() {
-    let words = Picture::read(&png_of(641, 480, ColorType::Grayscale, &[0]))
+fn a_picture_that_does_not_fit_is_refused_with_its_size() {
+    let error = Picture::read(&png_of(641, 480, ColorType::Grayscale, &[0]))
         .expect_err("too large")
         .to_string();
     assert!(
-        words.starts_with("it is 641 x 480 pixels, and at most 640 x 480 fit"),
-        "{words}"
+        error.starts_with("it is 641 x 480 pixels, and at most 640 x 480 fit"),
+        "{error}"
     );
-    let words = Picture::read(&jpeg_of(1280, 720, [0; 3]))
+    let error = Picture::read(&jpeg_of(1280, 720, [0; 3]))
         .expect_err("too large")
         .to_string();
-    assert!(words.starts_with("it is 1280 x 720 pixels"), "{words}");
+    assert!(error.starts_with("it is 1280 x 720 pixels"), "{error}");
     assert!(
         Picture::read(&png_of(480, 640, ColorType::Grayscale, &[0])).is_ok(),
-        "another shape of as many"
+        "another shape with as many pixels"
     );
     assert!(check_size(u64::MAX, 2).is_err() && check_size(0, 5).is_err());
 }
 
 #[test]
-fn what_is_no_picture_or_half_a_one_is_refused() {
+fn data_without_a_complete_picture_is_refused() {
     assert_eq!(Picture::read(b"GIF89a"), Err(PictureError::Kind));
     assert_eq!(Picture::read(b""), Err(PictureError::Kind));
     let png = png_of(64, 48, ColorType::Rgb, &[1, 2, 3]);
@@ -116,14 +121,14 @@ fn what_is_no_picture_or_half_a_one_is_refused() {
 
 proptest! {
     #[test]
-    fn no_bytes_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..300), kind in 0..4, place in 0_usize..600, bit in 0..8) {
+    fn no_bytes_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..300), kind in 0..4, index in 0_usize..600, bit in 0..8) {
         match kind {
             0 => {}
             1 => bytes.splice(0..0, [0xff, 0xd8]).for_each(drop),
             2 => bytes = jpeg_of(16, 16, [1, 2, 3]),
             _ => bytes = png_of(16, 16, ColorType::Rgb, &[1, 2, 3]),
         }
-        if let Some(byte) = bytes.get_mut(place) {
+        if let Some(byte) = bytes.get_mut(index) {
             *byte ^= 1_u8 << bit;
         }
         let _ = Picture::read(&bytes);

@@ -1,4 +1,4 @@
-//! The conversation with the scanner, from first contact to continuous scans. It does no I/O and has no
+//! The session with the scanner, from first contact to continuous scans. It does no I/O and has no
 //! clock: it takes bytes and times and returns events. It contains all transitions.
 
 mod step;
@@ -11,13 +11,13 @@ use crate::message::{Message, Receiver};
 use crate::scan::{Beams, Letters, Parameters, Scan};
 use step::{Step, StepResult};
 
-/// Time limit of an answer; the slowest waits for the motor to reach its speed.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Time limit of a reply; the slowest waits for the motor to reach its speed.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 /// Time without a scan after which a streaming scanner counts as lost. A slow one that skips nine of ten
 /// turns sends one scan per second.
 const SILENCE: Duration = Duration::from_secs(3);
-/// How often a question is sent before the scanner counts as lost, because noise can destroy single messages.
-const TRIES: u32 = 3;
+/// How often a request is sent before the scanner counts as lost, because noise can destroy single messages.
+const MAX_TRIES: u32 = 3;
 /// Speeds of the serial line; the factory's default first.
 const SPEEDS: [u32; 7] = [19_200, 115_200, 57_600, 38_400, 750_000, 500_000, 250_000];
 
@@ -33,7 +33,7 @@ pub(crate) struct ScannerConfig {
     pub(crate) baud: Option<u32>,
 }
 
-/// News for the driver.
+/// Data for the driver.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ScannerData {
     /// Scans of these beams follow.
@@ -43,7 +43,7 @@ pub(crate) enum ScannerData {
 
 type Event = jde_device::Event<ScannerData>;
 
-/// The conversation.
+/// The session.
 #[derive(Debug)]
 pub(crate) struct Session {
     config: ScannerConfig,
@@ -51,7 +51,7 @@ pub(crate) struct Session {
     step: Step,
     tries: u32,
     deadline: Duration,
-    /// Present speed of the line.
+    /// Current speed of the line.
     baud: Option<u32>,
     /// Model, firmware, serial number and state, as the scanner reports them.
     name: Vec<String>,
@@ -63,14 +63,14 @@ impl Protocol for Session {
     type Config = ScannerConfig;
     type Data = ScannerData;
 
-    fn start(wanted: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
+    fn start(config: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
-            config: wanted,
+            config,
             receiver: Receiver::default(),
             step: Step::Connect { speed: 0 },
             tries: 0,
             deadline: now,
-            baud: wanted.baud,
+            baud: config.baud,
             name: Vec::new(),
             warned: false,
         };
@@ -137,7 +137,7 @@ impl Session {
                 }
                 Err(_) => {}
             },
-            // The answer to the question itself, and the end of a pause in which the scanner checked itself.
+            // The reply to the request itself, and the end of a pause in which the scanner checked itself.
             b"00" | b"98" => {}
             status => {
                 let status = String::from_utf8_lossy(status).into_owned();
@@ -149,7 +149,7 @@ impl Session {
         }
     }
 
-    /// Stores the data of this answer, and enters the next step.
+    /// Stores the data of this reply, and enters the next step.
     fn advance(&mut self, next: Step, message: &Message, now: Duration, events: &mut Vec<Event>) {
         match &self.step {
             Step::Speed => self.set_baud(self.config.baud, events),
@@ -181,23 +181,23 @@ impl Session {
             {
                 let value = value.chars().filter(|letter| !letter.is_control()).collect();
                 // The model is first, whenever it arrives.
-                let place = if *key == "MODL" { 0 } else { self.name.len() };
-                self.name.insert(place, value);
+                let index = if *key == "MODL" { 0 } else { self.name.len() };
+                self.name.insert(index, value);
             }
         }
     }
 
-    /// Sends the question of the present step.
+    /// Sends the request of the current step.
     fn send_request(&mut self, now: Duration, events: &mut Vec<Event>) {
         self.tries += 1;
-        self.deadline = now + PATIENCE;
+        self.deadline = now + REPLY_TIMEOUT;
         events.push(Event::Send(
             format!("{}\n", self.step.request(&self.config)).into_bytes(),
         ));
     }
 
-    /// Sends the question again, at the next speed while the speed is unknown, or gives up.
-    fn retry(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
+    /// Sends the request again, at the next speed while the speed is unknown, or gives up.
+    fn retry(&mut self, reason: &str, now: Duration, events: &mut Vec<Event>) {
         if let (Step::Connect { speed }, Some(first)) = (&mut self.step, self.config.baud) {
             // The address's own speed is tried twice, because plugging in causes noise on the line; all
             // others once.
@@ -213,11 +213,11 @@ impl Session {
             self.set_baud(Some(baud), events);
             return self.send_request(now, events);
         }
-        if self.tries < TRIES {
+        if self.tries < MAX_TRIES {
             return self.send_request(now, events);
         }
         let step = self.step.describe();
-        events.push(Event::Disconnect(format!("it would not {step}: {why}")));
+        events.push(Event::Disconnect(format!("it would not {step}: {reason}")));
     }
 
     fn set_baud(&mut self, baud: Option<u32>, events: &mut Vec<Event>) {
@@ -232,9 +232,9 @@ impl Session {
 }
 
 /// Returns the beams to request, from the scanner's parameters.
-fn beams(message: &Message, wanted: &ScannerConfig) -> Result<Beams, String> {
+fn beams(message: &Message, config: &ScannerConfig) -> Result<Beams, String> {
     let parameters = Parameters::read(message)?;
-    Ok(Beams::new(parameters, wanted.view, wanted.skip, wanted.letters))
+    Ok(Beams::new(parameters, config.view, config.skip, config.letters))
 }
 
 #[cfg(test)]

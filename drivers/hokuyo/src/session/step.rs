@@ -1,28 +1,28 @@
-//! The steps of a conversation: the question of each, and the meaning of its answer.
+//! The steps of a session: the request of each, and the meaning of its reply.
 
 use super::{ScannerConfig, beams};
 use crate::message::Message;
 use crate::scan::Beams;
 
-/// The state of the conversation.
+/// The state of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Finds the speed at which the scanner answers, by commands to use SCIP 2 and to stop scanning.
+    /// Finds the speed at which the scanner replies, by commands to use SCIP 2 and to stop scanning.
     Connect {
         /// Number of speeds tried before.
         speed: usize,
     },
     /// Switches to the address's speed.
     Speed,
-    /// Asks for the version.
+    /// Requests the version.
     Version,
-    /// Asks for the parameters of its measurement.
+    /// Requests the parameters of its measurement.
     Parameters,
-    /// Asks for its state.
+    /// Requests its state.
     State { beams: Beams },
     /// Switches the laser on.
     Laser { beams: Beams },
-    /// Asks for scans.
+    /// Requests scans.
     Start { beams: Beams },
     /// Receives scans.
     Scan { beams: Beams },
@@ -33,16 +33,16 @@ pub(super) enum Step {
 pub(super) enum StepResult {
     Good(Step),
     Refused(String),
-    /// The message answers another question.
+    /// The message is a reply to another request.
     Other,
 }
 
 impl Step {
-    pub(super) fn request(&self, wanted: &ScannerConfig) -> String {
+    pub(super) fn request(&self, config: &ScannerConfig) -> String {
         match self {
             // Old scanners use SCIP 1 until this command; the others reject it as unknown.
             Self::Connect { .. } => "SCIP2.0\nQT".to_owned(),
-            Self::Speed => format!("SS{:06}", wanted.baud.unwrap_or_default()),
+            Self::Speed => format!("SS{:06}", config.baud.unwrap_or_default()),
             Self::Version => "VV".to_owned(),
             Self::Parameters => "PP".to_owned(),
             Self::State { .. } => "II".to_owned(),
@@ -64,9 +64,9 @@ impl Step {
         }
     }
 
-    pub(super) fn handle_reply(&self, message: &Message, wanted: &ScannerConfig) -> StepResult {
-        let question = self.request(wanted);
-        let last = question.rsplit('\n').next().unwrap_or_default();
+    pub(super) fn handle_reply(&self, message: &Message, config: &ScannerConfig) -> StepResult {
+        let request = self.request(config);
+        let last = request.rsplit('\n').next().unwrap_or_default();
         if message.echo != last {
             return StepResult::Other;
         }
@@ -75,7 +75,7 @@ impl Step {
             // Status 02: the scanner already has that speed, or the laser is already on.
             (Self::Speed, b"00" | b"02") => Ok(Self::Version),
             (Self::Version, b"00") => Ok(Self::Parameters),
-            (Self::Parameters, b"00") => beams(message, wanted).map(|beams| Self::State { beams }),
+            (Self::Parameters, b"00") => beams(message, config).map(|beams| Self::State { beams }),
             // Some models do not report their state, which is optional.
             (Self::State { beams }, _) => Ok(Self::Laser { beams: *beams }),
             (Self::Laser { beams }, b"00" | b"02") => Ok(Self::Start { beams: *beams }),

@@ -1,4 +1,4 @@
-//! Conversations with the emulator in virtual time.
+//! Sessions with the emulator in virtual time.
 
 use core::f64::consts::TAU;
 
@@ -18,14 +18,14 @@ struct Wire {
 
 impl Wire {
     fn new(scanner: EmulatedScanner, baud: Option<u32>, letters: Letters) -> Self {
-        let wanted = ScannerConfig {
+        let config = ScannerConfig {
             view: TAU,
             skip: 0,
             letters,
             baud,
         };
         let mut events = Vec::new();
-        let session = Session::start(wanted, Duration::ZERO, &mut events);
+        let session = Session::start(config, Duration::ZERO, &mut events);
         let mut wire = Self {
             session,
             scanner,
@@ -33,22 +33,22 @@ impl Wire {
             baud,
             events: Vec::new(),
         };
-        wire.carry(events);
+        wire.exchange(events);
         wire
     }
 
     /// Exchanges messages until neither side sends any more.
-    fn carry(&mut self, mut events: Vec<Event>) {
+    fn exchange(&mut self, mut events: Vec<Event>) {
         let mut at = 0;
         while let Some(event) = events.get(at).cloned() {
             at += 1;
             match &event {
                 Event::Baud(baud) => self.baud = Some(*baud),
                 Event::Send(bytes) => {
-                    let answer = self
+                    let reply = self
                         .scanner
                         .receive(bytes, self.baud.unwrap_or(self.scanner.baud));
-                    self.session.receive(&answer, self.now, &mut events);
+                    self.session.receive(&reply, self.now, &mut events);
                 }
                 Event::Ready(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => {}
             }
@@ -56,10 +56,10 @@ impl Wire {
         self.events.extend(events);
     }
 
-    fn hear(&mut self, bytes: &[u8]) {
+    fn receive(&mut self, bytes: &[u8]) {
         let mut events = Vec::new();
         self.session.receive(bytes, self.now, &mut events);
-        self.carry(events);
+        self.exchange(events);
     }
 
     /// Advances time in steps of 100 ms until the session is ready or lost.
@@ -67,20 +67,20 @@ impl Wire {
         while !self.session.is_ready() && self.lost().is_none() {
             self.now += Duration::from_millis(100);
             let turn = self.scanner.poll_output();
-            let heard = self.baud.is_none_or(|baud| baud == self.scanner.baud);
-            let garbled = if heard {
+            let same_baud = self.baud.is_none_or(|baud| baud == self.scanner.baud);
+            let garbled = if same_baud {
                 turn
             } else {
                 turn.iter().map(|byte| byte ^ 0x95).collect()
             };
-            self.hear(&garbled);
+            self.receive(&garbled);
         }
         self
     }
 
     fn turn(&mut self) {
         let turn = self.scanner.poll_output();
-        self.hear(&turn);
+        self.receive(&turn);
     }
 
     fn lost(&self) -> Option<&str> {
@@ -90,8 +90,8 @@ impl Wire {
         })
     }
 
-    fn count(&self, wanted: fn(&Event) -> bool) -> usize {
-        self.events.iter().filter(|event| wanted(event)).count()
+    fn count(&self, matches: fn(&Event) -> bool) -> usize {
+        self.events.iter().filter(|event| matches(event)).count()
     }
 
     fn scans(&self) -> usize {
@@ -107,18 +107,18 @@ fn ready(scanner: EmulatedScanner, baud: Option<u32>, letters: Letters) -> Wire 
 
 fn refused(scanner: EmulatedScanner, baud: Option<u32>) -> String {
     let wire = Wire::new(scanner, baud, Letters::Three).settle();
-    wire.lost().expect("it is given up").to_owned()
+    wire.lost().expect("the session is lost").to_owned()
 }
 
 #[test]
-fn a_scanner_is_asked_what_it_is_and_sends_scans() {
+fn a_scanner_reports_its_name_and_sends_scans() {
     let mut wire = ready(EmulatedScanner::urg(), Some(19_200), Letters::Three);
     let name = wire.events.iter().find_map(|event| match event {
         Event::Ready(name) => Some(name.clone()),
         Event::Send(_) | Event::Baud(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => None,
     });
-    let words = "URG-04LX(Hokuyo Automatic Co., Ltd.), 3.4.03, H0906091, Sensor works well.";
-    assert_eq!(name.as_deref(), Some(words));
+    let expected = "URG-04LX(Hokuyo Automatic Co., Ltd.), 3.4.03, H0906091, Sensor works well.";
+    assert_eq!(name.as_deref(), Some(expected));
     let beams = wire.events.iter().find_map(|event| match event {
         Event::Data(ScannerData::Beams(beams)) => Some(beams.count()),
         _ => None,
@@ -126,21 +126,21 @@ fn a_scanner_is_asked_what_it_is_and_sends_scans() {
     assert_eq!(beams, Some(682));
     wire.turn();
     let Some(Event::Data(ScannerData::Scan(scan))) = wire.events.last() else {
-        panic!("a scan comes")
+        panic!("a scan is expected")
     };
     assert_eq!(scan.ranges, [1.5; 682]);
 }
 
 #[test]
-fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
-    for at in SPEEDS {
+fn a_scanner_is_found_at_any_speed_and_switched_to_that_of_its_address() {
+    for baud in SPEEDS {
         for (scip1, streaming) in [
             (true, None),
             (false, None),
             (false, Some("MD0044072501000".to_owned())),
         ] {
             let scanner = EmulatedScanner {
-                baud: at,
+                baud,
                 scip1,
                 streaming,
                 ..EmulatedScanner::urg()
@@ -152,7 +152,7 @@ fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
 }
 
 #[test]
-fn a_laser_that_is_on_already_is_no_trouble() {
+fn a_laser_that_is_already_on_is_accepted() {
     let scanner = EmulatedScanner {
         refuses: Some(("QT", "00")),
         laser: true,
@@ -162,7 +162,7 @@ fn a_laser_that_is_on_already_is_no_trouble() {
 }
 
 #[test]
-fn scans_in_two_letters_are_read_too() {
+fn scans_in_two_letters_are_decoded() {
     let mut wire = ready(
         EmulatedScanner {
             distance: 4000,
@@ -173,13 +173,13 @@ fn scans_in_two_letters_are_read_too() {
     );
     wire.turn();
     let Some(Event::Data(ScannerData::Scan(scan))) = wire.events.last() else {
-        panic!("a scan comes")
+        panic!("a scan is expected")
     };
     assert_eq!(scan.ranges, [4.0; 682]);
 }
 
 #[test]
-fn scans_are_found_between_noise_however_they_are_cut() {
+fn scans_are_found_between_noise_after_any_split() {
     let mut wire = ready(
         EmulatedScanner {
             noisy: true,
@@ -190,18 +190,18 @@ fn scans_are_found_between_noise_however_they_are_cut() {
     );
     for size in 1..20 {
         let turn = wire.scanner.poll_output();
-        turn.chunks(size).for_each(|piece| wire.hear(piece));
+        turn.chunks(size).for_each(|piece| wire.receive(piece));
     }
     assert_eq!((wire.scans(), wire.lost()), (19, None));
 }
 
 #[test]
-fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
+fn a_scan_with_a_wrong_byte_is_skipped_with_one_warning() {
     let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     for _ in 0..3 {
         let mut turn = wire.scanner.poll_output();
         turn[200] ^= 1;
-        wire.hear(&turn);
+        wire.receive(&turn);
     }
     wire.turn();
     assert_eq!(wire.count(|event| matches!(event, Event::Warn(_))), 1);
@@ -209,7 +209,7 @@ fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
 }
 
 #[test]
-fn what_it_will_not_do_is_named() {
+fn a_refused_step_is_named_in_the_reason() {
     let silent = EmulatedScanner {
         silent: true,
         ..EmulatedScanner::utm()
@@ -219,8 +219,8 @@ fn what_it_will_not_do_is_named() {
         "it would not answer as a scanner that speaks SCIP 2: no answer"
     );
     assert!(refused(silent, Some(19_200)).contains("at any speed"));
-    let refuses = |question, status| EmulatedScanner {
-        refuses: Some((question, status)),
+    let refuses = |request, status| EmulatedScanner {
+        refuses: Some((request, status)),
         scip1: false,
         ..EmulatedScanner::urg()
     };
@@ -239,19 +239,19 @@ fn what_it_will_not_do_is_named() {
 }
 
 #[test]
-fn silence_and_a_fault_of_its_own_are_losses() {
+fn silence_and_a_fault_of_the_scanner_end_the_session() {
     let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     wire.now += SILENCE - Duration::from_nanos(1);
-    wire.hear(&[]);
+    wire.receive(&[]);
     assert_eq!(wire.lost(), None);
     wire.now += Duration::from_nanos(1);
-    wire.hear(&[]);
+    wire.receive(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
     let mut wire = ready(EmulatedScanner::utm(), None, Letters::Three);
     wire.scanner.status = "98";
     wire.turn();
-    assert_eq!(wire.lost(), None, "it goes on after a pause");
+    assert_eq!(wire.lost(), None, "scans continue after a pause");
     wire.scanner.status = "51";
     wire.turn();
     assert!(

@@ -18,7 +18,7 @@ use jde_schema::prelude::{
 use super::Pioneer;
 use robot::{Robot, Script};
 
-/// The driver, and the time at which it was made.
+/// The driver, and the time at which it was created.
 struct Driver {
     bench: Bench<Pioneer>,
     start: Instant,
@@ -27,7 +27,7 @@ struct Driver {
 impl Driver {
     fn new(port: &str) -> Self {
         let mut driver = Self::asleep(port);
-        driver.bench.awake().expect("it is rightly configured");
+        driver.bench.awake().expect("its configuration is valid");
         driver
     }
 
@@ -42,19 +42,19 @@ impl Driver {
 
     fn step(&mut self) -> Result<(), String> {
         self.bench.set_now(self.start.elapsed());
-        let done = self.bench.iterate().map_err(|failure| failure.reason);
+        let result = self.bench.iterate().map_err(|failure| failure.reason);
         thread::yield_now();
-        done
+        result
     }
 
     /// Iterates until a condition holds. If it never does, the test times out.
-    fn until(&mut self, mut good: impl FnMut(&Bench<Pioneer>) -> bool) {
-        while !good(&self.bench) {
+    fn until(&mut self, mut condition: impl FnMut(&Bench<Pioneer>) -> bool) {
+        while !condition(&self.bench) {
             self.step().expect("a driver whose robot fails does not fail");
         }
     }
 
-    fn up(&mut self) {
+    fn until_connected(&mut self) {
         self.until(|bench| {
             state(bench) == Connection::CONNECTED && bench.exported::<RangeRing>("sonars").is_some()
         });
@@ -76,7 +76,7 @@ fn state(bench: &Bench<Pioneer>) -> u8 {
     connection(bench).state
 }
 
-fn hear_sonars(script: &mut Script) {
+fn report_sonars(script: &mut Script) {
     script.sip.sonars = vec![
         SonarReading {
             index: 0,
@@ -91,19 +91,19 @@ fn hear_sonars(script: &mut Script) {
 }
 
 #[test]
-fn a_robot_behind_tcp_is_met_driven_and_sensed() {
+fn a_robot_behind_tcp_is_connected_driven_and_sensed() {
     let (robot, address) = Robot::at_tcp("p3dx-sh");
     robot.with(|script| {
-        hear_sonars(script);
+        report_sonars(script);
         script.sip.stall_bumpers = 0b0000_0010_0000_0011;
     });
     let mut driver = Driver::asleep(&address);
     driver.bench.set("start", Pose2D::new(1.0, 2.0, FRAC_PI_2));
     driver.bench.awake().unwrap();
-    driver.up();
+    driver.until_connected();
     // The configuration of the scripted robot has no watchdog.
-    let said = |words: &str| driver.bench.log().iter().any(|(_, line)| line.contains(words));
-    assert!(said("its watchdog is off"));
+    let has_logged = |text: &str| driver.bench.log().iter().any(|(_, line)| line.contains(text));
+    assert!(has_logged("its watchdog is off"));
     assert_eq!(
         connection(&driver.bench).note.as_str(),
         "AMRISim, Pioneer p3dx-sh"
@@ -111,8 +111,8 @@ fn a_robot_behind_tcp_is_met_driven_and_sensed() {
 
     driver.drive(Twist::planar(0.25, -0.5), || {
         robot.with(|script| {
-            script.heard.contains(&Command::Velocity(250))
-                && script.heard.contains(&Command::RotVelocity(-29))
+            script.received.contains(&Command::Velocity(250))
+                && script.received.contains(&Command::RotVelocity(-29))
         })
     });
 
@@ -150,7 +150,7 @@ fn a_robot_behind_tcp_is_met_driven_and_sensed() {
 }
 
 #[test]
-fn a_simulators_laser_is_seen_in_metres_from_right_to_left() {
+fn the_laser_of_a_simulator_is_exported_in_metres_from_right_to_left() {
     let (_robot, address) = Robot::at_tcp("p3dx");
     let mut driver = Driver::new(&address);
     driver.until(|bench| bench.exported::<LaserScan>("laser").is_some());
@@ -164,21 +164,21 @@ fn a_simulators_laser_is_seen_in_metres_from_right_to_left() {
 }
 
 #[test]
-fn a_robot_at_a_serial_line_is_met_and_driven() {
+fn a_robot_at_a_serial_line_is_connected_and_driven() {
     let (robot, address) = Robot::at_line("amigo");
     let mut driver = Driver::new(&address);
     driver.until(|bench| state(bench) == Connection::CONNECTED);
     driver.drive(Twist::planar(-0.1, 0.0), || {
-        robot.with(|script| script.heard.contains(&Command::Velocity(-100)))
+        robot.with(|script| script.received.contains(&Command::Velocity(-100)))
     });
 }
 
 #[test]
-fn what_a_lost_robot_said_is_taken_back_and_it_is_met_again_where_it_was() {
+fn the_exports_of_a_lost_robot_are_retracted_and_its_odometry_continues() {
     let (robot, address) = Robot::at_tcp("p3dx-sh");
-    robot.with(hear_sonars);
+    robot.with(report_sonars);
     let mut driver = Driver::new(&address);
-    driver.up();
+    driver.until_connected();
     robot.with(|script| script.sip.x = 150);
     driver.until(|bench| {
         bench
@@ -195,124 +195,124 @@ fn what_a_lost_robot_said_is_taken_back_and_it_is_met_again_where_it_was() {
         robot.with(|script| {
             (script.mute, script.sip.x) = (false, 7);
         });
-        driver.up();
+        driver.until_connected();
         let odometry: Odometry = driver.bench.exported("odometry").unwrap();
         assert!((odometry.pose2d().x - 0.15).abs() < 1e-9);
     }
 }
 
 #[test]
-fn without_iterations_the_robot_hears_nothing() {
+fn without_iterations_the_robot_receives_nothing() {
     let (robot, address) = Robot::at_tcp("p3dx");
-    robot.with(hear_sonars);
+    robot.with(report_sonars);
     let mut driver = Driver::new(&address);
-    driver.up();
+    driver.until_connected();
     driver.drive(Twist::planar(0.3, 0.0), || {
-        robot.with(|script| script.heard.contains(&Command::Velocity(300)))
+        robot.with(|script| script.received.contains(&Command::Velocity(300)))
     });
     // After some more reports of the robot, earlier bytes in transit have arrived.
-    let sayings = |count: u32| {
-        let from = robot.with(|script| script.said);
-        while robot.with(|script| script.said) < from + count {
+    let wait_reports = |count: u32| {
+        let from = robot.with(|script| script.reports);
+        while robot.with(|script| script.reports) < from + count {
             thread::yield_now();
         }
     };
-    sayings(5);
-    robot.with(|script| script.heard.clear());
-    sayings(50);
-    assert_eq!(robot.with(|script| script.heard.clone()), []);
+    wait_reports(5);
+    robot.with(|script| script.received.clear());
+    wait_reports(50);
+    assert_eq!(robot.with(|script| script.received.clone()), []);
 }
 
 #[test]
-fn asleep_or_thrown_away_it_leaves_a_robot_that_is_stopped_and_off() {
-    let farewell = [
+fn a_driver_that_sleeps_or_is_dropped_stops_the_robot_and_switches_it_off() {
+    let last_commands = [
         Command::Velocity(0),
         Command::RotVelocity(0),
         Command::Enable(false),
         Command::Sonar(0),
         Command::Close(Form::One),
     ];
-    for thrown_away in [false, true] {
+    for dropped in [false, true] {
         let (robot, address) = Robot::at_tcp("p3dx");
-        robot.with(hear_sonars);
+        robot.with(report_sonars);
         let mut driver = Driver::new(&address);
-        driver.up();
+        driver.until_connected();
         driver.drive(Twist::planar(0.3, 0.0), || {
-            robot.with(|script| script.heard.contains(&Command::Velocity(300)))
+            robot.with(|script| script.received.contains(&Command::Velocity(300)))
         });
-        if thrown_away {
+        if dropped {
             drop(driver);
         } else {
             driver.bench.sleep().unwrap();
             assert_eq!(driver.bench.exported_at("odometry"), None);
             assert_eq!(driver.bench.exported_at("connection"), None);
         }
-        while !robot.with(|script| script.heard.ends_with(&farewell)) {
+        while !robot.with(|script| script.received.ends_with(&last_commands)) {
             thread::yield_now();
         }
     }
 }
 
 #[test]
-fn a_command_for_the_head_reaches_the_camera_and_where_it_looks_is_told() {
+fn a_command_of_the_head_reaches_the_camera_and_its_angles_are_exported() {
     let (robot, address) = Robot::at_tcp("p3dx");
     let mut driver = Driver::asleep(&address);
     driver.bench.set("head_kind", Text::<28>::new("vc-c4-one-way"));
     driver.bench.awake().unwrap();
-    let look = PanTilt {
+    let target = PanTilt {
         pan: 0.2,
         tilt: -0.1,
         pan_velocity: 1.0,
         tilt_velocity: 1.0,
         ..PanTilt::default()
     };
-    driver.bench.command("head", &look);
+    driver.bench.command("head", &target);
     driver.until(|bench| {
         bench
             .exported::<PanTilt>("pan_tilt")
             .is_some_and(|head| (head.pan - 0.2).abs() < HEAD_UNIT && (head.tilt + 0.1).abs() < HEAD_UNIT)
     });
-    let told = HeadCommand::PanTilt { pan: -102, tilt: 51 }.to_bytes();
-    assert!(robot.with(|script| script.heard.contains(&Command::Tty2(told))));
+    let command = HeadCommand::PanTilt { pan: -102, tilt: 51 }.to_bytes();
+    assert!(robot.with(|script| script.received.contains(&Command::Tty2(command))));
 }
 
 #[test]
-fn what_a_person_must_mend_is_said_at_once() {
-    let said = |set: &dyn Fn(&mut Bench<Pioneer>)| {
+fn invalid_settings_are_errors_at_once() {
+    let error = |set: &dyn Fn(&mut Bench<Pioneer>)| {
         let mut driver = Driver::asleep("tcp:127.0.0.1:1");
         set(&mut driver.bench);
-        let found = driver.bench.inspect().unwrap();
+        let problems = driver.bench.inspect().unwrap();
         let reason = driver.bench.awake().unwrap_err().reason;
-        let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
-        assert_eq!(said, [&*reason], "an inspection says the same");
+        let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
+        assert_eq!(messages, [&*reason], "an inspection reports the same");
         reason
     };
-    assert!(said(&|bench| bench.set("port", Text::<256>::new(""))).contains("port = "));
-    assert!(said(&|bench| bench.set("port", Text::<256>::new("udp:x"))).contains("serial:PATH@BAUD"));
-    assert!(said(&|bench| bench.set("model", Text::<1024>::new("p9"))).contains("`p3dx`"));
-    assert!(said(&|bench| bench.set("model", Text::<1024>::new("none.toml"))).contains("none.toml"));
-    assert!(said(&|bench| bench.set("laser_mode", Text::<28>::new("maybe"))).contains("auto, on or off"));
-    assert!(said(&|bench| bench.set("head_kind", Text::<28>::new("neck"))).contains("vc-c4"));
+    assert!(error(&|bench| bench.set("port", Text::<256>::new(""))).contains("port = "));
+    assert!(error(&|bench| bench.set("port", Text::<256>::new("udp:x"))).contains("serial:PATH@BAUD"));
+    assert!(error(&|bench| bench.set("model", Text::<1024>::new("p9"))).contains("`p3dx`"));
+    assert!(error(&|bench| bench.set("model", Text::<1024>::new("none.toml"))).contains("none.toml"));
+    assert!(error(&|bench| bench.set("laser_mode", Text::<28>::new("maybe"))).contains("auto, on or off"));
+    assert!(error(&|bench| bench.set("head_kind", Text::<28>::new("neck"))).contains("vc-c4"));
     let mut driver = Driver::asleep("tcp:127.0.0.1:1");
     assert_eq!(
         driver.bench.inspect(),
         Ok(vec![]),
-        "whether it answers is not tried"
+        "an inspection does not connect"
     );
     driver.bench.set_real_time(false);
     assert!(driver.bench.awake().unwrap_err().reason.contains("lockstep"));
 }
 
 #[test]
-fn a_robot_of_an_unknown_kind_is_an_error_that_says_what_to_do_and_a_file_mends_it() {
+fn an_unknown_kind_of_robot_is_an_error_that_a_model_file_solves() {
     let (_robot, address) = Robot::at_tcp("roomba");
     let mut driver = Driver::new(&address);
-    let words = loop {
-        if let Err(words) = driver.step() {
-            break words;
+    let error = loop {
+        if let Err(error) = driver.step() {
+            break error;
         }
     };
-    assert!(words.contains("`roomba`") && words.contains("`p3at`"), "{words}");
+    assert!(error.contains("`roomba`") && error.contains("`p3at`"), "{error}");
     drop(driver);
 
     let folder = tempfile::TempDir::new().unwrap();
@@ -327,9 +327,9 @@ fn a_robot_of_an_unknown_kind_is_an_error_that_says_what_to_do_and_a_file_mends_
 }
 
 #[test]
-fn a_robot_that_is_not_there_is_no_error() {
-    let gone = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let mut driver = Driver::new(&format!("tcp:{gone}"));
+fn a_missing_robot_is_not_an_error() {
+    let unused = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let mut driver = Driver::new(&format!("tcp:{unused}"));
     driver.until(|bench| connection(bench).attempts >= 2 && state(bench) == Connection::LOST);
     assert_eq!(driver.bench.exported_at("odometry"), None);
 }

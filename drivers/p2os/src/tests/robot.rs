@@ -17,12 +17,12 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 pub(super) struct Script {
     pub(super) names: Names,
     pub(super) sip: Sip,
-    pub(super) heard: Vec<Command>,
+    pub(super) received: Vec<Command>,
     pub(super) laser: bool,
     pub(super) mute: bool,
     pub(super) hang_up: bool,
     /// Number of reports sent.
-    pub(super) said: u32,
+    pub(super) reports: u32,
 }
 
 /// A robot on a thread of its own. Dropping it stops the thread.
@@ -51,11 +51,11 @@ impl Robot {
         Arc::new(Mutex::new(Script {
             names,
             sip,
-            heard: Vec::new(),
+            received: Vec::new(),
             laser: false,
             mute: false,
             hang_up: false,
-            said: 0,
+            reports: 0,
         }))
     }
 
@@ -94,13 +94,13 @@ impl Robot {
         serve: impl FnOnce(&Mutex<Script>, &AtomicBool) + Send + 'static,
     ) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let (shared, told) = (script.clone(), stop.clone());
-        let thread = Some(thread::spawn(move || serve(&shared, &told)));
+        let (shared, is_stopped) = (script.clone(), stop.clone());
+        let thread = Some(thread::spawn(move || serve(&shared, &is_stopped)));
         Self { script, stop, thread }
     }
 
-    pub(super) fn with<T>(&self, look: impl FnOnce(&mut Script) -> T) -> T {
-        look(&mut self.script.lock().unwrap_or_else(PoisonError::into_inner))
+    pub(super) fn with<T>(&self, access: impl FnOnce(&mut Script) -> T) -> T {
+        access(&mut self.script.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -124,7 +124,7 @@ fn ready(source: impl AsFd) -> bool {
 /// Plays the robot until the client disconnects.
 fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Script>, stop: &AtomicBool) {
     let (mut receiver, start) = (Receiver::new(), Instant::now());
-    let (mut open, mut said) = (false, start);
+    let (mut open, mut last_report) = (false, start);
     while !stop.load(Ordering::Relaxed) {
         let mut room = [0; 512];
         let count = if ready(&source) {
@@ -143,26 +143,26 @@ fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Scri
         }
         let mut packets = Vec::new();
         receiver.receive(bytes, start.elapsed(), |packet| packets.push(packet));
-        let mut answers = Vec::new();
+        let mut replies = Vec::new();
         for packet in packets {
             let command = Command::from_packet(&packet);
             match (&command, SyncStep::from_packet(&packet)) {
-                (_, Some(SyncStep::Two)) => answers.push(script.names.to_packet().unwrap()),
-                (_, Some(sync)) => answers.push(sync.to_packet()),
+                (_, Some(SyncStep::Two)) => replies.push(script.names.to_packet().unwrap()),
+                (_, Some(sync)) => replies.push(sync.to_packet()),
                 (Command::Open(_), _) => open = true,
                 (Command::Close(_), _) => open = false,
-                (Command::Config(_), _) => answers.push(Config::default().to_packet().unwrap()),
+                (Command::Config(_), _) => replies.push(Config::default().to_packet().unwrap()),
                 (Command::Enable(on), _) => script.sip.flags = u16::from(*on),
                 (Command::LaserOn35(_), _) => script.laser = true,
                 _ => {}
             }
-            script.heard.push(command);
+            script.received.push(command);
         }
-        if open && !script.mute && said.elapsed().as_millis() >= 20 {
-            said = Instant::now();
-            script.said += 1;
-            answers.push(script.sip.to_packet().unwrap());
-            answers.push(Encoders { left: 5, right: -7 }.to_packet());
+        if open && !script.mute && last_report.elapsed().as_millis() >= 20 {
+            last_report = Instant::now();
+            script.reports += 1;
+            replies.push(script.sip.to_packet().unwrap());
+            replies.push(Encoders { left: 5, right: -7 }.to_packet());
             if script.laser {
                 let form = LaserForm::Extended { device: 0, flags: 0 };
                 let reading = |beam: u16| Reading {
@@ -170,11 +170,11 @@ fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Scri
                     reflectance: 0,
                 };
                 let sweep: Vec<_> = (0..180).map(reading).collect();
-                answers.extend(LaserPacket::sweep(form, &sweep).map(|part| part.to_packet().unwrap()));
+                replies.extend(LaserPacket::sweep(form, &sweep).map(|part| part.to_packet().unwrap()));
             }
         }
         drop(script);
-        let bytes: Vec<u8> = answers.iter().flat_map(Packet::to_bytes).collect();
+        let bytes: Vec<u8> = replies.iter().flat_map(Packet::to_bytes).collect();
         if sink.write_all(&bytes).is_err() {
             return;
         }

@@ -11,7 +11,7 @@ use crate::topics::is_finite;
 
 /// The node with its topics.
 pub(super) struct ActiveBase {
-    pub(super) wire: RosConnection,
+    pub(super) connection: RosConnection,
     pub(super) laser: Option<TopicSubscription<Sweep>>,
     pub(super) odometry: Option<TopicSubscription<Odometry>>,
     pub(super) image: Option<TopicSubscription<Image>>,
@@ -23,71 +23,92 @@ pub(super) struct ActiveBase {
 }
 
 impl ActiveBase {
-    pub(super) fn scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
-        let Some(inlet) = &mut self.laser else { return };
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut self.sweep) else {
+    pub(super) fn publish_scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
+        let Some(subscription) = &mut self.laser else {
             return;
         };
-        let time = self.wire.stamp(cx, inlet, &mut self.sweep.header, arrived);
+        let Some(arrived) = self.connection.receive(cx, subscription, &mut self.sweep) else {
+            return;
+        };
+        let time = self
+            .connection
+            .stamp(cx, subscription, &mut self.sweep.header, arrived);
         let mut laser = export.loan(cx);
         match self.sweep.fill(yaw, &mut laser) {
             Ok(()) => {
-                inlet.mark_received(arrived);
+                subscription.mark_received(arrived);
                 laser.publish_at(time);
             }
-            Err(why) => self.wire.warn_once(cx, format!("{}: {why}", inlet.topic())),
+            Err(reason) => self
+                .connection
+                .warn_once(cx, format!("{}: {reason}", subscription.topic())),
         }
     }
 
-    pub(super) fn locate(&mut self, cx: &Context, export: &mut Export<Odometry>) {
-        let Some(inlet) = &mut self.odometry else { return };
+    pub(super) fn publish_odometry(&mut self, cx: &Context, export: &mut Export<Odometry>) {
+        let Some(subscription) = &mut self.odometry else {
+            return;
+        };
         let mut odometry = Odometry::default();
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut odometry) else {
+        let Some(arrived) = self.connection.receive(cx, subscription, &mut odometry) else {
             return;
         };
         let pose = odometry.pose2d();
-        let place = [pose.x, pose.y, pose.theta];
-        if place.iter().any(|number| !number.is_finite()) || !is_finite(&odometry.twist.twist) {
-            let words = format!("{}: its place and speed are no numbers", inlet.topic());
-            self.wire.warn_once(cx, words);
+        let numbers = [pose.x, pose.y, pose.theta];
+        if numbers.iter().any(|number| !number.is_finite()) || !is_finite(&odometry.twist.twist) {
+            let message = format!(
+                "{}: its pose and velocity are not finite numbers",
+                subscription.topic()
+            );
+            self.connection.warn_once(cx, message);
             return;
         }
-        inlet.mark_received(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut odometry.header, arrived);
+        subscription.mark_received(arrived);
+        let time = self
+            .connection
+            .stamp(cx, subscription, &mut odometry.header, arrived);
         export.write_at(cx, odometry, time);
     }
 
-    pub(super) fn picture(&mut self, cx: &Context, export: &mut Export<Image>) {
-        let Some(inlet) = &mut self.image else { return };
+    pub(super) fn publish_image(&mut self, cx: &Context, export: &mut Export<Image>) {
+        let Some(subscription) = &mut self.image else {
+            return;
+        };
         let mut image = export.loan(cx);
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut image) else {
+        let Some(arrived) = self.connection.receive(cx, subscription, &mut image) else {
             return;
         };
         let bytes = u64::from(image.step) * u64::from(image.height);
         if bytes > image.data.len() as u64 {
-            let words = format!("{}: a picture with rows missing", inlet.topic());
-            self.wire.warn_once(cx, words);
+            let message = format!("{}: a picture with rows missing", subscription.topic());
+            self.connection.warn_once(cx, message);
             return;
         }
-        inlet.mark_received(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut image.header, arrived);
+        subscription.mark_received(arrived);
+        let time = self
+            .connection
+            .stamp(cx, subscription, &mut image.header, arrived);
         image.publish_at(time);
     }
 
     pub(super) fn publish_battery(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
-        let Some(inlet) = &mut self.battery else { return };
-        let mut battery = BatteryState::default();
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut battery) else {
+        let Some(subscription) = &mut self.battery else {
             return;
         };
-        inlet.mark_received(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut battery.header, arrived);
+        let mut battery = BatteryState::default();
+        let Some(arrived) = self.connection.receive(cx, subscription, &mut battery) else {
+            return;
+        };
+        subscription.mark_received(arrived);
+        let time = self
+            .connection
+            .stamp(cx, subscription, &mut battery.header, arrived);
         export.write_at(cx, battery, time);
     }
 
     pub(super) fn publish_velocity(&self, twist: &Twist) {
         if let Some(codec) = &self.velocity {
-            self.wire.node.publish(0, vec![codec.encode(twist)]);
+            self.connection.node.publish(0, vec![codec.encode(twist)]);
         }
     }
 

@@ -1,5 +1,5 @@
 //! A ROS 2 robot as a base, behind the same ports as the simulated and the real Pioneer, so that an
-//! application changes only the driver's lines. The conversion of messages is in `up`.
+//! application changes only the driver's lines. The conversion of messages is in `active`.
 
 mod active;
 
@@ -83,47 +83,51 @@ pub struct Base {
     /// Whether messages of the robot arrive.
     #[export]
     connection: Export<Connection>,
-    up: Option<ActiveBase>,
+    active: Option<ActiveBase>,
 }
 
 impl Schema for Base {
     fn awake(&mut self, cx: &Context) -> Result {
         cx.require_real_time()?;
-        if self.up.is_none() {
-            self.up = Some(self.start(cx)?);
+        if self.active.is_none() {
+            self.active = Some(self.start(cx)?);
         }
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(up) = &mut self.up else {
+        let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        up.wire.begin(cx);
-        up.scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
-        up.locate(cx, &mut self.odometry);
-        up.picture(cx, &mut self.image);
-        up.publish_battery(cx, &mut self.battery);
+        active.connection.begin(cx);
+        active.publish_scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
+        active.publish_odometry(cx, &mut self.odometry);
+        active.publish_image(cx, &mut self.image);
+        active.publish_battery(cx, &mut self.battery);
         let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
-        silent(&mut up.laser, now, stale, || self.laser.retract(cx));
-        silent(&mut up.odometry, now, stale, || self.odometry.retract(cx));
-        silent(&mut up.image, now, stale, || self.image.retract(cx));
-        silent(&mut up.battery, now, stale * BATTERY, || self.battery.retract(cx));
+        retract_if_silent(&mut active.laser, now, stale, || self.laser.retract(cx));
+        retract_if_silent(&mut active.odometry, now, stale, || self.odometry.retract(cx));
+        retract_if_silent(&mut active.image, now, stale, || self.image.retract(cx));
+        retract_if_silent(&mut active.battery, now, stale * BATTERY, || {
+            self.battery.retract(cx)
+        });
         let command = self.velocity.get(cx);
-        if let Some(twist) = up.drive.step(now, command.in_force().then_some(*command)) {
-            up.publish_velocity(&twist);
+        if let Some(twist) = active.drive.step(now, command.in_force().then_some(*command)) {
+            active.publish_velocity(&twist);
         }
-        let looking = (!up.has_received()).then_some("robot");
-        up.wire.export_connection(cx, &mut self.connection, looking);
+        let missing = (!active.has_received()).then_some("robot");
+        active
+            .connection
+            .export_connection(cx, &mut self.connection, missing);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
-        if let Some(mut up) = self.up.take() {
-            if let Some(stop) = up.drive.end() {
-                up.publish_velocity(&stop);
+        if let Some(mut active) = self.active.take() {
+            if let Some(stop) = active.drive.end() {
+                active.publish_velocity(&stop);
             }
-            up.wire.close(cx, &mut self.connection);
+            active.connection.close(cx, &mut self.connection);
             self.laser.retract(cx);
             self.odometry.retract(cx);
             self.image.retract(cx);
@@ -141,7 +145,7 @@ impl Inspect for Base {
             &self.battery_topic,
             &self.velocity_topic,
         ];
-        let of = Modulations {
+        let modulations = Modulations {
             config: &self.config,
             connect: &self.connect,
             domain: &self.domain,
@@ -149,7 +153,7 @@ impl Inspect for Base {
             node: &self.node,
             topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
         };
-        self.with_settings(cx, |settings| settings.inspect(&of, problems));
+        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
     }
 }
 
@@ -175,26 +179,26 @@ impl Base {
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveBase> {
         let name = settings.name()?;
-        let (config, place) = settings.connection_config()?;
+        let (config, endpoint) = settings.connection_config()?;
         let mut topics = Vec::new();
-        let space = name.namespace.as_str();
-        let laser = inlet(&mut topics, space, &self.laser_topic.get(cx))?;
-        let odometry = inlet(&mut topics, space, &self.odometry_topic.get(cx))?;
-        let image = inlet(&mut topics, space, &self.image_topic.get(cx))?;
-        let battery = inlet(&mut topics, space, &self.battery_topic.get(cx))?;
+        let namespace = name.namespace.as_str();
+        let laser = subscription(&mut topics, namespace, &self.laser_topic.get(cx))?;
+        let odometry = subscription(&mut topics, namespace, &self.odometry_topic.get(cx))?;
+        let image = subscription(&mut topics, namespace, &self.image_topic.get(cx))?;
+        let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
         let codec = Codec::new();
-        let velocity = crate::names::topic(space, self.velocity_topic.get(cx).as_str())?
+        let velocity = crate::names::topic(namespace, self.velocity_topic.get(cx).as_str())?
             .map(|topic| codec.topic(topic, Quality::Reliable));
         let has_velocity = velocity.is_some();
-        let wire = RosConnection::start(NodeConfig {
+        let connection = RosConnection::start(NodeConfig {
             config,
-            endpoint: place,
+            endpoint,
             publications: velocity.into_iter().collect(),
             subscriptions: topics,
             name,
         })?;
         Ok(ActiveBase {
-            wire,
+            connection,
             laser,
             odometry,
             image,
@@ -207,7 +211,7 @@ impl Base {
 }
 
 /// Adds a subscription to that topic, unless its name is empty.
-fn inlet<T: Value>(
+fn subscription<T: Value>(
     topics: &mut Vec<Topic>,
     namespace: &str,
     name: &Text<128>,
@@ -216,7 +220,10 @@ fn inlet<T: Value>(
         return Ok(None);
     };
     if topics.iter().any(|other| other.name == topic) {
-        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
+        return Err(format!(
+            "two of its topics have the name {topic}; rename one of them, or set it to \"\""
+        )
+        .into());
     }
     let codec = Codec::new();
     topics.push(codec.topic(topic.clone(), Quality::Sensor));
@@ -224,16 +231,16 @@ fn inlet<T: Value>(
 }
 
 /// Retracts an export if its topic has just fallen silent.
-fn silent<T: Value>(
-    inlet: &mut Option<TopicSubscription<T>>,
+fn retract_if_silent<T: Value>(
+    subscription: &mut Option<TopicSubscription<T>>,
     now: Duration,
-    patience: Duration,
-    take_back: impl FnOnce(),
+    timeout: Duration,
+    retract: impl FnOnce(),
 ) {
-    if inlet
+    if subscription
         .as_mut()
-        .is_some_and(|inlet| inlet.falls_silent(now, patience))
+        .is_some_and(|subscription| subscription.falls_silent(now, timeout))
     {
-        take_back();
+        retract();
     }
 }

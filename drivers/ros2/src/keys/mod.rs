@@ -1,5 +1,5 @@
 //! Keys of rmw_zenoh: the key of a topic's messages, and the liveliness tokens by which ROS 2 discovers
-//! nodes. It opens nothing.
+//! nodes. It opens no connection.
 //!
 //! The format follows the design page of rmw_zenoh,
 //! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
@@ -57,13 +57,13 @@ impl NodeName {
 
     /// The token by which others discover the node; `session` is the identifier of its Zenoh session.
     pub(crate) fn token(&self, session: &str) -> String {
-        let (domain, namespace, node) = (self.domain, mangled(&self.namespace), &self.node);
+        let (domain, namespace, node) = (self.domain, encode_name(&self.namespace), &self.node);
         // The node has number 0 in its session, and the entity of the token has it too.
         format!("{TOKENS}/{domain}/{session}/0/0/NN/{SLASH}/{namespace}/{node}")
     }
 
     /// The key expression of all tokens in the domain.
-    pub(crate) fn everyone(&self) -> String {
+    pub(crate) fn all_tokens(&self) -> String {
         format!("{TOKENS}/{}/**", self.domain)
     }
 }
@@ -76,13 +76,19 @@ impl Topic {
     }
 
     /// The token by which others discover the topic; `number` is unique within the node.
-    pub(crate) fn token(&self, name: &NodeName, session: &str, way: Direction, number: usize) -> String {
-        let kind = match way {
+    pub(crate) fn token(
+        &self,
+        name: &NodeName,
+        session: &str,
+        direction: Direction,
+        number: usize,
+    ) -> String {
+        let kind = match direction {
             Direction::Publish => "MP",
             Direction::Subscribe => "MS",
         };
-        let (domain, namespace, node) = (name.domain, mangled(&name.namespace), &name.node);
-        let (topic, hash, quality) = (mangled(&self.name), &self.hash, self.quality.profile());
+        let (domain, namespace, node) = (name.domain, encode_name(&name.namespace), &name.node);
+        let (topic, hash, quality) = (encode_name(&self.name), &self.hash, self.quality.profile());
         let dds = self.dds();
         format!(
             "{TOKENS}/{domain}/{session}/0/{number}/{kind}/{SLASH}/{namespace}/{node}/{topic}/{dds}/{hash}/{quality}"
@@ -91,30 +97,30 @@ impl Topic {
 
     /// Returns the reason why this topic exchanges no messages with the one that a token of another node
     /// announces; `None` if they communicate, or if the token is unrelated.
-    pub(crate) fn mismatch(&self, way: Direction, token: &str) -> Option<String> {
+    pub(crate) fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
         let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _] = parts[..] else {
             return None;
         };
-        let opposite = match way {
+        let opposite = match direction {
             Direction::Publish => "MS",
             Direction::Subscribe => "MP",
         };
-        if kind != opposite || topic != mangled(&self.name) {
+        if kind != opposite || topic != encode_name(&self.name) {
             return None;
         }
         let namespace = namespace.replace(SLASH, "/");
-        let whose = format!("{} of node {}/{node}", self.name, namespace.trim_end_matches('/'));
+        let description = format!("{} of node {}/{node}", self.name, namespace.trim_end_matches('/'));
         if dds != self.dds() {
             return Some(format!(
-                "{whose} is a {}, and a {} here: nothing passes between them",
+                "{description} is a {}, and a {} here: nothing passes between them",
                 ros_from_dds_strict(dds),
                 self.type_name
             ));
         }
         (hash != self.hash).then(|| {
             format!(
-                "{whose} is another version of {}, {}, and {} here: nothing passes between them",
+                "{description} is another version of {}, {}, and {} here: nothing passes between them",
                 self.type_name,
                 short(hash),
                 short(&self.hash)
@@ -138,7 +144,7 @@ impl Quality {
     }
 }
 
-fn mangled(name: &str) -> String {
+fn encode_name(name: &str) -> String {
     if name.is_empty() {
         return SLASH.to_owned();
     }

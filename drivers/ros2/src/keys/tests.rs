@@ -1,4 +1,4 @@
-//! Keys in the format of other implementations, and tokens of others that match or do not.
+//! Keys in the format of other implementations, and tokens of other nodes that match or do not.
 
 use jde_schema::prelude::*;
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ fn scan() -> Topic {
 }
 
 #[test]
-fn keys_are_laid_out_as_rmw_zenoh_does() {
+fn keys_have_the_layout_of_rmw_zenoh() {
     let hash = "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828";
     assert_eq!(
         scan().key(&name()),
@@ -32,20 +32,23 @@ fn keys_are_laid_out_as_rmw_zenoh_does() {
             "@ros2_lv/2/ab12/0/3/MP/%/%fleet/pioneer/%fleet%scan/sensor_msgs::msg::dds_::LaserScan_/{hash}/2::,5:,:,:,,"
         )
     );
-    let alone = NodeName {
+    let without_namespace = NodeName {
         namespace: String::new(),
         ..name()
     };
-    assert_eq!(alone.token("ab12"), "@ros2_lv/2/ab12/0/0/NN/%/%/pioneer");
-    assert_eq!(alone.full(), "/pioneer");
+    assert_eq!(
+        without_namespace.token("ab12"),
+        "@ros2_lv/2/ab12/0/0/NN/%/%/pioneer"
+    );
+    assert_eq!(without_namespace.full(), "/pioneer");
 }
 
 #[test]
-fn keys_are_keys_of_zenoh() {
+fn keys_are_valid_in_zenoh() {
     for key in [
         scan().key(&name()),
         name().token("ab12"),
-        name().everyone(),
+        name().all_tokens(),
         scan().token(&name(), "ab12", Direction::Subscribe, 1),
     ] {
         assert!(zenoh::key_expr::KeyExpr::new(key.clone()).is_ok(), "{key}");
@@ -53,21 +56,21 @@ fn keys_are_keys_of_zenoh() {
 }
 
 #[test]
-fn who_means_the_same_by_a_topic_is_not_spoken_of() {
-    let theirs = scan().token(&name(), "cd34", Direction::Publish, 1);
-    assert_eq!(scan().mismatch(Direction::Subscribe, &theirs), None);
+fn equal_and_unrelated_topics_are_no_mismatch() {
+    let token = scan().token(&name(), "cd34", Direction::Publish, 1);
+    assert_eq!(scan().mismatch(Direction::Subscribe, &token), None);
     // Two publications of the same topic never exchange messages.
-    let other = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
-    assert_eq!(other.mismatch(Direction::Publish, &theirs), None);
-    let elsewhere = Codec::<Odometry>::new().topic("/scan".to_owned(), Quality::Sensor);
-    assert_eq!(elsewhere.mismatch(Direction::Subscribe, &theirs), None);
+    let other_type = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
+    assert_eq!(other_type.mismatch(Direction::Publish, &token), None);
+    let different_name = Codec::<Odometry>::new().topic("/scan".to_owned(), Quality::Sensor);
+    assert_eq!(different_name.mismatch(Direction::Subscribe, &token), None);
     assert_eq!(scan().mismatch(Direction::Subscribe, &name().token("cd34")), None);
 }
 
 #[test]
-fn another_type_and_another_version_are_named() {
-    let theirs = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
-    let token = theirs.token(&name(), "cd34", Direction::Publish, 1);
+fn another_type_and_another_version_are_reported() {
+    let odometry = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
+    let token = odometry.token(&name(), "cd34", Direction::Publish, 1);
     assert_eq!(
         scan().mismatch(Direction::Subscribe, &token).unwrap(),
         "/fleet/scan of node /fleet/pioneer is a nav_msgs/msg/Odometry, and a sensor_msgs/msg/LaserScan here: nothing passes \
@@ -77,25 +80,25 @@ fn another_type_and_another_version_are_named() {
         hash: "TypeHashNotSupported".to_owned(),
         ..scan()
     };
-    let words = scan()
+    let message = scan()
         .mismatch(
             Direction::Publish,
             &old.token(&name(), "cd34", Direction::Subscribe, 1),
         )
         .unwrap();
     assert!(
-        words.contains("another version of sensor_msgs/msg/LaserScan, TypeHashNotSupported, and RIHS01_64c191398013a here"),
-        "{words}"
+        message.contains("another version of sensor_msgs/msg/LaserScan, TypeHashNotSupported, and RIHS01_64c191398013a here"),
+        "{message}"
     );
 }
 
 proptest! {
     #[test]
-    fn tokens_nobody_meant_do_no_harm(token in ".{0,80}", parts in prop::collection::vec("[A-Z%@a-z_:,0-9é]{0,12}", 0..16)) {
+    fn arbitrary_tokens_cause_no_panic(token in ".{0,80}", parts in prop::collection::vec("[A-Z%@a-z_:,0-9é]{0,12}", 0..16)) {
         let _ = scan().mismatch(Direction::Subscribe, &token);
         let _ = scan().mismatch(Direction::Publish, &format!("@ros2_lv/{}", parts.join("/")));
         let hash = parts.concat();
-        let theirs = Topic { hash: hash.replace('/', ""), ..scan() };
-        let _ = scan().mismatch(Direction::Subscribe, &theirs.token(&name(), "cd34", Direction::Publish, 1));
+        let changed = Topic { hash: hash.replace('/', ""), ..scan() };
+        let _ = scan().mismatch(Direction::Subscribe, &changed.token(&name(), "cd34", Direction::Publish, 1));
     }
 }

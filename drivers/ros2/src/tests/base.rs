@@ -8,7 +8,7 @@ use proptest::test_runner::TestRunner;
 use super::*;
 use crate::Base;
 
-/// A picture that is small enough for a stack.
+/// An image that is small enough for a stack.
 #[derive(Clone, Copy, Default, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/Image")]
@@ -24,100 +24,103 @@ struct Picture {
 }
 
 #[test]
-fn a_robot_of_ros_is_sensed_and_what_falls_silent_is_taken_back() {
-    let place = free();
-    let session = other(&place);
-    let mut trial = Trial::<Base>::at(&place).awake();
-    trial.bench.set("stale", 0.1);
-    trial.until_note(Connection::CONNECTING, "looking for the robot");
+fn messages_of_a_robot_are_exported_and_retracted_when_they_stop() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    fixture.bench.set("stale", 0.1);
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let mut odometry = Odometry::planar(stamp(), Pose2D::new(1.0, 2.0, 0.5), Twist::planar(0.2, 0.1));
-    trial.until(|bench| {
+    fixture.until(|bench| {
         put(&session, "/odom", &odometry);
         put(&session, "/scan", &*scan(2000));
         bench.exported::<Odometry>("odometry").is_some() && bench.exported::<LaserScan>("laser").is_some()
     });
-    let told: Odometry = trial.bench.exported("odometry").unwrap();
-    assert_eq!((told.pose, told.twist), (odometry.pose, odometry.twist));
+    let received: Odometry = fixture.bench.exported("odometry").unwrap();
+    assert_eq!((received.pose, received.twist), (odometry.pose, odometry.twist));
     assert!(
-        Duration::from(told.header.stamp) <= trial.start.elapsed(),
-        "in our time"
+        Duration::from(received.header.stamp) <= fixture.start.elapsed(),
+        "it must be converted to application time"
     );
     assert_eq!(
-        trial.bench.exported_at("odometry"),
-        Some(told.header.stamp.into())
+        fixture.bench.exported_at("odometry"),
+        Some(received.header.stamp.into())
     );
     assert_eq!(
-        trial.bench.exported::<LaserScan>("laser").unwrap().ranges.len(),
+        fixture.bench.exported::<LaserScan>("laser").unwrap().ranges.len(),
         1000
     );
-    trial.until_note(Connection::CONNECTED, "/");
-    trial.until(|bench| {
+    fixture.until_note(Connection::CONNECTED, "/");
+    fixture.until(|bench| {
         bench.exported::<Odometry>("odometry").is_none() && bench.exported::<LaserScan>("laser").is_none()
     });
-    trial.until_note(Connection::CONNECTING, "looking for the robot");
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
     odometry.header.stamp = Time { sec: 12, nanosec: 0 };
-    trial.until(|bench| {
+    fixture.until(|bench| {
         put(&session, "/odom", &odometry);
         bench.exported::<Odometry>("odometry").is_some()
     });
-    assert_eq!(said(&trial.bench, "/odom is stamped "), 1);
+    assert_eq!(count_log(&fixture.bench, "/odom is stamped "), 1);
     assert_eq!(
-        said(&trial.bench, "behind this clock, perhaps in simulated time"),
+        count_log(&fixture.bench, "behind this clock, perhaps in simulated time"),
         1
     );
 }
 
 #[test]
-fn r7_the_robot_is_told_the_velocity_while_it_is_in_force_and_at_last_to_stop() {
-    let place = free();
-    let session = other(&place);
-    let ear = listen::<Twist>(&session, "/cmd_vel");
-    let mut trial = Trial::<Base>::at(&place).awake();
-    trial.until_note(Connection::CONNECTING, "looking for the robot");
+fn r7_the_velocity_is_sent_while_it_is_in_force_and_then_zero() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let subscriber = listen::<Twist>(&session, "/cmd_vel");
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
     for _ in 0..50 {
-        trial.step();
+        fixture.step();
     }
-    assert_eq!(heard::<Twist>(&ear), None, "nobody has commanded anything");
+    assert_eq!(receive::<Twist>(&subscriber), None, "no command is in force");
     let ahead = Twist::planar(0.3, 0.0);
-    trial.bench.command("velocity", &ahead);
-    let mut told = Vec::new();
-    trial.until(|_| {
-        told.extend(heard::<Twist>(&ear));
-        told.len() == 3
+    fixture.bench.command("velocity", &ahead);
+    let mut received = Vec::new();
+    fixture.until(|_| {
+        received.extend(receive::<Twist>(&subscriber));
+        received.len() == 3
     });
-    assert_eq!(told, [ahead; 3], "again and again");
-    trial.bench.sleep().unwrap();
-    while told.last() != Some(&Twist::ZERO) {
-        told.extend(heard::<Twist>(&ear));
+    assert_eq!(received, [ahead; 3], "the command must be repeated");
+    fixture.bench.sleep().unwrap();
+    while received.last() != Some(&Twist::ZERO) {
+        received.extend(receive::<Twist>(&subscriber));
     }
 }
 
 #[test]
-fn pictures_that_do_not_fit_or_lack_rows_are_named() {
-    let place = free();
-    let session = other(&place);
-    let mut trial = Trial::<Base>::at(&place);
-    trial
+fn images_that_do_not_fit_or_lack_rows_are_reported() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address);
+    fixture
         .bench
         .set("image_topic", Text::<128>::new("camera/image_raw"));
-    let mut trial = trial.awake();
-    trial.until_note(Connection::CONNECTING, "looking for the robot");
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let mut image = Picture {
         header: Header::new(stamp(), "camera"),
         ..Picture::default()
     };
     (image.height, image.width, image.step) = (2, 2, 6);
     image.data.resize(12).fill(7);
-    trial.until(|bench| {
+    fixture.until(|bench| {
         put(&session, "/camera/image_raw", &image);
         bench.exported_in_place::<Image>("image").is_some()
     });
-    let told = trial.bench.exported_in_place::<Image>("image").unwrap();
-    assert_eq!((told.height, told.data.as_slice()), (2, [7; 12].as_slice()));
+    let received = fixture.bench.exported_in_place::<Image>("image").unwrap();
+    assert_eq!(
+        (received.height, received.data.as_slice()),
+        (2, [7; 12].as_slice())
+    );
     image.height = 3;
-    trial.until(|bench| {
+    fixture.until(|bench| {
         put(&session, "/camera/image_raw", &image);
-        said(bench, "/camera/image_raw: a picture with rows missing") == 1
+        count_log(bench, "/camera/image_raw: a picture with rows missing") == 1
     });
     // The length of a picture of 1280 x 720 pixels, which precedes its bytes.
     let key = topic::<Image>("/camera/image_raw").key(&name());
@@ -126,20 +129,20 @@ fn pictures_that_do_not_fit_or_lack_rows_are_named() {
     let length = large.len() - 4;
     large[length..].copy_from_slice(&(1280_u32 * 720 * 3).to_le_bytes());
     large.resize(large.len() + 1280 * 720 * 3, 1);
-    trial.until(|bench| {
+    fixture.until(|bench| {
         session.put(&key, large.clone()).wait().unwrap();
-        said(bench, "`data` has 2764800 elements, and room for 921600") == 1
+        count_log(bench, "`data` has 2764800 elements, and room for 921600") == 1
     });
 }
 
 #[test]
-fn messages_nobody_meant_do_no_harm() {
-    let place = free();
-    let session = other(&place);
-    let mut trial = Trial::<Base>::at(&place);
-    trial.bench.set("image_topic", Text::<128>::new("image"));
-    let mut trial = trial.awake();
-    trial.until_note(Connection::CONNECTING, "looking for the robot");
+fn damaged_messages_do_no_harm() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address);
+    fixture.bench.set("image_topic", Text::<128>::new("image"));
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let odometry = Odometry::planar(stamp(), Pose2D::ORIGIN, Twist::ZERO);
     let messages = [
         (topic::<LaserScan>("/scan"), Codec::new().encode(&*scan(40))),
@@ -151,7 +154,7 @@ fn messages_nobody_meant_do_no_harm() {
         ),
     ];
     // One driver receives all of them, so that damage would persist.
-    let trial = RefCell::new(trial);
+    let fixture = RefCell::new(fixture);
     let damage = (
         0..messages.len(),
         any::<prop::sample::Index>(),
@@ -159,23 +162,23 @@ fn messages_nobody_meant_do_no_harm() {
         any::<bool>(),
     );
     let mut runner = TestRunner::new(ProptestConfig::with_cases(256));
-    let harmless = runner.run(&damage, |(which, at, noise, cut)| {
-        let (topic, mut message) = messages[which].clone();
-        let at = at.index(message.len());
-        if cut {
-            message.truncate(at);
+    let result = runner.run(&damage, |(index, position, noise, truncated)| {
+        let (topic, mut message) = messages[index].clone();
+        let position = position.index(message.len());
+        if truncated {
+            message.truncate(position);
         }
-        let end = (at + noise.len()).min(message.len());
-        message.splice(at..end, noise);
+        let end = (position + noise.len()).min(message.len());
+        message.splice(position..end, noise);
         session.put(topic.key(&name()), message).wait().unwrap();
-        (0..4).for_each(|_| trial.borrow_mut().step());
+        (0..4).for_each(|_| fixture.borrow_mut().step());
         Ok(())
     });
-    harmless.unwrap();
-    trial.borrow_mut().until(|bench| {
+    result.unwrap();
+    fixture.borrow_mut().until(|bench| {
         put(&session, "/odom", &odometry);
         bench
             .exported::<Odometry>("odometry")
-            .is_some_and(|told| told.pose == odometry.pose)
+            .is_some_and(|received| received.pose == odometry.pose)
     });
 }

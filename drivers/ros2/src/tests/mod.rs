@@ -1,8 +1,8 @@
 //! The drivers against Zenoh sessions in this process, over real sockets of the loopback interface.
 
 mod base;
+mod connections;
 mod topics;
-mod ways;
 
 use std::net::TcpListener;
 use std::thread;
@@ -13,7 +13,7 @@ use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
-use zenoh::sample::Sample as Heard;
+use zenoh::sample::Sample as ReceivedSample;
 use zenoh::{Session, Wait};
 
 use crate::keys::{NodeName, Quality, Topic};
@@ -21,17 +21,17 @@ use crate::messages::Codec;
 use crate::scan::Sweep;
 
 /// A driver on the bench, in real time.
-struct Trial<S: Schema> {
+struct Fixture<S: Schema> {
     bench: Bench<S>,
     start: Instant,
     _watchdog: Watchdog,
 }
 
-impl<S: Schema> Trial<S> {
+impl<S: Schema> Fixture<S> {
     /// A driver that connects to an address, in a domain of this test only.
-    fn at(place: &str) -> Self {
+    fn connecting_to(address: &str) -> Self {
         let mut bench = Bench::new();
-        bench.set("connect", Text::<512>::new(place));
+        bench.set("connect", Text::<512>::new(address));
         bench.set("domain", 3_i32);
         Self {
             bench,
@@ -41,7 +41,7 @@ impl<S: Schema> Trial<S> {
     }
 
     fn awake(mut self) -> Self {
-        self.bench.awake().expect("it is rightly configured");
+        self.bench.awake().expect("its configuration is valid");
         self
     }
 
@@ -49,13 +49,13 @@ impl<S: Schema> Trial<S> {
         self.bench.set_now(self.start.elapsed());
         self.bench
             .iterate()
-            .expect("a driver whose network fails does not fail");
+            .expect("a failure of the network must not fail the driver");
         thread::yield_now();
     }
 
     /// Iterates until a condition holds.
-    fn until(&mut self, mut good: impl FnMut(&mut Bench<S>) -> bool) {
-        while !good(&mut self.bench) {
+    fn until(&mut self, mut condition: impl FnMut(&mut Bench<S>) -> bool) {
+        while !condition(&mut self.bench) {
             self.step();
         }
     }
@@ -64,38 +64,34 @@ impl<S: Schema> Trial<S> {
         self.bench.exported("connection").unwrap_or_default()
     }
 
-    fn until_note(&mut self, state: u8, words: &str) {
-        let right = |note: &Connection| note.state == state && note.note.as_str().contains(words);
-        while !right(&self.connection()) {
+    fn until_note(&mut self, state: u8, text: &str) {
+        let is_expected = |note: &Connection| note.state == state && note.note.as_str().contains(text);
+        while !is_expected(&self.connection()) {
             self.step();
         }
     }
 
-    fn until_said(&mut self, words: &str) {
-        self.until(|bench| said(bench, words) > 0);
+    fn until_logged(&mut self, text: &str) {
+        self.until(|bench| count_log(bench, text) > 0);
     }
 }
 
-fn said<S>(bench: &Bench<S>, words: &str) -> usize {
-    bench
-        .log()
-        .iter()
-        .filter(|(_, line)| line.contains(words))
-        .count()
+fn count_log<S>(bench: &Bench<S>, text: &str) -> usize {
+    bench.log().iter().filter(|(_, line)| line.contains(text)).count()
 }
 
 /// Returns an unused address.
-fn free() -> String {
+fn unused_address() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     format!("tcp/{}", listener.local_addr().unwrap())
 }
 
 /// Opens the session of another program, which listens at that address.
-fn other(place: &str) -> Session {
+fn open_router(address: &str) -> Session {
     let mut config = zenoh::Config::default();
     for (key, value) in [
         ("mode", "\"router\"".to_owned()),
-        ("listen/endpoints", format!("[\"{place}\"]")),
+        ("listen/endpoints", format!("[\"{address}\"]")),
         ("scouting/multicast/enabled", "false".to_owned()),
     ] {
         config.insert_json5(key, &value).unwrap();
@@ -115,15 +111,15 @@ fn topic<T: Value>(name: &str) -> Topic {
     Codec::<T>::new().topic(name.to_owned(), Quality::Sensor)
 }
 
-fn listen<T: Value>(session: &Session, name: &str) -> Subscriber<FifoChannelHandler<Heard>> {
+fn listen<T: Value>(session: &Session, name: &str) -> Subscriber<FifoChannelHandler<ReceivedSample>> {
     session
         .declare_subscriber(topic::<T>(name).key(&self::name()))
         .wait()
         .unwrap()
 }
 
-fn heard<T: Value>(ear: &Subscriber<FifoChannelHandler<Heard>>) -> Option<T> {
-    let sample = ear.try_recv().unwrap()?;
+fn receive<T: Value>(subscriber: &Subscriber<FifoChannelHandler<ReceivedSample>>) -> Option<T> {
+    let sample = subscriber.try_recv().unwrap()?;
     assert_eq!(sample.attachment().unwrap().len(), 33);
     let mut value = T::zeroed();
     Codec::new()

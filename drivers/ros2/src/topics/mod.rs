@@ -10,8 +10,8 @@ use crate::keys::Quality;
 use crate::messages::Codec;
 use crate::node::NodeConfig;
 use crate::settings::{Modulations, Settings};
-use crate::tf::{Transforms, echoes};
-use publisher::{TopicPublisher, due, offer, topic_publisher};
+use crate::tf::{Transforms, range_messages};
+use publisher::{TopicPublisher, publish_new, take_due, topic_publisher};
 
 /// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
 /// subscribers. Velocities from ROS 2 are exported for `ros2/follow`.
@@ -88,12 +88,12 @@ pub struct Topics {
     /// Whether the router or other nodes are connected.
     #[export]
     connection: Export<Connection>,
-    up: Option<ActiveTopics>,
+    active: Option<ActiveTopics>,
 }
 
 /// The node with its topics.
 struct ActiveTopics {
-    wire: RosConnection,
+    connection: RosConnection,
     laser: Option<TopicPublisher<LaserScan>>,
     odometry: Option<TopicPublisher<Odometry>>,
     image: Option<TopicPublisher<Image>>,
@@ -106,59 +106,64 @@ struct ActiveTopics {
 impl Schema for Topics {
     fn awake(&mut self, cx: &Context) -> Result {
         cx.require_real_time()?;
-        if self.up.is_none() {
-            self.up = Some(self.start(cx)?);
+        if self.active.is_none() {
+            self.active = Some(self.start(cx)?);
         }
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(up) = &mut self.up else {
+        let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        up.wire.begin(cx);
-        let (node, clock) = (&up.wire.node, &up.wire.clock);
+        active.connection.begin(cx);
+        let (node, clock) = (&active.connection.node, &active.connection.clock);
         let (laser, odometry, sonars) = (self.laser.get(cx), self.odometry.get(cx), self.sonars.get(cx));
-        offer(node, clock, &mut up.laser, laser);
-        offer(node, clock, &mut up.odometry, odometry);
-        offer(node, clock, &mut up.image, self.image.get(cx));
-        offer(node, clock, &mut up.battery, self.battery.get(cx));
-        if let Some((outlet, ring)) = due(node, &mut up.sonars, sonars) {
-            let message = |(echo, _)| outlet.codec.encode_stamped(&echo, ring.time(), clock);
-            node.publish(outlet.number, echoes(&ring).map(message).collect());
+        publish_new(node, clock, &mut active.laser, laser);
+        publish_new(node, clock, &mut active.odometry, odometry);
+        publish_new(node, clock, &mut active.image, self.image.get(cx));
+        publish_new(node, clock, &mut active.battery, self.battery.get(cx));
+        if let Some((publisher, ring)) = take_due(node, &mut active.sonars, sonars) {
+            let message = |(range, _)| publisher.codec.encode_stamped(&range, ring.time(), clock);
+            node.publish(publisher.number, range_messages(&ring).map(message).collect());
         }
-        if let Some((outlet, odometry)) = due(node, &mut up.tf, odometry) {
+        if let Some((publisher, odometry)) = take_due(node, &mut active.tf, odometry) {
             let mut tree = Transforms::of(&odometry, odometry.time(), clock);
             if let Some(laser) = laser {
                 tree.mount(laser.header.frame_id, self.laser_mount.get(cx));
             }
-            if let Some(sonars) = sonars.filter(|_| up.sonars.is_some()) {
-                echoes(&sonars).for_each(|(echo, place)| tree.mount(echo.header.frame_id, place));
+            if let Some(sonars) = sonars.filter(|_| active.sonars.is_some()) {
+                range_messages(&sonars).for_each(|(range, pose)| tree.mount(range.header.frame_id, pose));
             }
-            node.publish(outlet.number, vec![outlet.codec.encode(&tree)]);
+            node.publish(publisher.number, vec![publisher.codec.encode(&tree)]);
         }
-        if let Some(inlet) = &mut up.cmd_vel {
+        if let Some(subscription) = &mut active.cmd_vel {
             let mut twist = Twist::ZERO;
-            if let Some(arrived) = up.wire.receive(cx, inlet, &mut twist) {
+            if let Some(arrived) = active.connection.receive(cx, subscription, &mut twist) {
                 if is_finite(&twist) {
-                    inlet.mark_received(arrived);
+                    subscription.mark_received(arrived);
                     self.cmd_vel.write_at(cx, twist, arrived);
                 } else {
-                    let words = format!("{}: a velocity that is no number is not obeyed", inlet.topic());
-                    up.wire.warn_once(cx, words);
+                    let message = format!(
+                        "{}: a velocity that is not finite is ignored",
+                        subscription.topic()
+                    );
+                    active.connection.warn_once(cx, message);
                 }
             }
-            if inlet.falls_silent(cx.now(), Duration::from_secs_f64(self.stale.get(cx))) {
+            if subscription.falls_silent(cx.now(), Duration::from_secs_f64(self.stale.get(cx))) {
                 self.cmd_vel.retract(cx);
             }
         }
-        up.wire.export_connection(cx, &mut self.connection, None);
+        active
+            .connection
+            .export_connection(cx, &mut self.connection, None);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
-        if let Some(up) = self.up.take() {
-            up.wire.close(cx, &mut self.connection);
+        if let Some(active) = self.active.take() {
+            active.connection.close(cx, &mut self.connection);
             self.cmd_vel.retract(cx);
         }
     }
@@ -175,7 +180,7 @@ impl Inspect for Topics {
             &self.tf_topic,
             &self.cmd_vel_topic,
         ];
-        let of = Modulations {
+        let modulations = Modulations {
             config: &self.config,
             connect: &self.connect,
             domain: &self.domain,
@@ -183,7 +188,7 @@ impl Inspect for Topics {
             node: &self.node,
             topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
         };
-        self.with_settings(cx, |settings| settings.inspect(&of, problems));
+        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
     }
 }
 
@@ -210,63 +215,69 @@ impl Topics {
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTopics> {
         let name = settings.name()?;
-        let (config, place) = settings.connection_config()?;
+        let (config, endpoint) = settings.connection_config()?;
         let mut topics = Vec::new();
-        let space = name.namespace.as_str();
+        let namespace = name.namespace.as_str();
         let odometry = self.odometry.is_bound(cx);
         let sensor = Quality::Sensor;
         let laser = topic_publisher(
             &mut topics,
-            space,
+            namespace,
             self.laser.is_bound(cx),
             &self.laser_topic.get(cx),
             sensor,
         )?;
-        let up = (
+        let publishers = (
             laser,
-            topic_publisher(&mut topics, space, odometry, &self.odometry_topic.get(cx), sensor)?,
             topic_publisher(
                 &mut topics,
-                space,
+                namespace,
+                odometry,
+                &self.odometry_topic.get(cx),
+                sensor,
+            )?,
+            topic_publisher(
+                &mut topics,
+                namespace,
                 self.image.is_bound(cx),
                 &self.image_topic.get(cx),
                 sensor,
             )?,
             topic_publisher(
                 &mut topics,
-                space,
+                namespace,
                 self.sonars.is_bound(cx),
                 &self.sonars_topic.get(cx),
                 sensor,
             )?,
             topic_publisher(
                 &mut topics,
-                space,
+                namespace,
                 self.battery.is_bound(cx),
                 &self.battery_topic.get(cx),
                 sensor,
             )?,
             topic_publisher(
                 &mut topics,
-                space,
+                namespace,
                 odometry,
                 &self.tf_topic.get(cx),
                 Quality::Reliable,
             )?,
         );
-        let (laser, odometry, image, sonars, battery, tf) = up;
+        let (laser, odometry, image, sonars, battery, tf) = publishers;
         let codec = Codec::new();
-        let cmd_vel = crate::names::topic(space, self.cmd_vel_topic.get(cx).as_str())?
+        let cmd_vel = crate::names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?
             .map(|topic| codec.topic(topic, Quality::Reliable));
-        let wire = RosConnection::start(NodeConfig {
+        let connection = RosConnection::start(NodeConfig {
             config,
-            endpoint: place,
+            endpoint,
             publications: topics,
             subscriptions: cmd_vel.clone().into_iter().collect(),
             name,
         })?;
         Ok(ActiveTopics {
-            wire,
+            connection,
             laser,
             odometry,
             image,

@@ -28,7 +28,10 @@ pub(super) fn topic_publisher<T: Value>(
         return Ok(None);
     };
     if topics.iter().any(|other| other.name == topic) {
-        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
+        return Err(format!(
+            "two of its topics have the name {topic}; rename one of them, or set it to \"\""
+        )
+        .into());
     }
     let codec = Codec::new();
     topics.push(codec.topic(topic, quality));
@@ -40,28 +43,28 @@ pub(super) fn topic_publisher<T: Value>(
 }
 
 /// Returns a publication that has subscribers, with its new value; `None` otherwise.
-pub(super) fn due<'a, 'call, T, V: Value>(
+pub(super) fn take_due<'a, 'call, T, V: Value>(
     node: &Node,
-    outlet: &'a mut Option<TopicPublisher<T>>,
+    publisher: &'a mut Option<TopicPublisher<T>>,
     value: Option<Sample<'call, V>>,
 ) -> Option<(&'a TopicPublisher<T>, Sample<'call, V>)> {
-    let (outlet, value) = (outlet.as_mut()?, value?);
-    if outlet.sent == value.sequence() || !node.is_wanted(outlet.number) {
+    let (publisher, value) = (publisher.as_mut()?, value?);
+    if publisher.sent == value.sequence() || !node.has_subscribers(publisher.number) {
         return None;
     }
-    outlet.sent = value.sequence();
-    Some((outlet, value))
+    publisher.sent = value.sequence();
+    Some((publisher, value))
 }
 
 /// Publishes a new value if it has subscribers.
-pub(super) fn offer<T: Stamped>(
+pub(super) fn publish_new<T: Stamped>(
     node: &Node,
     clock: &Clock,
-    outlet: &mut Option<TopicPublisher<T>>,
+    publisher: &mut Option<TopicPublisher<T>>,
     value: Option<Sample<'_, T>>,
 ) {
-    if let Some((outlet, value)) = due(node, outlet, value) {
-        let message = outlet.codec.encode_stamped(&value, value.time(), clock);
-        node.publish(outlet.number, vec![message]);
+    if let Some((publisher, value)) = take_due(node, publisher, value) {
+        let message = publisher.codec.encode_stamped(&value, value.time(), clock);
+        node.publish(publisher.number, vec![message]);
     }
 }

@@ -1,4 +1,4 @@
-//! The conversation with the scanner, from first contact to continuous scans. It does no I/O and has no
+//! The session with the scanner, from first contact to continuous scans. It does no I/O and has no
 //! clock: it takes bytes and times and returns events. It contains all transitions.
 
 mod step;
@@ -16,7 +16,7 @@ use step::{Step, StepResult};
 const SILENCE: Duration = Duration::from_secs(3);
 /// How often a telegram is sent before the scanner counts as lost, because noise can destroy single
 /// telegrams.
-const TRIES: u32 = 3;
+const MAX_TRIES: u32 = 3;
 /// Speeds of the serial line; the factory's default first.
 const SPEEDS: [u32; 4] = [9600, 38_400, 19_200, 500_000];
 const MEASUREMENT: u8 = 0xb0;
@@ -33,7 +33,7 @@ pub(crate) struct ScannerConfig {
 /// Control of the line's speed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SerialSpeed {
-    /// The driver sets it: `first` when the conversation begins, and `working` while scans arrive.
+    /// The driver sets it: `first` when the session begins, and `working` while scans arrive.
     Serial { first: u32, working: u32 },
     /// A serial server sets it; the driver cannot change it.
     Fixed,
@@ -49,7 +49,7 @@ pub(crate) struct Scan {
     pub(crate) transfer: Duration,
 }
 
-/// The conversation.
+/// The session.
 #[derive(Debug)]
 pub(crate) struct Session {
     config: ScannerConfig,
@@ -57,7 +57,7 @@ pub(crate) struct Session {
     step: Step,
     tries: u32,
     deadline: Duration,
-    /// Present speed of the line; `None` if the driver does not control it.
+    /// Current speed of the line; `None` if the driver does not control it.
     baud: Option<u32>,
     name: String,
     polluted: bool,
@@ -68,14 +68,14 @@ impl Protocol for Session {
     type Config = ScannerConfig;
     type Data = Scan;
 
-    fn start(wanted: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
+    fn start(config: ScannerConfig, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
-            config: wanted,
+            config,
             receiver: Receiver::default(),
             step: Step::Connect { speed: 0 },
             tries: 0,
             deadline: now,
-            baud: match wanted.speed {
+            baud: match config.speed {
                 SerialSpeed::Serial { first, .. } => Some(first),
                 SerialSpeed::Fixed => None,
             },
@@ -92,8 +92,8 @@ impl Protocol for Session {
 
     fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
         self.receiver.receive(bytes);
-        while let Some(heard) = self.receiver.next() {
-            match heard {
+        while let Some(received) = self.receiver.next() {
+            match received {
                 // Scans received at a wrong speed contain many bytes that look like a NACK. At the right
                 // speed, one can occur between scans.
                 Received::Nack if matches!(self.step, Step::Connect { .. } | Step::Scan) => {}
@@ -129,7 +129,7 @@ impl Session {
                 ));
             }
             MEASUREMENT if self.is_ready() => self.measurement(telegram, now, events),
-            // Scans of an earlier conversation, sent before the scanner stops, answer no question.
+            // Scans of an earlier session, sent before the scanner stops, are no replies.
             MEASUREMENT | POWER_ON => {}
             _ => match self.step.handle_reply(telegram, &self.config) {
                 StepResult::Good(next) => self.advance(next, telegram, now, events),
@@ -169,7 +169,7 @@ impl Session {
         }
     }
 
-    /// Stores the data of this answer, and enters the next step.
+    /// Stores the data of this reply, and enters the next step.
     fn advance(&mut self, next: Step, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         if matches!(self.step, Step::Name) {
             self.name = step::name(&telegram.data);
@@ -195,18 +195,18 @@ impl Session {
         }
     }
 
-    /// Sends the telegram of the present step.
+    /// Sends the telegram of the current step.
     fn send_request(&mut self, now: Duration, events: &mut Vec<Event>) {
         self.tries += 1;
-        self.deadline = now + self.step.patience();
+        self.deadline = now + self.step.reply_timeout();
         events.push(Event::Send(request(&self.step.payload(&self.config))));
     }
 
     /// Sends the telegram again, at the next speed while the speed is unknown, or gives up.
-    fn retry(&mut self, why: &str, now: Duration, events: &mut Vec<Event>) {
+    fn retry(&mut self, reason: &str, now: Duration, events: &mut Vec<Event>) {
         if let Step::Connect { speed } = &mut self.step {
             let SerialSpeed::Serial { first, .. } = self.config.speed else {
-                if self.tries < TRIES {
+                if self.tries < MAX_TRIES {
                     return self.send_request(now, events);
                 }
                 events.push(Event::Disconnect(
@@ -233,11 +233,11 @@ impl Session {
             self.set_baud(baud, events);
             return self.send_request(now, events);
         }
-        if self.tries < TRIES {
+        if self.tries < MAX_TRIES {
             return self.send_request(now, events);
         }
         let step = self.step.describe();
-        events.push(Event::Disconnect(format!("it would not {step}: {why}")));
+        events.push(Event::Disconnect(format!("it would not {step}: {reason}")));
     }
 
     fn set_baud(&mut self, baud: u32, events: &mut Vec<Event>) {

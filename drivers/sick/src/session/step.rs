@@ -1,12 +1,11 @@
-//! The steps of a conversation: the telegram of each, the time limit of its answer, and the meaning of the
-//! answer.
+//! The steps of a session: the telegram of each, the time limit of its reply, and the meaning of the reply.
 
 use core::time::Duration;
 
 use super::{ScannerConfig, SerialSpeed};
 use crate::telegram::Telegram;
 
-/// Selects the operating mode with measurements on request only, so that the scanner sends nothing unasked.
+/// Selects the operating mode with measurements on request only, so that the scanner sends nothing by itself.
 pub(super) const ON_REQUEST: [u8; 2] = [MODE, 0x25];
 const MODE: u8 = 0x20;
 const CONTINUOUS: u8 = 0x24;
@@ -20,15 +19,15 @@ const WRITE: u8 = 0x77;
 const MEASURING_MODE: usize = 5;
 const UNIT: usize = 6;
 
-/// The state of the conversation.
+/// The state of the session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Finds the speed at which the scanner answers, by a command to stop sending.
+    /// Finds the speed at which the scanner replies, by a command to stop sending.
     Connect {
         /// Number of speeds tried before.
         speed: usize,
     },
-    /// Asks for its type.
+    /// Requests its type.
     Name,
     /// Switches to the working speed.
     Speed,
@@ -51,21 +50,21 @@ pub(super) enum Step {
 pub(super) enum StepResult {
     Good(Step),
     Refused(String),
-    /// The telegram answers something else.
+    /// The telegram is a reply to another request.
     Other,
 }
 
 impl Step {
     /// The command and its data.
-    pub(super) fn payload(&self, wanted: &ScannerConfig) -> Vec<u8> {
+    pub(super) fn payload(&self, config: &ScannerConfig) -> Vec<u8> {
         match self {
             Self::Connect { .. } | Self::Scan => ON_REQUEST.to_vec(),
             Self::Name => vec![TYPE],
-            Self::Speed => vec![MODE, speed(wanted.speed)],
+            Self::Speed => vec![MODE, speed(config.speed)],
             Self::Install => INSTALLATION.to_vec(),
             Self::Variant => {
                 let ([view, _], [step, _]) =
-                    (wanted.beams.view.to_le_bytes(), wanted.beams.step.to_le_bytes());
+                    (config.beams.view.to_le_bytes(), config.beams.step.to_le_bytes());
                 vec![VARIANT, view, 0, step, 0]
             }
             Self::Read => vec![READ],
@@ -74,8 +73,8 @@ impl Step {
         }
     }
 
-    /// The time limit of the answer.
-    pub(super) fn patience(&self) -> Duration {
+    /// The time limit of the reply.
+    pub(super) fn reply_timeout(&self) -> Duration {
         Duration::from_secs(match self {
             // Two telegrams of scans at 9600 baud may still be in transit.
             Self::Connect { .. } => 2,
@@ -100,7 +99,7 @@ impl Step {
         }
     }
 
-    pub(super) fn handle_reply(&self, telegram: &Telegram, wanted: &ScannerConfig) -> StepResult {
+    pub(super) fn handle_reply(&self, telegram: &Telegram, config: &ScannerConfig) -> StepResult {
         let data = &*telegram.data;
         match (self, telegram.command & 0x7f) {
             (Self::Connect { .. }, MODE) => StepResult::Good(Self::Name),
@@ -112,14 +111,14 @@ impl Step {
                 _ => StepResult::Refused("it says that this failed".to_owned()),
             },
             (Self::Read, READ) => match (data.get(MEASURING_MODE), data.get(UNIT)) {
-                (Some(mode), Some(unit)) if (*mode, *unit) == (wanted.reach.mode, wanted.reach.unit) => {
+                (Some(mode), Some(unit)) if (*mode, *unit) == (config.reach.mode, config.reach.unit) => {
                     // No write without need: the memory endures a limited number of writes.
                     StepResult::Good(Self::Start)
                 }
                 (Some(_), Some(_)) => {
                     let mut block = data.to_vec();
-                    block[MEASURING_MODE] = wanted.reach.mode;
-                    block[UNIT] = wanted.reach.unit;
+                    block[MEASURING_MODE] = config.reach.mode;
+                    block[UNIT] = config.reach.unit;
                     StepResult::Good(Self::Write { block })
                 }
                 _ => StepResult::Refused("its configuration is too short".to_owned()),
@@ -134,7 +133,7 @@ impl Step {
     }
 }
 
-/// Interprets the answer to a change of mode.
+/// Interprets the reply to a change of mode.
 fn switched(data: &[u8], next: Step) -> StepResult {
     match data {
         [0, ..] => StepResult::Good(next),
@@ -144,8 +143,8 @@ fn switched(data: &[u8], next: Step) -> StepResult {
     }
 }
 
-fn speed(line: SerialSpeed) -> u8 {
-    match line {
+fn speed(speed: SerialSpeed) -> u8 {
+    match speed {
         SerialSpeed::Serial { working: 19_200, .. } => 0x41,
         SerialSpeed::Serial { working: 38_400, .. } => 0x40,
         SerialSpeed::Serial { working: 500_000, .. } => 0x48,

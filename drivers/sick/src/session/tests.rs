@@ -1,4 +1,4 @@
-//! Conversations with the emulator in virtual time.
+//! Sessions with the emulator in virtual time.
 
 use jde_device::emulate::Emulator;
 
@@ -16,13 +16,13 @@ struct Wire {
 
 impl Wire {
     fn new(scanner: EmulatedScanner, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
-        let wanted = ScannerConfig {
-            beams: Beams::with_count(beams).expect("it can"),
-            reach: Reach::metres(reach).expect("it can"),
+        let config = ScannerConfig {
+            beams: Beams::with_count(beams).expect("the scanner supports it"),
+            reach: Reach::metres(reach).expect("the scanner supports it"),
             speed: SerialSpeed::Serial { first, working },
         };
         let mut events = Vec::new();
-        let session = Session::start(wanted, Duration::ZERO, &mut events);
+        let session = Session::start(config, Duration::ZERO, &mut events);
         let mut wire = Self {
             session,
             scanner,
@@ -30,20 +30,20 @@ impl Wire {
             baud: first,
             events: Vec::new(),
         };
-        wire.carry(events);
+        wire.exchange(events);
         wire
     }
 
     /// Exchanges messages until neither side sends any more.
-    fn carry(&mut self, mut events: Vec<Event>) {
+    fn exchange(&mut self, mut events: Vec<Event>) {
         let mut at = 0;
         while let Some(event) = events.get(at).cloned() {
             at += 1;
             match &event {
                 Event::Baud(baud) => self.baud = *baud,
                 Event::Send(bytes) => {
-                    let answer = self.scanner.receive(bytes, self.baud);
-                    self.session.receive(&answer, self.now, &mut events);
+                    let reply = self.scanner.receive(bytes, self.baud);
+                    self.session.receive(&reply, self.now, &mut events);
                 }
                 Event::Ready(_) | Event::Data(_) | Event::Warn(_) | Event::Disconnect(_) => {}
             }
@@ -51,10 +51,10 @@ impl Wire {
         self.events.extend(events);
     }
 
-    fn hear(&mut self, bytes: &[u8]) {
+    fn receive(&mut self, bytes: &[u8]) {
         let mut events = Vec::new();
         self.session.receive(bytes, self.now, &mut events);
-        self.carry(events);
+        self.exchange(events);
     }
 
     /// Advances time in steps of 100 ms until the session is ready or lost.
@@ -67,7 +67,7 @@ impl Wire {
             } else {
                 turn.iter().map(|byte| byte ^ 0x95).collect()
             };
-            self.hear(&garbled);
+            self.receive(&garbled);
         }
     }
 
@@ -88,8 +88,8 @@ impl Wire {
     }
 }
 
-fn ready(scanner: EmulatedScanner, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
-    let mut wire = Wire::new(scanner, first, working, wanted);
+fn ready(scanner: EmulatedScanner, first: u32, working: u32, config: (u32, u32)) -> Wire {
+    let mut wire = Wire::new(scanner, first, working, config);
     wire.settle();
     assert_eq!(wire.lost(), None);
     wire
@@ -98,7 +98,7 @@ fn ready(scanner: EmulatedScanner, first: u32, working: u32, wanted: (u32, u32))
 fn refused(scanner: EmulatedScanner) -> String {
     let mut wire = Wire::new(scanner, 9600, 38_400, (181, 8));
     wire.settle();
-    wire.lost().expect("it is given up").to_owned()
+    wire.lost().expect("the session is lost").to_owned()
 }
 
 #[test]
@@ -109,16 +109,13 @@ fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
         (wire.scanner.view, wire.scanner.step, wire.scanner.block[6]),
         (180, 50, 1)
     );
-    assert_eq!(
-        wire.scanner.block[2], 70,
-        "what was not asked for stays as it was"
-    );
+    assert_eq!(wire.scanner.block[2], 70, "the other settings are unchanged");
     assert!(
         wire.events
             .contains(&Event::Ready("LMS200;30106;V02.10, 38400 baud".to_owned()))
     );
     let turn = wire.scanner.poll_output();
-    wire.hear(&turn);
+    wire.receive(&turn);
     let scans = wire.scans();
     assert_eq!(scans.len(), 1);
     assert_eq!(scans[0].ranges, [1.5; 361]);
@@ -127,12 +124,12 @@ fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
 }
 
 #[test]
-fn it_is_found_at_any_speed_even_while_it_sends_scans() {
+fn a_scanner_is_found_at_any_speed_even_while_it_sends_scans() {
     for first in SPEEDS {
-        for at in SPEEDS {
+        for baud in SPEEDS {
             for streaming in [false, true] {
                 let scanner = EmulatedScanner {
-                    baud: at,
+                    baud,
                     streaming,
                     ..EmulatedScanner::new()
                 };
@@ -144,7 +141,7 @@ fn it_is_found_at_any_speed_even_while_it_sends_scans() {
 }
 
 #[test]
-fn its_memory_is_written_only_for_a_change() {
+fn the_memory_of_the_scanner_is_written_only_for_a_change() {
     let wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 16));
     assert_eq!(
         (wire.scanner.writes, wire.scanner.block[5], wire.scanner.block[6]),
@@ -160,7 +157,7 @@ fn its_memory_is_written_only_for_a_change() {
 }
 
 #[test]
-fn a_telegram_that_noise_took_is_said_again() {
+fn a_telegram_that_noise_destroyed_is_sent_again() {
     let wire = ready(
         EmulatedScanner {
             nacks: 2,
@@ -188,14 +185,14 @@ fn scans_are_found_between_noise() {
     for _ in 0..20 {
         let turn = wire.scanner.poll_output();
         for piece in turn.chunks(13) {
-            wire.hear(piece);
+            wire.receive(piece);
         }
     }
     assert_eq!(wire.scans().len(), 20);
 }
 
 #[test]
-fn what_it_will_not_do_is_named() {
+fn a_refused_step_is_named_in_the_reason() {
     assert!(
         refused(EmulatedScanner {
             silent: true,
@@ -228,18 +225,18 @@ fn what_it_will_not_do_is_named() {
 }
 
 #[test]
-fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
+fn silence_a_restart_and_a_fault_of_the_scanner_end_the_session() {
     let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
     wire.now += SILENCE - Duration::from_nanos(1);
-    wire.hear(&[]);
+    wire.receive(&[]);
     assert_eq!(wire.lost(), None);
     wire.now += Duration::from_nanos(1);
-    wire.hear(&[]);
+    wire.receive(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
     let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
-    let words = wire.scanner.restart();
-    wire.hear(&words);
+    let bytes = wire.scanner.restart();
+    wire.receive(&bytes);
     assert!(
         wire.lost()
             .is_some_and(|reason| reason.contains("switched off and on"))
@@ -248,13 +245,13 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
     let mut wire = ready(EmulatedScanner::new(), 9600, 9600, (181, 8));
     wire.scanner.status = 0x13;
     let turn = wire.scanner.poll_output();
-    wire.hear(&turn);
+    wire.receive(&turn);
     assert!(wire.lost().is_some_and(|reason| reason.contains("status 0x13")));
-    assert_eq!(wire.scans(), [], "what it measures with a fault is not used");
+    assert_eq!(wire.scans(), [], "measurements of a faulty scanner are discarded");
 }
 
 #[test]
-fn a_dirty_window_is_said_once_and_scans_go_on() {
+fn a_dirty_window_causes_one_warning_and_scans_continue() {
     let mut wire = ready(
         EmulatedScanner {
             status: 0x90,
@@ -266,7 +263,7 @@ fn a_dirty_window_is_said_once_and_scans_go_on() {
     );
     for _ in 0..3 {
         let turn = wire.scanner.poll_output();
-        wire.hear(&turn);
+        wire.receive(&turn);
     }
     let warnings = wire
         .events

@@ -11,12 +11,12 @@ use crate::worlds;
 /// Capacity of an image, bytes.
 const MAX_PIXELS: usize = 640 * 480 * 3;
 
-/// How long it waits for its robot before it warns.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// How long the camera waits for its robot before it warns.
+const WARNING_DELAY: Duration = Duration::from_secs(2);
 
 /// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
 ///
-/// It shows the world at the time of its iteration, however seldom the robot's driver iterates: robots
+/// It shows the world at the time of its iteration, however rarely the robot's driver iterates: robots
 /// continue meanwhile by their last commands. While the robot is not in the world it waits, and warns after
 /// two seconds. The robot's own body is not in the picture.
 #[derive(Describe)]
@@ -58,10 +58,10 @@ pub struct Camera {
     image: Export<Image>,
     /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
-    sight: CaptureState,
+    capture: CaptureState,
 }
 
-/// The state of the view.
+/// The state of the pictures.
 #[derive(Clone, Copy, Debug, Default)]
 enum CaptureState {
     /// It woke, and has not iterated yet.
@@ -77,11 +77,11 @@ enum CaptureState {
 
 impl Schema for Camera {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.named(cx)?;
+        self.check_names(cx)?;
         self.check_config(cx)?;
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // After a sleep, the world is shown again even if its time is the same.
-        self.sight = CaptureState::Woken;
+        self.capture = CaptureState::Woken;
         Ok(())
     }
 
@@ -90,23 +90,23 @@ impl Schema for Camera {
         let open = self.key.as_ref().and_then(worlds::find);
         let mut world = open.as_ref().map(worlds::SharedWorld::lock);
         if let Some(world) = &mut world {
-            // The result does not depend on which driver advances the world, because a command counts from
+            // The result does not depend on which driver advances the world, because a command applies from
             // the time at which its driver gives it.
             world.advance_to(cx.now().as_nanos() as u64);
         }
-        let seen = match &world {
+        let found = match &world {
             Some(world) => find_robot(world, name.as_str())?.map(|robot| (world, robot)),
             None => None,
         };
-        let Some((world, robot)) = seen else {
-            self.wait(cx);
+        let Some((world, robot)) = found else {
+            self.wait_for_robot(cx);
             return Ok(());
         };
-        if matches!(self.sight, CaptureState::Published(time) if time == world.now()) {
+        if matches!(self.capture, CaptureState::Published(time) if time == world.now()) {
             return Ok(());
         }
         self.take(cx, world, robot)?;
-        self.sight = CaptureState::Published(world.now());
+        self.capture = CaptureState::Published(world.now());
         Ok(())
     }
 }
@@ -115,7 +115,7 @@ impl Inspect for Camera {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.width, self.check_config(cx));
         let world = self
-            .named(cx)
+            .check_names(cx)
             .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
         if let Some(world) = problems.expect(&self.world, world) {
             problems.expect(&self.robot, find_robot(&world, self.robot.get(cx).as_str()));
@@ -125,7 +125,7 @@ impl Inspect for Camera {
 
 impl Camera {
     /// Checks that a world and a robot are named.
-    fn named(&self, cx: &Context) -> Result {
+    fn check_names(&self, cx: &Context) -> Result {
         if self.world.get(cx).is_empty() || self.robot.get(cx).is_empty() {
             return Err(
                 "it has no world or no robot; give it both, as the robot's driver has them: world = \"worlds/hall.toml\", \
@@ -153,18 +153,18 @@ impl Camera {
     }
 
     /// Retracts the picture, and warns once if the robot remains absent.
-    fn wait(&mut self, cx: &Context) {
-        self.sight = match self.sight {
+    fn wait_for_robot(&mut self, cx: &Context) {
+        self.capture = match self.capture {
             CaptureState::Woken => CaptureState::Waiting(cx.now()),
             CaptureState::Published(_) => {
                 self.image.retract(cx);
                 CaptureState::Waiting(cx.now())
             }
-            CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= PATIENCE => {
+            CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= WARNING_DELAY => {
                 warn!(
                     cx,
                     "waits for robot `{}` in {}: a `sim/pioneer` with this `world` and `robot` puts it there, while \
-                     somebody imports or commands it",
+                     a schema imports or commands it",
                     self.robot.get(cx),
                     self.world.get(cx)
                 );

@@ -31,7 +31,7 @@ fn camera(world: &str, robot: &str) -> Bench<Camera> {
 
 fn awake(world: &str, robot: &str) -> Bench<Camera> {
     let mut bench = camera(world, robot);
-    bench.awake().expect("its numbers are sound");
+    bench.awake().expect("its configuration is valid");
     bench
 }
 
@@ -59,13 +59,13 @@ fn red(image: &Image) -> [f64; 2] {
 }
 
 #[test]
-fn it_shows_what_the_robot_has_before_it_at_the_worlds_time() {
+fn a_picture_shows_the_view_of_the_robot_at_the_time_of_the_world() {
     let (_folder, path) = file(HALL);
     let mut robot = Robot::awake(&path, "carrier");
     let mut camera = awake(&path, "carrier");
     robot.idle(1.0);
     camera.set_now(Duration::from_millis(1013));
-    camera.iterate().expect("it sees");
+    camera.iterate().expect("it takes a picture");
     let image = image(&camera).expect("the robot is there");
     assert_eq!((image.width, image.height, image.step), (320, 240, 960));
     assert_eq!(
@@ -83,16 +83,16 @@ fn it_shows_what_the_robot_has_before_it_at_the_worlds_time() {
 }
 
 #[test]
-fn a_pair_on_the_head_sees_the_disparity_and_turns_with_it() {
+fn a_stereo_pair_on_the_head_has_a_disparity_and_turns_with_the_head() {
     let (_folder, path) = file(HALL);
     let mut robot = Robot::awake(&path, "carrier");
-    let eyes = [0.1, -0.1].map(|y| {
+    let cameras = [0.1, -0.1].map(|y| {
         let mut bench = camera(&path, "carrier");
         bench.set("y", y);
-        bench.awake().expect("its numbers are sound");
+        bench.awake().expect("its configuration is valid");
         bench
     });
-    let look = |robot: &mut Robot, pan: f64| {
+    let turn_head = |robot: &mut Robot, pan: f64| {
         let command = PanTilt {
             pan,
             pan_velocity: 1.0,
@@ -101,18 +101,18 @@ fn a_pair_on_the_head_sees_the_disparity_and_turns_with_it() {
         robot.bench.command("head", &command);
         robot.idle(2.0);
     };
-    let [mut left, mut right] = eyes;
+    let [mut left, mut right] = cameras;
     let mut pair = |robot: &Robot| {
-        [&mut left, &mut right].map(|eye| {
-            eye.set_now(robot.now);
-            eye.iterate().expect("it sees");
-            red(image(eye).expect("the robot is there"))[0]
+        [&mut left, &mut right].map(|camera| {
+            camera.set_now(robot.now);
+            camera.iterate().expect("it takes a picture");
+            red(image(camera).expect("the robot is there"))[0]
         })
     };
     robot.idle(0.1);
     let level = pair(&robot);
     assert!((level[0] - level[1] - 16.0).abs() < 0.5, "{level:?}");
-    look(&mut robot, 0.3);
+    turn_head(&mut robot, 0.3);
     let turned = pair(&robot);
     assert!(
         turned[0] > level[0] + 40.0,
@@ -121,59 +121,66 @@ fn a_pair_on_the_head_sees_the_disparity_and_turns_with_it() {
 }
 
 #[test]
-fn it_waits_for_the_robot_and_retracts_when_it_is_gone() {
+fn the_camera_waits_for_the_robot_and_retracts_when_it_leaves() {
     let (_folder, path) = file(HALL);
     let mut camera = awake(&path, "carrier");
     camera.iterate().expect("it waits");
     assert!(image(&camera).is_none());
     let mut robot = Robot::awake(&path, "carrier");
     robot.idle(0.1);
-    camera.iterate().expect("it sees");
+    camera.iterate().expect("it takes a picture");
     assert!(image(&camera).is_some());
     drop(robot);
     camera.iterate().expect("it waits again");
-    assert!(image(&camera).is_none(), "nobody is to see a world that is gone");
+    assert!(
+        image(&camera).is_none(),
+        "the picture of a closed world is retracted"
+    );
 }
 
 #[test]
-fn it_says_once_for_whom_it_waits_so_long() {
+fn a_long_wait_for_the_robot_causes_one_warning() {
     let (_folder, path) = file(HALL);
     let mut camera = awake(&path, "carrier");
     let mut wait_until = |milliseconds| {
         camera.set_now(Duration::from_millis(milliseconds));
         camera.iterate().expect("it waits");
-        let said = camera.log().iter().map(|(_, text)| text.clone());
-        said.collect::<Vec<_>>()
+        let lines = camera.log().iter().map(|(_, text)| text.clone());
+        lines.collect::<Vec<_>>()
     };
     assert!(wait_until(0).is_empty());
-    assert!(wait_until(1_990).is_empty(), "robots may take their time");
-    let said = wait_until(2_000);
-    assert_eq!(said.len(), 1, "{said:?}");
-    for words in ["`carrier`", &path, "sim/pioneer"] {
-        assert!(said[0].contains(words), "`{words}` is not in: {}", said[0]);
+    assert!(wait_until(1_990).is_empty(), "there is no warning before 2 s");
+    let warnings = wait_until(2_000);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    for expected in ["`carrier`", &path, "sim/pioneer"] {
+        assert!(
+            warnings[0].contains(expected),
+            "`{expected}` is not in: {}",
+            warnings[0]
+        );
     }
-    assert_eq!(wait_until(60_000), said, "once is enough");
+    assert_eq!(wait_until(60_000), warnings, "there is one warning");
 }
 
 #[test]
-fn a_path_written_in_another_way_is_the_same_world() {
+fn another_spelling_of_a_path_is_the_same_world() {
     let (folder, path) = file(HALL);
     let mut robot = Robot::awake(&path, "carrier");
     robot.idle(0.1);
     let name = std::path::Path::new(&path).file_name().expect("it is a file");
-    let around = folder
+    let other_spelling = folder
         .path()
         .join(".")
         .join("..")
         .join(folder.path().file_name().expect("it is a folder"));
-    let around = around.join(name);
-    let mut camera = awake(around.to_str().expect("its name is a text"), "carrier");
-    camera.iterate().expect("it sees");
+    let other_spelling = other_spelling.join(name);
+    let mut camera = awake(other_spelling.to_str().expect("its name is a text"), "carrier");
+    camera.iterate().expect("it takes a picture");
     assert!(image(&camera).is_some());
 }
 
 #[test]
-fn it_opens_no_world_and_sees_the_one_there_is_at_its_own_time() {
+fn the_camera_opens_no_world_and_uses_the_time_of_the_open_one() {
     let (_folder, path) = file(HALL);
     let mut camera = awake(&path, "carrier");
     camera.set_now(Duration::from_secs(60));
@@ -182,7 +189,7 @@ fn it_opens_no_world_and_sees_the_one_there_is_at_its_own_time() {
     let mut robot = Robot::awake(&path, "carrier");
     robot.idle(0.5);
     camera.set_now(Duration::from_millis(530));
-    camera.iterate().expect("it sees");
+    camera.iterate().expect("it takes a picture");
     assert_eq!(camera.exported_at("image"), Some(Duration::from_millis(530)));
 }
 
@@ -192,56 +199,56 @@ fn without_new_time_there_is_no_new_picture() {
     let mut robot = Robot::awake(&path, "carrier");
     let mut camera = awake(&path, "carrier");
     robot.idle(0.5);
-    camera.iterate().expect("it sees");
+    camera.iterate().expect("it takes a picture");
     let before = bytes(&camera);
     let _other = Robot::awake(&path, "other");
     camera.iterate().expect("no time has passed since");
-    assert!(bytes(&camera) == before, "it still stands");
+    assert!(bytes(&camera) == before, "the world has not changed");
     robot.idle(0.05);
-    camera.iterate().expect("it sees the other come");
+    camera.iterate().expect("it takes a picture");
     assert!(bytes(&camera) != before);
 }
 
 #[test]
-fn two_runs_see_the_same_bytes() {
+fn two_runs_take_the_same_pictures() {
     let run = || {
         let (_folder, path) = file(HALL);
         let mut robot = Robot::awake(&path, "carrier");
         let mut camera = awake(&path, "carrier");
         robot.drive(0.3, 0.1, 2.0);
-        camera.iterate().expect("it sees");
+        camera.iterate().expect("it takes a picture");
         bytes(&camera)
     };
     assert!(run() == run());
 }
 
 #[track_caller]
-fn refused(mut camera: Bench<Camera>, words: &[&str]) {
-    let found = camera.inspect().expect("it inspects");
+fn assert_refused(mut camera: Bench<Camera>, expected: &[&str]) {
+    let problems = camera.inspect().expect("it inspects");
     let reason = match camera.awake() {
         Err(failure) => failure.reason,
         Ok(()) => camera.iterate().expect_err("it has no picture").reason,
     };
-    for word in words {
-        assert!(reason.contains(word), "`{word}` is not in: {reason}");
+    for text in expected {
+        assert!(reason.contains(text), "`{text}` is not in: {reason}");
     }
-    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
-    assert_eq!(said, [reason], "an inspection says the same");
+    let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(messages, [reason], "an inspection reports the same");
 }
 
 #[test]
-fn what_a_person_must_mend_is_said() {
+fn invalid_settings_are_refused_with_a_remedy() {
     let (_folder, path) = file(HALL);
     let mut robot = Robot::awake(&path, "carrier");
     robot.idle(0.1);
-    refused(
+    assert_refused(
         camera("", "carrier"),
         &["no world or no robot", "worlds/hall.toml"],
     );
-    refused(camera(&path, ""), &["no world or no robot", "robot = "]);
-    refused(camera(&path, "carier"), &["no robot `carier`", "`carrier`"]);
+    assert_refused(camera(&path, ""), &["no world or no robot", "robot = "]);
+    assert_refused(camera(&path, "carier"), &["no robot `carier`", "`carrier`"]);
     let mut large = camera(&path, "carrier");
     large.set("width", 1280_u32);
     large.set("height", 720_u32);
-    refused(large, &["1280 x 720", "921600"]);
+    assert_refused(large, &["1280 x 720", "921600"]);
 }

@@ -1,8 +1,8 @@
-//! Other builds of schemas that take over at run time: between two iterations (R10), as an operator's action
-//! (R14), and never at the cost of the level.
+//! Reloads: another build of a schema takes over at run time, between two iterations (R10), as an operator's
+//! action (R14), and without a selection in its level.
 
+mod counter;
 mod trial;
-mod walker;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,33 +16,33 @@ use jde_host::reload::{PendingReload, ReloadOptions};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::reload::{CarriedMemory, Replacement};
 
-use crate::common::{Call, Executor, Rig, Stage, on_every_executor, plugins};
-use walker::{CANNOT_SAVE, ORIGINAL, build};
+use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor, plugins};
+use counter::{CANNOT_SAVE, ORIGINAL, build};
 
 on_every_executor!(
-    r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it,
-    r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it,
-    what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched,
-    a_modulation_that_the_file_sets_is_needed_be_it_at_its_default,
-    a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to,
-    the_numbers_of_a_build_are_its_own,
+    r10_a_new_build_takes_over_between_two_iterations_without_a_selection,
+    r14_a_reload_is_reported_as_an_action_of_its_operator,
+    an_incompatible_build_is_refused_with_all_reasons_and_changes_nothing,
+    a_modulation_that_the_file_sets_is_required_even_at_its_default,
+    a_build_starts_fresh_without_a_memory_or_on_request,
+    ports_are_matched_by_name_when_a_build_numbers_them_otherwise,
     a_schema_that_sleeps_is_reloaded_asleep,
-    a_schema_that_had_faulted_comes_back_with_a_new_build,
+    a_faulted_schema_returns_with_a_new_build,
     a_schema_that_is_unloaded_is_loaded_with_the_new_build,
     a_father_keeps_its_children_awake_while_another_build_takes_over,
-    a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_stays_in_force,
-    what_cannot_be_saved_stays_where_it_is,
-    fifty_builds_take_over_from_each_other_without_a_stop,
+    a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_stays_in_force,
+    a_build_that_cannot_save_its_memory_stays_in_use,
+    fifty_reloads_do_not_stop_the_robot,
 );
 
 const APP: &str = r#"
-    roots = ["walker", "idle"]
+    roots = ["counter", "idle"]
     [schemas.robot]
     type = "test/robot"
     [schemas.eye]
     type = "test/eye"
-    [schemas.walker]
-    type = "walk/walker"
+    [schemas.counter]
+    type = "counter/counter"
     imports = { input = "eye.out" }
     actuators = { base = "robot.velocity" }
     speed = "2 m/s"
@@ -52,84 +52,84 @@ const APP: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-fn start_with(executor: Executor, original: &'static raw::Plugin, app: &str) -> Rig {
-    let stage = Stage::new();
-    stage.play("idle", |_, _| Ok(()));
-    stage.play("eye", |call, io| {
+fn start_with(executor: Executor, original: &'static raw::Plugin, body: &str) -> TestApp {
+    let scenario = Scenario::new();
+    scenario.on_call("idle", |_, _| Ok(()));
+    scenario.on_call("eye", |call, io| {
         if call == Call::Iterate {
             io.publish(4.0);
         }
         Ok(())
     });
     let mut plugins = plugins();
-    plugins.link(original).expect("its tables are right");
-    let text = crate::common::text(executor, &stage, app).replace(
-        "\"walk/walker\"",
-        &format!("\"walk/walker\"\nstage = {}", stage.number()),
+    plugins.link(original).expect("its tables are valid");
+    let text = crate::common::text(executor, &scenario, body).replace(
+        "\"counter/counter\"",
+        &format!("\"counter/counter\"\nstage = {}", scenario.number()),
     );
     let application =
         parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-    match Rig::run(executor, &stage, application, &plugins, Options::default()) {
-        Ok(rig) => rig,
+    match TestApp::run(executor, &scenario, application, &plugins, Options::default()) {
+        Ok(app) => app,
         Err(error) => panic!("{error}"),
     }
 }
 
-/// Starts the application, and runs until the walker has taken some steps.
-fn start(executor: Executor) -> Rig {
-    let mut rig = start_with(executor, ORIGINAL, APP);
-    rig.until_did("walker 1 step 5");
-    rig
+/// Starts the application, and runs until the counter has counted some steps.
+fn start(executor: Executor) -> TestApp {
+    let mut app = start_with(executor, ORIGINAL, APP);
+    app.until_line("counter 1 step 5");
+    app
 }
 
-/// Orders a build, and runs until the result is known.
-fn reload(rig: &mut Rig, number: u32, how: ReloadOptions) -> Result<Replacement, String> {
-    let walker = rig.place("walker");
-    let order = rig
+/// Reloads the counter with a build, and runs until the result is known.
+fn reload(app: &mut TestApp, number: u32, options: ReloadOptions) -> Result<Replacement, String> {
+    let counter = app.index("counter");
+    let reload = app
         .operator()
-        .replace(walker, &build(number), how)
+        .replace(counter, &build(number), options)
         .unwrap_or_else(|reasons| panic!("{reasons:#?}"));
-    outcome(rig, &order)
+    outcome(app, &reload)
 }
 
-fn outcome(rig: &mut Rig, order: &PendingReload) -> Result<Replacement, String> {
-    rig.until(|_| order.outcome().is_some());
-    order.outcome().expect("it was there")
+fn outcome(app: &mut TestApp, reload: &PendingReload) -> Result<Replacement, String> {
+    app.until(|_| reload.outcome().is_some());
+    reload.outcome().expect("it was checked")
 }
 
-/// The last step of one build, and the first of another.
-fn steps(rig: &Rig, old: u32, new: u32) -> (u32, u32) {
-    let lines = rig.stage.lines();
+/// Returns the last step of one build and the first step of another.
+fn steps(app: &TestApp, old: u32, new: u32) -> (u32, u32) {
+    let lines = app.scenario.lines();
     let step = |line: &String, build: u32| {
-        let number = line.strip_prefix(&format!("walker {build} step "))?;
+        let number = line.strip_prefix(&format!("counter {build} step "))?;
         number.parse::<u32>().ok()
     };
     let last = lines.iter().filter_map(|line| step(line, old)).max();
     let first = lines.iter().filter_map(|line| step(line, new)).min();
     (
-        last.expect("the old one walked"),
-        first.expect("the new one walks"),
+        last.expect("the old build counted"),
+        first.expect("the new build counts"),
     )
 }
 
-/// The events since the first `since` that affect the level.
-fn level_heard(rig: &Rig, since: usize) -> Vec<Event> {
-    let walker = rig.place("walker");
-    let mut events = rig.stage.events().split_off(since);
+/// Returns the events after the first `since` that affect the level.
+fn level_events(app: &TestApp, since: usize) -> Vec<Event> {
+    let counter = app.index("counter");
+    let mut events = app.scenario.events().split_off(since);
     events.retain(|event| match event {
-        // On a loaded machine it may be late.
+        // On a busy machine the schema may overrun.
         Event::HealthChanged { schema, health, .. } => {
-            *schema == walker && matches!(health, Health::Faulted(_))
+            *schema == counter && matches!(health, Health::Faulted(_))
         }
-        Event::StateChanged { schema, .. } => *schema == walker,
+        Event::StateChanged { schema, .. } => *schema == counter,
         Event::Decided(record) => record.changed,
         _ => false,
     });
     events
 }
 
-fn undone(rig: &Rig) -> Vec<String> {
-    let events = rig.stage.events().into_iter();
+fn rollback_reasons(app: &TestApp) -> Vec<String> {
+    let events = app.scenario.events().into_iter();
     let reasons = events.filter_map(|event| match event {
         Event::ReloadRolledBack { reason, .. } => Some(reason),
         _ => None,
@@ -137,69 +137,72 @@ fn undone(rig: &Rig) -> Vec<String> {
     reasons.collect()
 }
 
-fn r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it(executor: Executor) {
-    let mut rig = start(executor);
-    let before = rig.stage.events().len();
-    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
+fn r10_a_new_build_takes_over_between_two_iterations_without_a_selection(executor: Executor) {
+    let mut app = start(executor);
+    let before = app.scenario.events().len();
+    let takeover = reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.carried.map(|carried| carried.version), Some(1));
     assert!(takeover.gap.is_some(), "{takeover:?}");
     assert_eq!(takeover.notes, [""; 0]);
-    let steps_then = rig.stage.lines().len();
-    rig.until(|rig| rig.stage.lines().len() > steps_then + 5);
-    let (last, first) = steps(&rig, 1, 2);
-    assert_eq!(first, last + 1, "it goes on counting");
+    let lines = app.scenario.lines().len();
+    app.until(|app| app.scenario.lines().len() > lines + 5);
+    let (last, first) = steps(&app, 1, 2);
+    assert_eq!(first, last + 1, "the count continues");
     let order: Vec<_> = [
-        "walker 1 save",
-        "walker 1 sleep",
-        "walker 2 awake",
-        "walker 2 restore",
+        "counter 1 save",
+        "counter 1 sleep",
+        "counter 2 awake",
+        "counter 2 restore",
     ]
     .iter()
-    .map(|line| rig.stage.first(line))
+    .map(|line| app.scenario.first(line))
     .collect();
-    assert!(order.is_sorted(), "{:#?}", rig.stage.lines());
-    assert!(rig.stage.last(&format!("walker 1 step {last}")) < order[0]);
+    assert!(order.is_sorted(), "{:#?}", app.scenario.lines());
+    assert!(app.scenario.last(&format!("counter 1 step {last}")) < order[0]);
     assert_eq!(
-        level_heard(&rig, before).len(),
+        level_events(&app, before).len(),
         0,
         "{:#?}",
-        level_heard(&rig, before)
+        level_events(&app, before)
     );
-    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
-    assert_eq!(rig.see("walker").state, State::Winner);
-    assert!(rig.see("walker").authority);
+    assert!(
+        !app.scenario.has_line("robot velocity 0"),
+        "the robot never stopped"
+    );
+    assert_eq!(app.schema("counter").state, State::Winner);
+    assert!(app.schema("counter").authority);
     assert_eq!(
-        rig.handle.value::<f64>("walker.speed"),
+        app.handle.value::<f64>("counter.speed"),
         Ok(Some(2.0)),
         "variables stay"
     );
-    rig.stop();
+    app.stop();
 }
 
-fn r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it(executor: Executor) {
-    let mut rig = start(executor);
-    let walker = rig.place("walker");
-    assert_eq!(rig.see("walker").reload, None);
-    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-    let told = |event: &Event| {
+fn r14_a_reload_is_reported_as_an_action_of_its_operator(executor: Executor) {
+    let mut app = start(executor);
+    let counter = app.index("counter");
+    assert_eq!(app.schema("counter").reload, None);
+    let takeover = reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+    let requested = |event: &Event| {
         matches!(event, Event::Operator { by, action: OperatorAction::Reload { schema, .. }, .. }
-            if by == "ana@laptop" && *schema == walker)
+            if by == "ana@laptop" && *schema == counter)
     };
-    assert_eq!(rig.stage.count_events(told), 1);
+    assert_eq!(app.scenario.count_events(requested), 1);
     let reloaded =
-        |event: &Event| matches!(event, Event::Reloaded { takeover: told, .. } if *told == takeover);
-    assert_eq!(rig.stage.count_events(reloaded), 1);
-    let view = rig.see("walker").reload.expect("it was reloaded");
+        |event: &Event| matches!(event, Event::Reloaded { takeover: reported, .. } if *reported == takeover);
+    assert_eq!(app.scenario.count_events(reloaded), 1);
+    let view = app.schema("counter").reload.expect("it was reloaded");
     assert_eq!((view.reloads, view.on_trial, view.undone), (1, true, None));
-    rig.stop();
+    app.stop();
 }
 
-fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(executor: Executor) {
-    let mut rig = start(executor);
-    let walker = rig.place("walker");
-    let before = rig.stage.events().len();
-    let operator = rig.operator();
-    let reasons = |number| match operator.replace(walker, &build(number), ReloadOptions::default()) {
+fn an_incompatible_build_is_refused_with_all_reasons_and_changes_nothing(executor: Executor) {
+    let mut app = start(executor);
+    let counter = app.index("counter");
+    let before = app.scenario.events().len();
+    let operator = app.operator();
+    let reasons = |number| match operator.replace(counter, &build(number), ReloadOptions::default()) {
         Ok(_) => panic!("it does not fit"),
         Err(reasons) => reasons,
     };
@@ -214,7 +217,7 @@ fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(execut
     );
     assert_eq!(
         reasons(12),
-        ["the plugin has no type `walker` any more, only runner"]
+        ["the plugin has no type `counter` any more, only other"]
     );
     assert_eq!(
         reasons(14),
@@ -223,55 +226,55 @@ fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(execut
             "the modulation `speed` is gone, and the application sets it",
         ]
     );
-    let lines = rig.stage.lines().len();
-    rig.until(|rig| rig.stage.lines().len() > lines + 5);
-    assert_eq!(level_heard(&rig, before).len(), 0);
-    assert!(!rig.stage.did("walker 1 save"));
-    assert_eq!(rig.see("walker").reload, None);
-    rig.stop();
+    let lines = app.scenario.lines().len();
+    app.until(|app| app.scenario.lines().len() > lines + 5);
+    assert_eq!(level_events(&app, before).len(), 0);
+    assert!(!app.scenario.has_line("counter 1 save"));
+    assert_eq!(app.schema("counter").reload, None);
+    app.stop();
 }
 
-fn a_modulation_that_the_file_sets_is_needed_be_it_at_its_default(executor: Executor) {
-    let gone = |app: &str| {
-        let mut rig = start_with(executor, ORIGINAL, app);
-        rig.until_did("walker 1 step 1");
-        let walker = rig.place("walker");
-        let reasons = rig
+fn a_modulation_that_the_file_sets_is_required_even_at_its_default(executor: Executor) {
+    let reasons = |body: &str| {
+        let mut app = start_with(executor, ORIGINAL, body);
+        app.until_line("counter 1 step 1");
+        let counter = app.index("counter");
+        let refused = app
             .operator()
-            .replace(walker, &build(14), ReloadOptions::default());
-        rig.stop();
-        reasons.err().unwrap_or_default().join("; ")
+            .replace(counter, &build(14), ReloadOptions::default());
+        app.stop();
+        refused.err().unwrap_or_default().join("; ")
     };
-    let default = gone(&APP.replace("2 m/s", "1 m/s"));
+    let default = reasons(&APP.replace("2 m/s", "1 m/s"));
     assert!(
         default.contains("`speed` is gone, and the application sets it"),
         "{default}"
     );
-    let unset = gone(&APP.replace("speed = \"2 m/s\"", ""));
+    let unset = reasons(&APP.replace("speed = \"2 m/s\"", ""));
     assert!(!unset.contains("speed"), "{unset}");
 }
 
-fn a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to(executor: Executor) {
-    let mut rig = start(executor);
-    let takeover = reload(&mut rig, 11, ReloadOptions::default()).expect("it fits");
+fn a_build_starts_fresh_without_a_memory_or_on_request(executor: Executor) {
+    let mut app = start(executor);
+    let takeover = reload(&mut app, 11, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.carried, None);
-    rig.until_did("walker 11 step 1");
-    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-    assert_eq!(takeover.carried, None, "the one before hands nothing on");
-    rig.until_did("walker 2 step 1");
+    app.until_line("counter 11 step 1");
+    let takeover = reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+    assert_eq!(takeover.carried, None, "the previous build saves nothing");
+    app.until_line("counter 2 step 1");
     let fresh = ReloadOptions {
         fresh: true,
         ..ReloadOptions::default()
     };
-    let takeover = reload(&mut rig, 1, fresh).expect("it fits");
+    let takeover = reload(&mut app, 1, fresh).expect("it fits");
     assert_eq!(takeover.carried, None);
-    rig.until(|rig| rig.stage.count("walker 1 step 1") == 2);
-    rig.stop();
+    app.until(|app| app.scenario.count("counter 1 step 1") == 2);
+    app.stop();
 }
 
-fn the_numbers_of_a_build_are_its_own(executor: Executor) {
-    let mut rig = start(executor);
-    let takeover = reload(&mut rig, 13, ReloadOptions::default()).expect("it fits");
+fn ports_are_matched_by_name_when_a_build_numbers_them_otherwise(executor: Executor) {
+    let mut app = start(executor);
+    let takeover = reload(&mut app, 13, ReloadOptions::default()).expect("it fits");
     assert_eq!(
         takeover.notes,
         [
@@ -282,81 +285,85 @@ fn the_numbers_of_a_build_are_its_own(executor: Executor) {
             "the import `nothing` is new: it stays unbound until the application restarts",
         ]
     );
-    rig.until_did("walker 13 sees (2.0, 7.0, false, Some(4.0), false)");
-    rig.until_did("robot velocity 0.25");
-    let walker = rig.place("walker");
-    let operator = rig.operator();
+    app.until_line("counter 13 reads (2.0, 7.0, false, Some(4.0), false)");
+    app.until_line("robot velocity 0.25");
+    let counter = app.index("counter");
+    let operator = app.operator();
     operator
-        .modulate(walker, "speed", &Value::Float(6.0))
+        .modulate(counter, "speed", &Value::Float(6.0))
         .expect("a modulation");
-    rig.until_did("walker 13 sees (6.0, 7.0, false, Some(4.0), false)");
-    assert!(rig.handle.board().find("walker.steps").is_none());
-    rig.stop();
+    app.until_line("counter 13 reads (6.0, 7.0, false, Some(4.0), false)");
+    assert!(app.handle.board().find("counter.steps").is_none());
+    app.stop();
 }
 
 fn a_schema_that_sleeps_is_reloaded_asleep(executor: Executor) {
-    let mut rig = start(executor);
-    let walker = rig.place("walker");
-    let operator = rig.operator();
-    operator.hold_asleep(walker).expect("it can be stopped");
-    rig.until_did("walker 1 sleep");
-    let takeover = reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
+    let mut app = start(executor);
+    let counter = app.index("counter");
+    let operator = app.operator();
+    operator.hold_asleep(counter).expect("it can be stopped");
+    app.until_line("counter 1 sleep");
+    let takeover = reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
     assert_eq!(takeover.gap, None);
     assert!(takeover.carried.is_some());
-    assert!(!rig.stage.did("walker 2 awake"));
-    operator.release(walker).expect("it can be released");
-    rig.until_did("walker 2 awake");
-    let lines = rig.stage.lines().len();
-    rig.until(|rig| {
-        rig.stage.lines()[lines..]
+    assert!(!app.scenario.has_line("counter 2 awake"));
+    operator.release(counter).expect("it can be released");
+    app.until_line("counter 2 awake");
+    let lines = app.scenario.lines().len();
+    app.until(|app| {
+        app.scenario.lines()[lines..]
             .iter()
-            .any(|line| line.starts_with("walker 2 step"))
+            .any(|line| line.starts_with("counter 2 step"))
     });
-    let (last, first) = steps(&rig, 1, 2);
+    let (last, first) = steps(&app, 1, 2);
     assert_eq!(first, last + 1);
-    rig.stop();
+    app.stop();
 }
 
-fn a_schema_that_had_faulted_comes_back_with_a_new_build(executor: Executor) {
-    let mut rig = start(executor);
-    let how = ReloadOptions {
+fn a_faulted_schema_returns_with_a_new_build(executor: Executor) {
+    let mut app = start(executor);
+    let options = ReloadOptions {
         probation: 0,
         ..ReloadOptions::default()
     };
-    reload(&mut rig, 3, how).expect("it fits");
-    // It may be restarted once, and fails again.
-    rig.until(|rig| rig.see("walker").faults == 2);
-    rig.until(|rig| rig.stage.count("walker 3 drop") == 2);
-    assert_eq!(rig.see("walker").state, State::Slept);
-    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-    rig.until_did("walker 2 step 1");
-    assert!(!matches!(rig.see("walker").health, Health::Faulted(_)));
-    rig.stop();
+    reload(&mut app, 3, options).expect("it fits");
+    // The schema is restarted once and fails again.
+    app.until(|app| app.schema("counter").faults == 2);
+    app.until(|app| app.scenario.count("counter 3 drop") == 2);
+    assert_eq!(app.schema("counter").state, State::Slept);
+    reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+    app.until_line("counter 2 step 1");
+    assert!(!matches!(app.schema("counter").health, Health::Faulted(_)));
+    app.stop();
 }
 
 fn a_schema_that_is_unloaded_is_loaded_with_the_new_build(executor: Executor) {
-    let mut rig = start(executor);
-    let walker = rig.place("walker");
-    let operator = rig.operator();
-    operator.unload(walker).expect("a motor schema");
-    rig.until_did("walker 1 drop");
-    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-    assert!(rig.stage.lines().iter().all(|line| !line.starts_with("walker 2")));
-    operator.load(walker).expect("it is at rest");
-    rig.until_did("walker 2 step 1");
-    rig.stop();
+    let mut app = start(executor);
+    let counter = app.index("counter");
+    let operator = app.operator();
+    operator.unload(counter).expect("a motor schema");
+    app.until_line("counter 1 drop");
+    reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+    assert!(
+        app.scenario
+            .lines()
+            .iter()
+            .all(|line| !line.starts_with("counter 2"))
+    );
+    operator.load(counter).expect("it is at rest");
+    app.until_line("counter 2 step 1");
+    app.stop();
 }
 
-/// The walker leads a motor schema of the test plugin.
 fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Executor) {
-    let stage = Stage::new();
-    stage.play("father", |call, io| {
+    let scenario = Scenario::new();
+    scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
                 io.wake("a");
             }
-            // A sleeping father leads no child.
+            // A father that goes to sleep puts its child to sleep.
             Call::Sleep => {
                 io.child("a").sleep(io.cx());
             }
@@ -364,10 +371,10 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
         }
         Ok(())
     });
-    stage.drives("child", &Arc::new(true.into()), 0.5);
-    let mut rig = Rig::start(
+    scenario.drives("child", &Arc::new(true.into()), 0.5);
+    let mut app = TestApp::start(
         executor,
-        &stage,
+        &scenario,
         r#"
         roots = ["father"]
         [schemas.robot]
@@ -380,111 +387,114 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
         actuators = { base = "robot.velocity" }
     "#,
     );
-    rig.until_did("robot velocity 0.5");
-    let (father, child) = (rig.place("father"), rig.place("child"));
+    app.until_line("robot velocity 0.5");
+    let (father, child) = (app.index("father"), app.index("child"));
     let plugin = crate::common::plugins();
-    let again = plugin.load("test", &[]).expect("it is linked in");
-    let order = rig
+    let build = plugin.load("test", &[]).expect("it is linked in");
+    let reload = app
         .operator()
-        .replace(father, &again, ReloadOptions::default())
-        .expect("it is the same");
-    outcome(&mut rig, &order).expect("it takes over");
-    let iterated = rig.stage.count("child iterate");
-    rig.until(|rig| rig.stage.count("child iterate") > iterated + 5);
-    assert_eq!(rig.stage.count("father awake"), 2);
-    assert_eq!(rig.stage.count("child awake"), 1);
+        .replace(father, &build, ReloadOptions::default())
+        .expect("it is the same build");
+    outcome(&mut app, &reload).expect("it takes over");
+    let iterated = app.scenario.count("child iterate");
+    app.until(|app| app.scenario.count("child iterate") > iterated + 5);
+    assert_eq!(app.scenario.count("father awake"), 2);
+    assert_eq!(app.scenario.count("child awake"), 1);
     let changed = |event: &Event| matches!(event, Event::StateChanged { schema, to: State::Slept, .. } if *schema == child);
-    assert!(!rig.stage.told(changed));
-    assert!(!rig.stage.did("robot velocity 0"));
-    rig.stop();
+    assert!(!app.scenario.has_event(changed));
+    assert!(!app.scenario.has_line("robot velocity 0"));
+    app.stop();
 }
 
-fn a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_stays_in_force(
+fn a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_stays_in_force(
     executor: Executor,
 ) {
-    let mut rig = start(executor);
-    let before = rig.stage.events().len();
-    let commanded = "robot velocity 0.5";
-    rig.until_did(commanded);
-    let robot = rig.place("robot");
-    let again = plugins().load("test", &[]).expect("it is linked in");
-    let order = rig
+    let mut app = start(executor);
+    let before = app.scenario.events().len();
+    let command = "robot velocity 0.5";
+    app.until_line(command);
+    let robot = app.index("robot");
+    let build = plugins().load("test", &[]).expect("it is linked in");
+    let reload = app
         .operator()
-        .replace(robot, &again, ReloadOptions::default())
-        .expect("it is the same");
-    outcome(&mut rig, &order).expect("it takes over");
-    // The new instance does not know the earlier commands, so it records what it finds in force.
-    rig.until(|rig| rig.stage.count(commanded) == 2);
+        .replace(robot, &build, ReloadOptions::default())
+        .expect("it is the same build");
+    outcome(&mut app, &reload).expect("it takes over");
+    // The new instance does not know the earlier commands, so it records the command in force.
+    app.until(|app| app.scenario.count(command) == 2);
     let order = [
-        rig.stage.first(commanded),
-        rig.stage.first("robot sleep"),
-        rig.stage.last("robot awake"),
-        rig.stage.last(commanded),
+        app.scenario.first(command),
+        app.scenario.first("robot sleep"),
+        app.scenario.last("robot awake"),
+        app.scenario.last(command),
     ];
-    assert!(order.is_sorted(), "{:#?}", rig.stage.lines());
-    assert_eq!(rig.stage.count("robot awake"), 2);
-    assert!(!rig.stage.did("robot velocity 0"), "nobody braked");
-    let heard = level_heard(&rig, before);
-    assert!(heard.is_empty(), "the walker is WINNER throughout: {heard:#?}");
-    rig.stop();
+    assert!(order.is_sorted(), "{:#?}", app.scenario.lines());
+    assert_eq!(app.scenario.count("robot awake"), 2);
+    assert!(!app.scenario.has_line("robot velocity 0"), "no group braked");
+    let events = level_events(&app, before);
+    assert!(events.is_empty(), "the counter is WINNER throughout: {events:#?}");
+    app.stop();
 }
 
-fn what_cannot_be_saved_stays_where_it_is(executor: Executor) {
-    let mut rig = start_with(executor, CANNOT_SAVE, APP);
-    rig.until_did("walker 9 step 5");
-    let refused = reload(&mut rig, 2, ReloadOptions::default()).expect_err("it cannot be saved");
+fn a_build_that_cannot_save_its_memory_stays_in_use(executor: Executor) {
+    let mut app = start_with(executor, CANNOT_SAVE, APP);
+    app.until_line("counter 9 step 5");
+    let refused = reload(&mut app, 2, ReloadOptions::default()).expect_err("it cannot be saved");
     assert!(
         refused.starts_with("the present build cannot save what it remembers: panicked"),
         "{refused}"
     );
-    assert_eq!(rig.see("walker").faults, 0);
+    assert_eq!(app.schema("counter").faults, 0);
     let fresh = ReloadOptions {
         fresh: true,
         ..ReloadOptions::default()
     };
-    reload(&mut rig, 2, fresh).expect("it begins anew");
-    rig.until_did("walker 2 step 1");
-    rig.stop();
+    reload(&mut app, 2, fresh).expect("it starts fresh");
+    app.until_line("counter 2 step 1");
+    app.stop();
 }
 
-fn fifty_builds_take_over_from_each_other_without_a_stop(executor: Executor) {
-    let mut rig = start(executor);
-    let before = rig.stage.events().len();
+fn fifty_reloads_do_not_stop_the_robot(executor: Executor) {
+    let mut app = start(executor);
+    let before = app.scenario.events().len();
     for round in 0..50 {
         let number = 2 - round % 2;
-        let takeover = reload(&mut rig, number, ReloadOptions::default()).expect("it fits");
+        let takeover = reload(&mut app, number, ReloadOptions::default()).expect("it fits");
         assert_eq!(
             takeover.carried.map(|CarriedMemory { version, .. }| version),
             Some(3 - number)
         );
-        let lines = rig.stage.lines().len();
-        let step = format!("walker {number} step");
-        rig.until(|rig| {
-            rig.stage.lines()[lines..]
+        let lines = app.scenario.lines().len();
+        let step = format!("counter {number} step");
+        app.until(|app| {
+            app.scenario.lines()[lines..]
                 .iter()
                 .any(|line| line.starts_with(&step))
         });
     }
     assert_eq!(
-        level_heard(&rig, before).len(),
+        level_events(&app, before).len(),
         0,
         "{:#?}",
-        level_heard(&rig, before)
+        level_events(&app, before)
     );
-    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
-    let view = rig.see("walker").reload.expect("it was reloaded");
+    assert!(
+        !app.scenario.has_line("robot velocity 0"),
+        "the robot never stopped"
+    );
+    let view = app.schema("counter").reload.expect("it was reloaded");
     assert_eq!(view.reloads, 50);
-    // All instances have ended except two: the one that runs, and the one to go back to.
-    let drops = rig.stage.count("walker 1 drop") + rig.stage.count("walker 2 drop");
+    // All instances have ended except two: the current one and the previous one, which is kept for a rollback.
+    let drops = app.scenario.count("counter 1 drop") + app.scenario.count("counter 2 drop");
     assert_eq!(drops, 49);
-    let lines = rig.stage.lines().into_iter();
-    let walked: Vec<u32> = lines
+    let lines = app.scenario.lines().into_iter();
+    let steps_counted: Vec<u32> = lines
         .filter_map(|line| line.rsplit_once(" step ")?.1.parse().ok())
         .collect();
     assert_eq!(
-        walked,
-        (1..=walked.len() as u32).collect::<Vec<_>>(),
-        "it counts on"
+        steps_counted,
+        (1..=steps_counted.len() as u32).collect::<Vec<_>>(),
+        "the count continues"
     );
-    rig.stop();
+    app.stop();
 }

@@ -1,17 +1,17 @@
-//! Builds that fail: before they take over, on trial, and after the trial. The build before continues without
-//! informing the level, or the level selects again as for any fault.
+//! Builds that fail: before they take over, on trial, and after the trial. The previous build continues without
+//! a selection, or the level selects again as for any fault.
 
 use jde_core::Health;
 use jde_host::reload::ReloadOptions;
 use jde_records::event::Event;
 
-use super::walker::build;
-use super::{level_heard, outcome, reload, start, undone};
-use crate::common::{Executor, Rig, in_real_time, on_every_executor};
+use super::counter::build;
+use super::{level_events, outcome, reload, rollback_reasons, start};
+use crate::common::{Executor, TestApp, in_real_time, on_every_executor};
 
 on_every_executor!(
-    a_build_that_cannot_take_over_leaves_the_one_before_as_it_was,
-    a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault,
+    a_build_that_cannot_take_over_leaves_the_previous_build_running,
+    a_failure_on_trial_restores_the_previous_build_without_a_fault,
     a_fault_after_the_trial_is_a_fault,
 );
 
@@ -19,214 +19,224 @@ mod hanging {
     use super::*;
 
     in_real_time!(
-        a_build_that_hangs_on_trial_is_given_up_for_the_one_before,
-        a_build_that_hangs_while_it_takes_over_is_given_up_too,
-        a_hang_after_the_trial_is_followed_by_the_build_that_runs,
-        a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it,
+        a_build_that_hangs_on_trial_is_abandoned_for_the_previous_build,
+        a_build_that_hangs_while_it_takes_over_is_abandoned_for_the_previous_build,
+        a_hang_after_the_trial_restarts_the_current_build,
+        a_pending_build_takes_over_after_a_call_that_hangs,
     );
 }
 
-fn a_build_that_cannot_take_over_leaves_the_one_before_as_it_was(executor: Executor) {
-    let mut rig = start(executor);
-    let before = rig.stage.events().len();
+fn a_build_that_cannot_take_over_leaves_the_previous_build_running(executor: Executor) {
+    let mut app = start(executor);
+    let before = app.scenario.events().len();
     for (number, reason) in [
-        (4, "it refuses what was remembered: it knows better"),
+        (4, "it refuses what was remembered: the saved memory is invalid"),
         (5, "it cannot be made: panicked"),
-        (7, "it does not get up"),
+        (7, "it cannot awake"),
     ] {
-        let refused = reload(&mut rig, number, ReloadOptions::default()).expect_err("it cannot");
+        let refused = reload(&mut app, number, ReloadOptions::default()).expect_err("it cannot");
         assert!(refused.starts_with(reason), "{refused}");
-        let lines = rig.stage.lines().len();
-        rig.until(|rig| {
-            rig.stage.lines()[lines..]
+        let lines = app.scenario.lines().len();
+        app.until(|app| {
+            app.scenario.lines()[lines..]
                 .iter()
-                .any(|line| line.starts_with("walker 1 step"))
+                .any(|line| line.starts_with("counter 1 step"))
         });
-        assert_eq!(undone(&rig).last(), Some(&refused));
-        let view = rig.see("walker").reload.expect("it was tried");
+        assert_eq!(rollback_reasons(&app).last(), Some(&refused));
+        let view = app.schema("counter").reload.expect("it was tried");
         assert_eq!(
             (view.reloads, view.on_trial, view.undone),
             (0, false, Some(refused))
         );
     }
     assert_eq!(
-        level_heard(&rig, before).len(),
+        level_events(&app, before).len(),
         0,
         "{:#?}",
-        level_heard(&rig, before)
+        level_events(&app, before)
     );
-    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
-    let walked = rig.stage.lines();
-    let mut walked: Vec<u32> = walked
+    assert!(
+        !app.scenario.has_line("robot velocity 0"),
+        "the robot never stopped"
+    );
+    let steps = app.scenario.lines();
+    let mut steps: Vec<u32> = steps
         .iter()
-        .filter_map(|line| line.strip_prefix("walker 1 step ")?.parse().ok())
+        .filter_map(|line| line.strip_prefix("counter 1 step ")?.parse().ok())
         .collect();
-    let count = walked.len();
-    walked.dedup();
-    assert_eq!(walked, (1..=count as u32).collect::<Vec<_>>(), "it counts on");
-    rig.stop();
+    let count = steps.len();
+    steps.dedup();
+    assert_eq!(
+        steps,
+        (1..=count as u32).collect::<Vec<_>>(),
+        "the count continues"
+    );
+    app.stop();
 }
 
-fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(executor: Executor) {
+fn a_failure_on_trial_restores_the_previous_build_without_a_fault(executor: Executor) {
     for number in [3, 6] {
-        let mut rig = start(executor);
-        let before = rig.stage.events().len();
+        let mut app = start(executor);
+        let before = app.scenario.events().len();
         // A failure in the build's first turn is reported as the result of the reload.
-        let outcome = reload(&mut rig, number, ReloadOptions::default());
+        let outcome = reload(&mut app, number, ReloadOptions::default());
         assert_eq!(outcome.is_ok(), number == 3, "{outcome:?}");
-        rig.until(|rig| !undone(rig).is_empty());
-        let lines = rig.stage.lines().len();
-        rig.until(|rig| {
-            rig.stage.lines()[lines..]
+        app.until(|app| !rollback_reasons(app).is_empty());
+        let lines = app.scenario.lines().len();
+        app.until(|app| {
+            app.scenario.lines()[lines..]
                 .iter()
-                .any(|line| line.starts_with("walker 1 step"))
+                .any(|line| line.starts_with("counter 1 step"))
         });
         assert_eq!(
-            level_heard(&rig, before).len(),
+            level_events(&app, before).len(),
             0,
             "{:#?}",
-            level_heard(&rig, before)
+            level_events(&app, before)
         );
-        assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
-        assert_eq!(rig.see("walker").faults, 0);
-        let view = rig.see("walker").reload.expect("it was tried");
+        assert!(
+            !app.scenario.has_line("robot velocity 0"),
+            "the robot never stopped"
+        );
+        assert_eq!(app.schema("counter").faults, 0);
+        let view = app.schema("counter").reload.expect("it was tried");
         assert!(!view.on_trial && view.undone.is_some(), "{view:?}");
-        assert!(rig.stage.did(&format!("walker {number} drop")));
-        assert!(rig.stage.first("walker 1 sleep") < rig.stage.last("walker 1 awake"));
-        rig.stop();
+        assert!(app.scenario.has_line(&format!("counter {number} drop")));
+        assert!(app.scenario.first("counter 1 sleep") < app.scenario.last("counter 1 awake"));
+        app.stop();
     }
 }
 
 fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
-    let mut rig = start(executor);
-    let how = ReloadOptions {
+    let mut app = start(executor);
+    let options = ReloadOptions {
         probation: 0,
         ..ReloadOptions::default()
     };
-    let takeover = reload(&mut rig, 3, how).expect("it fits");
+    let takeover = reload(&mut app, 3, options).expect("it fits");
     assert_eq!(takeover.probation, 0);
-    rig.until_did("walker 1 drop");
-    let walker = rig.place("walker");
-    rig.until(|rig| {
-        rig.stage.told(|event| {
+    app.until_line("counter 1 drop");
+    let counter = app.index("counter");
+    app.until(|app| {
+        app.scenario.has_event(|event| {
             matches!(event, Event::HealthChanged { schema, health: Health::Faulted(reason), .. }
-                if *schema == walker && reason == "its third step is wrong")
+                if *schema == counter && reason == "its third step is wrong")
         })
     });
-    assert_eq!(undone(&rig), [""; 0]);
+    assert_eq!(rollback_reasons(&app), [""; 0]);
     // A restart uses the build in force.
-    rig.until(|rig| rig.stage.count("walker 3 awake") > 1);
-    rig.stop();
+    app.until(|app| app.scenario.count("counter 3 awake") > 1);
+    app.stop();
 }
 
-/// Runs until an instance of that build, created after the first `since` lines, walks.
-fn until_walks(rig: &mut Rig, build: u32, since: usize) {
-    rig.until(|rig| {
-        let lines = rig.stage.lines().split_off(since);
-        let made = lines
+/// Runs until an instance of this build that awoke after the first `since` lines takes a step.
+fn until_steps(app: &mut TestApp, build: u32, since: usize) {
+    app.until(|app| {
+        let lines = app.scenario.lines().split_off(since);
+        let awake = lines
             .iter()
-            .position(|line| *line == format!("walker {build} awake"));
-        made.is_some_and(|made| {
-            let step = format!("walker {build} step");
-            lines[made..].iter().any(|line| line.starts_with(&step))
+            .position(|line| *line == format!("counter {build} awake"));
+        awake.is_some_and(|awake| {
+            let step = format!("counter {build} step");
+            lines[awake..].iter().any(|line| line.starts_with(&step))
         })
     });
 }
 
 /// Releases the call that hangs, and waits for the end of its instance.
-fn let_go(rig: &mut Rig, build: u32) {
-    assert_eq!(rig.see("walker").left, 1);
-    assert!(!rig.stage.did(&format!("walker {build} drop")));
-    rig.stage.note(|| "let go".to_owned());
-    rig.until(|rig| rig.see("walker").left == 0);
-    rig.until_did(&format!("walker {build} drop"));
+fn release_hang(app: &mut TestApp, build: u32) {
+    assert_eq!(app.schema("counter").left, 1);
+    assert!(!app.scenario.has_line(&format!("counter {build} drop")));
+    app.scenario.record(|| "release".to_owned());
+    app.until(|app| app.schema("counter").left == 0);
+    app.until_line(&format!("counter {build} drop"));
 }
 
-fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor) {
-    let mut rig = start(executor);
-    reload(&mut rig, 8, ReloadOptions::default()).expect("it fits");
-    rig.until_did("walker 8 hangs");
-    let walker = rig.place("walker");
-    let since = rig.stage.lines().len();
-    until_walks(&mut rig, 1, since);
-    // Its level selected again, as after any fault.
-    assert!(rig.stage.told(|event| {
-        matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == walker)
+fn a_build_that_hangs_on_trial_is_abandoned_for_the_previous_build(executor: Executor) {
+    let mut app = start(executor);
+    reload(&mut app, 8, ReloadOptions::default()).expect("it fits");
+    app.until_line("counter 8 hangs");
+    let counter = app.index("counter");
+    let since = app.scenario.lines().len();
+    until_steps(&mut app, 1, since);
+    // The level selected again, as after any fault.
+    assert!(app.scenario.has_event(|event| {
+        matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == counter)
     }));
-    let reason = undone(&rig).pop().expect("it was undone");
+    let reason = rollback_reasons(&app).pop().expect("it was undone");
     assert!(
         reason.starts_with("has not returned from a call for "),
         "{reason}"
     );
-    let view = rig.see("walker").reload.expect("it was reloaded");
+    let view = app.schema("counter").reload.expect("it was reloaded");
     assert!(!view.on_trial && view.undone.is_some(), "{view:?}");
     assert!(
-        !rig.stage.did("walker 1 drop"),
-        "the one that was kept is with the call"
+        !app.scenario.has_line("counter 1 drop"),
+        "the kept instance ends with the call"
     );
-    let_go(&mut rig, 8);
-    rig.until_did("walker 1 drop");
+    release_hang(&mut app, 8);
+    app.until_line("counter 1 drop");
     // Another build may take over now.
-    reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-    rig.until_did("walker 2 awake");
-    rig.stop();
+    reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+    app.until_line("counter 2 awake");
+    app.stop();
 }
 
-fn a_build_that_hangs_while_it_takes_over_is_given_up_too(executor: Executor) {
+fn a_build_that_hangs_while_it_takes_over_is_abandoned_for_the_previous_build(executor: Executor) {
     for number in [15, 16] {
-        let mut rig = start(executor);
-        let since = rig.stage.lines().len();
-        let refused = reload(&mut rig, number, ReloadOptions::default()).expect_err("it never has a turn");
+        let mut app = start(executor);
+        let since = app.scenario.lines().len();
+        let refused = reload(&mut app, number, ReloadOptions::default()).expect_err("it never has a turn");
         assert!(
             refused.starts_with("has not returned from a call for "),
             "{refused}"
         );
-        assert!(rig.stage.did(&format!("walker {number} hangs")));
-        until_walks(&mut rig, 1, since);
-        assert_eq!(undone(&rig), [refused]);
-        assert_eq!(rig.see("walker").faults, 1);
-        let_go(&mut rig, number);
-        reload(&mut rig, 2, ReloadOptions::default()).expect("it fits");
-        rig.until_did("walker 2 awake");
-        rig.stop();
+        assert!(app.scenario.has_line(&format!("counter {number} hangs")));
+        until_steps(&mut app, 1, since);
+        assert_eq!(rollback_reasons(&app), [refused]);
+        assert_eq!(app.schema("counter").faults, 1);
+        release_hang(&mut app, number);
+        reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
+        app.until_line("counter 2 awake");
+        app.stop();
     }
 }
 
-fn a_hang_after_the_trial_is_followed_by_the_build_that_runs(executor: Executor) {
-    let mut rig = start(executor);
-    let how = ReloadOptions {
+fn a_hang_after_the_trial_restarts_the_current_build(executor: Executor) {
+    let mut app = start(executor);
+    let options = ReloadOptions {
         probation: 0,
         ..ReloadOptions::default()
     };
-    reload(&mut rig, 8, how).expect("it fits");
-    rig.until_did("walker 8 hangs");
-    let since = rig.stage.lines().len();
-    until_walks(&mut rig, 8, since);
-    assert_eq!(undone(&rig), [""; 0]);
-    rig.stage.note(|| "let go".to_owned());
-    rig.stop();
+    reload(&mut app, 8, options).expect("it fits");
+    app.until_line("counter 8 hangs");
+    let since = app.scenario.lines().len();
+    until_steps(&mut app, 8, since);
+    assert_eq!(rollback_reasons(&app), [""; 0]);
+    app.scenario.record(|| "release".to_owned());
+    app.stop();
 }
 
-fn a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it(executor: Executor) {
-    let mut rig = start(executor);
-    let how = ReloadOptions {
+fn a_pending_build_takes_over_after_a_call_that_hangs(executor: Executor) {
+    let mut app = start(executor);
+    let options = ReloadOptions {
         probation: 0,
         ..ReloadOptions::default()
     };
-    reload(&mut rig, 17, how).expect("it fits");
-    rig.until_did("walker 17 waits");
-    // Both wait for the end of its iteration. It goes to sleep first, and hangs in that call.
-    let walker = rig.place("walker");
-    let operator = rig.operator();
-    operator.hold_asleep(walker).expect("it can be stopped");
-    let order = operator.replace(walker, &build(2), how).expect("it fits");
-    rig.stage.note(|| "go".to_owned());
-    rig.until_did("walker 17 hangs");
-    outcome(&mut rig, &order).expect("whoever takes the next turn carries it out");
-    operator.release(walker).expect("it was stopped");
-    rig.until_did("walker 2 step 1");
+    reload(&mut app, 17, options).expect("it fits");
+    app.until_line("counter 17 waits");
+    // The stop and the reload wait for the end of the iteration. The schema goes to sleep first and hangs there.
+    let counter = app.index("counter");
+    let operator = app.operator();
+    operator.hold_asleep(counter).expect("it can be stopped");
+    let pending = operator.replace(counter, &build(2), options).expect("it fits");
+    app.scenario.record(|| "go".to_owned());
+    app.until_line("counter 17 hangs");
+    outcome(&mut app, &pending).expect("the next turn performs the reload");
+    operator.release(counter).expect("it was stopped");
+    app.until_line("counter 2 step 1");
     // Another build may take over now.
-    reload(&mut rig, 1, how).expect("it fits");
-    rig.stage.note(|| "let go".to_owned());
-    rig.stop();
+    reload(&mut app, 1, options).expect("it fits");
+    app.scenario.record(|| "release".to_owned());
+    app.stop();
 }

@@ -6,35 +6,35 @@ use std::sync::atomic::Ordering::SeqCst;
 use super::*;
 
 on_every_executor!(
-    r7_r9_what_a_father_took_over_is_neutral_when_its_children_do_not_want_to_act,
-    r7_what_a_father_took_over_is_neutral_when_a_child_wins_that_commands_something_else,
-    r9_who_has_no_authority_does_not_brake_what_another_took_over,
-    r7_what_a_father_took_over_is_neutral_when_it_wakes_nobody_who_may_act,
-    r7_what_a_father_took_over_is_neutral_when_nobody_awake_below_it_wants_to_act,
+    r7_r9_a_command_that_a_father_took_over_is_neutral_when_no_child_is_ready,
+    r7_a_command_that_a_father_took_over_is_neutral_when_its_child_commands_another_actuator,
+    r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_took_over,
+    r7_a_command_that_a_father_took_over_is_neutral_when_it_wakes_no_child,
+    r7_a_command_that_a_father_took_over_is_neutral_when_no_awake_child_is_ready,
 );
 
 mod hanging {
     use super::*;
 
-    in_real_time!(r7_what_a_father_took_over_stands_for_the_drivers_validity_alone);
+    in_real_time!(r7_a_command_that_a_father_took_over_expires_with_the_drivers_validity);
 }
 
-fn r7_r9_what_a_father_took_over_is_neutral_when_its_children_do_not_want_to_act(executor: Executor) {
-    let stage = Stage::new();
+fn r7_r9_a_command_that_a_father_took_over_is_neutral_when_no_child_is_ready(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    leads(&stage, "father", &switch(true));
-    let mut rig = Rig::start(executor, &stage, FAMILY);
-    rig.until_did("robot velocity 0.3");
+    scenario.drives("first", &first, 0.3);
+    wakes_children(&scenario, "father", &switch(true));
+    let mut app = TestApp::start(executor, &scenario, FAMILY);
+    app.until_line("robot velocity 0.3");
     first.store(false, SeqCst);
-    rig.until_did("robot velocity 0");
-    assert_eq!(rig.winner("roots").as_deref(), Some("father"));
-    rig.stop();
+    app.until_line("robot velocity 0");
+    assert_eq!(app.winner("roots").as_deref(), Some("father"));
+    app.stop();
 }
 
-fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Executor) {
-    let stage = Stage::new();
-    stage.play("first", |call, io| {
+fn r7_a_command_that_a_father_took_over_expires_with_the_drivers_validity(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.on_call("first", |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -44,13 +44,13 @@ fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Ex
         }
         Ok(())
     });
-    // The father has not ended its first iteration.
-    let won = switch(false);
-    let wins = Arc::clone(&won);
-    stage.play("father", move |call, io| {
+    // The father is still inside its first iteration when the command expires.
+    let ready = switch(false);
+    let is_ready = Arc::clone(&ready);
+    scenario.on_call("father", move |call, io| {
         match call {
-            Call::Check => io.ready(wins.load(SeqCst)),
-            Call::Iterate => io.stage.wait_until(|| io.stage.did("robot reach 0")),
+            Call::Check => io.ready(is_ready.load(SeqCst)),
+            Call::Iterate => io.scenario.wait_until(|| io.scenario.has_line("robot reach 0")),
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
@@ -60,56 +60,61 @@ fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Ex
         "actuators = { base = \"robot.velocity\" }\n    [schemas.father]",
         "period = \"3600s\"\n actuators = { arm = \"robot.reach\" }\n    [schemas.father]\n budget = \"1000s\"",
     );
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot reach 0.3");
-    won.store(true, SeqCst);
-    let robot = rig.place("robot");
-    rig.operator().play(robot).expect("it can be played");
-    let father = rig.place("father");
-    rig.operator().force(father).expect("it can be forced");
-    rig.until_did("robot reach 0");
-    rig.stop();
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("robot reach 0.3");
+    ready.store(true, SeqCst);
+    let robot = app.index("robot");
+    app.operator().play(robot).expect("it can be played");
+    let father = app.index("father");
+    app.operator().force(father).expect("it can be forced");
+    app.until_line("robot reach 0");
+    app.stop();
 }
 
-fn r7_what_a_father_took_over_is_neutral_when_a_child_wins_that_commands_something_else(executor: Executor) {
-    let stage = Stage::new();
+fn r7_a_command_that_a_father_took_over_is_neutral_when_its_child_commands_another_actuator(
+    executor: Executor,
+) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    leads(&stage, "father", &switch(true));
-    let found = finds(&stage, "right", &switch(true));
-    let mut rig = Rig::start(executor, &stage, FAMILY);
-    rig.until_did("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    scenario.drives("first", &first, 0.3);
+    wakes_children(&scenario, "father", &switch(true));
+    let velocities = record_velocity(&scenario, "right", &switch(true));
+    let mut app = TestApp::start(executor, &scenario, FAMILY);
+    app.until_line("robot velocity 0.3");
+    velocities.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.stop();
+    app.until(|_| !velocities.lock().unwrap().is_empty());
+    assert_eq!(velocities.lock().unwrap()[0], 0.0);
+    app.stop();
 }
 
-fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Executor) {
-    let stage = Stage::new();
+fn r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_took_over(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    let found = Arc::new(Mutex::new(Vec::new()));
-    let (finds, loses) = (Arc::clone(&found), Arc::clone(&first));
-    stage.play("father", move |call, io| {
+    scenario.drives("first", &first, 0.3);
+    let velocities = Arc::new(Mutex::new(Vec::new()));
+    let (recorder, first_ready) = (Arc::clone(&velocities), Arc::clone(&first));
+    scenario.on_call("father", move |call, io| {
         match call {
             Call::Check => io.ready(true),
-            // The father may be the first to win at the start.
-            Call::Iterate if !loses.load(SeqCst) => {
-                let handle = io.stage.handle().expect("it was opened before");
+            // The father may be the first winner after the start.
+            Call::Iterate if !first_ready.load(SeqCst) => {
+                let handle = io.scenario.handle().expect("the application has started");
                 let velocity = || {
-                    let found: Option<Twist> = handle.value("robot.velocity").expect("it is one");
-                    found.map_or(0.0, |twist| twist.linear.x)
+                    let command: Option<Twist> = handle.value("robot.velocity").expect("it is a command");
+                    command.map_or(0.0, |twist| twist.linear.x)
                 };
                 let before = velocity();
-                let right = handle.application().instance("right").expect("it is there");
+                let right = handle
+                    .application()
+                    .instance("right")
+                    .expect("the instance exists");
                 let operator = handle.operator("ana@laptop");
-                // After this the father's group has no winner, and brakes.
+                // After this, the father's group has no winner and brakes.
                 operator.play(right)?;
                 operator.hold_asleep(right)?;
-                finds.lock().unwrap().push([before, velocity()]);
-                io.stage.stir();
+                recorder.lock().unwrap().push([before, velocity()]);
+                io.scenario.notify();
             }
             Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
@@ -129,49 +134,49 @@ fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Execu
         children = { a = "right" }
         groups.base = { policy = "priority" }
     "#;
-    let mut rig = Rig::start(executor, &stage, &(body + other));
-    rig.until_did("robot velocity 0.3");
+    let mut app = TestApp::start(executor, &scenario, &(body + other));
+    app.until_line("robot velocity 0.3");
     first.store(false, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
-    rig.stop();
-    assert_eq!(found.lock().unwrap()[0], [0.3, 0.3]);
+    app.until(|_| !velocities.lock().unwrap().is_empty());
+    app.stop();
+    assert_eq!(velocities.lock().unwrap()[0], [0.3, 0.3]);
 }
 
-fn r7_what_a_father_took_over_is_neutral_when_it_wakes_nobody_who_may_act(executor: Executor) {
-    let stage = Stage::new();
+fn r7_a_command_that_a_father_took_over_is_neutral_when_it_wakes_no_child(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    let found = finds(&stage, "father", &switch(true));
-    let mut rig = Rig::start(executor, &stage, FAMILY);
-    rig.until_did("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    scenario.drives("first", &first, 0.3);
+    let velocities = record_velocity(&scenario, "father", &switch(true));
+    let mut app = TestApp::start(executor, &scenario, FAMILY);
+    app.until_line("robot velocity 0.3");
+    velocities.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| found.lock().unwrap().len() > 1);
-    assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
-    rig.until_did("robot velocity 0");
-    rig.stop();
+    app.until(|_| velocities.lock().unwrap().len() > 1);
+    assert_eq!(velocities.lock().unwrap()[..2], [0.3, 0.0]);
+    app.until_line("robot velocity 0");
+    app.stop();
 }
 
-fn r7_what_a_father_took_over_is_neutral_when_nobody_awake_below_it_wants_to_act(executor: Executor) {
-    let stage = Stage::new();
+fn r7_a_command_that_a_father_took_over_is_neutral_when_no_awake_child_is_ready(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
+    scenario.drives("first", &first, 0.3);
     // The father's group has braked before the father wins.
-    stage.play("left", |call, io| {
+    scenario.on_call("left", |call, io| {
         if call == Call::Check {
-            io.say("check");
+            io.record("check");
         }
         Ok(())
     });
-    let found = finds(&stage, "father", &switch(true));
-    let mut rig = Rig::start(executor, &stage, FAMILY);
-    rig.until_did("robot velocity 0.3");
-    let left = rig.place("left");
-    rig.operator().play(left).expect("it can be played");
-    rig.until_did("left check");
-    found.lock().unwrap().clear();
+    let velocities = record_velocity(&scenario, "father", &switch(true));
+    let mut app = TestApp::start(executor, &scenario, FAMILY);
+    app.until_line("robot velocity 0.3");
+    let left = app.index("left");
+    app.operator().play(left).expect("it can be played");
+    app.until_line("left check");
+    velocities.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| found.lock().unwrap().len() > 1);
-    assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
-    rig.stop();
+    app.until(|_| velocities.lock().unwrap().len() > 1);
+    assert_eq!(velocities.lock().unwrap()[..2], [0.3, 0.0]);
+    app.stop();
 }

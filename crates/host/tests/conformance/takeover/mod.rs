@@ -1,4 +1,5 @@
-//! What a winner finds of earlier commands (R7, R9): taken over by it, or neutral.
+//! What happens to the commands of a loser at a takeover (R7, R9): the winner takes them over, or they become
+//! neutral.
 
 mod fathers;
 
@@ -7,24 +8,24 @@ use std::sync::{Arc, Mutex, mpsc};
 
 use jde_types::Twist;
 
-use crate::common::{Call, Executor, Rig, Stage, in_real_time, on_every_executor};
+use crate::common::{Call, Executor, Scenario, TestApp, in_real_time, on_every_executor};
 
 on_every_executor!(
-    r7_whoever_commands_something_else_finds_the_losers_command_neutral,
-    r7_after_a_fault_the_next_finds_the_losers_command_neutral,
-    r7_after_a_stop_by_an_operator_the_next_finds_the_losers_command_neutral,
+    r7_the_losers_command_is_neutral_when_the_winner_commands_another_actuator,
+    r7_the_losers_command_is_neutral_after_a_fault,
+    r7_the_losers_command_is_neutral_after_a_stop_by_an_operator,
     r9_a_hold_ends_when_a_sibling_wins,
-    r9_a_hold_below_ends_when_somebody_else_wins_above,
-    r9_a_hold_ends_when_the_same_one_wins_again,
-    r7_of_two_actuators_the_one_that_nobody_takes_over_is_neutral,
-    r7_between_two_that_command_the_same_actuator_it_never_jerks,
-    r7_what_the_winner_does_not_write_in_its_first_iteration_is_neutral_after_it,
+    r9_a_hold_below_a_father_ends_when_another_schema_wins_above,
+    r9_a_hold_ends_when_the_same_schema_wins_again,
+    r7_of_two_actuators_the_one_that_is_not_taken_over_is_neutral,
+    r7_an_actuator_that_is_taken_over_receives_no_neutral_command,
+    r7_a_command_that_the_winner_does_not_write_in_its_first_iteration_becomes_neutral,
 );
 
 mod hanging {
     use super::*;
 
-    in_real_time!(r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral,);
+    in_real_time!(r7_the_losers_command_is_neutral_after_the_end_of_patience,);
 }
 
 /// One schema drives the base and the other the arm of one robot. The base's command would be in force for
@@ -65,22 +66,22 @@ fn switch(on: bool) -> Arc<AtomicBool> {
     Arc::new(AtomicBool::new(on))
 }
 
-/// Records the base's command at each iteration of a schema that does not write it. That schema may be the
-/// first to win at the start.
-fn finds(stage: &Stage, name: &str, ready: &Arc<AtomicBool>) -> Arc<Mutex<Vec<f64>>> {
+/// Records the base's command at each iteration of a schema that does not write it. This schema may be the
+/// first winner after the start.
+fn record_velocity(scenario: &Scenario, name: &str, ready: &Arc<AtomicBool>) -> Arc<Mutex<Vec<f64>>> {
     let found = Arc::new(Mutex::new(Vec::new()));
-    let (finds, ready) = (Arc::clone(&found), Arc::clone(ready));
-    stage.play(name, move |call, io| {
+    let (recorder, ready) = (Arc::clone(&found), Arc::clone(ready));
+    scenario.on_call(name, move |call, io| {
         match call {
             Call::Check => io.ready(ready.load(SeqCst)),
             Call::Iterate => {
-                if let Some(handle) = io.stage.handle() {
-                    let found: Option<Twist> = handle.value("robot.velocity").expect("it is one");
-                    finds
+                if let Some(handle) = io.scenario.handle() {
+                    let command: Option<Twist> = handle.value("robot.velocity").expect("it is a command");
+                    recorder
                         .lock()
                         .unwrap()
-                        .push(found.map_or(0.0, |twist| twist.linear.x));
-                    io.stage.stir();
+                        .push(command.map_or(0.0, |twist| twist.linear.x));
+                    io.scenario.notify();
                 }
             }
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
@@ -91,9 +92,9 @@ fn finds(stage: &Stage, name: &str, ready: &Arc<AtomicBool>) -> Arc<Mutex<Vec<f6
 }
 
 /// A father that wakes both its children in each iteration.
-fn leads(stage: &Stage, name: &str, ready: &Arc<AtomicBool>) {
+fn wakes_children(scenario: &Scenario, name: &str, ready: &Arc<AtomicBool>) {
     let ready = Arc::clone(ready);
-    stage.play(name, move |call, io| {
+    scenario.on_call(name, move |call, io| {
         match call {
             Call::Check => io.ready(ready.load(SeqCst)),
             Call::Iterate => {
@@ -106,31 +107,31 @@ fn leads(stage: &Stage, name: &str, ready: &Arc<AtomicBool>) {
     });
 }
 
-fn velocity(rig: &Rig) -> f64 {
-    let found: Option<Twist> = rig.handle.value("robot.velocity").expect("it is one");
-    found.map_or(0.0, |twist| twist.linear.x)
+fn velocity(app: &TestApp) -> f64 {
+    let command: Option<Twist> = app.handle.value("robot.velocity").expect("it is a command");
+    command.map_or(0.0, |twist| twist.linear.x)
 }
 
-fn r7_whoever_commands_something_else_finds_the_losers_command_neutral(executor: Executor) {
-    let stage = Stage::new();
+fn r7_the_losers_command_is_neutral_when_the_winner_commands_another_actuator(executor: Executor) {
+    let scenario = Scenario::new();
     let (first, second) = (switch(true), switch(true));
-    stage.drives("first", &first, 0.3);
-    let found = finds(&stage, "second", &second);
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
+    scenario.drives("first", &first, 0.3);
+    let found = record_velocity(&scenario, "second", &second);
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.until_did("robot velocity 0");
-    rig.stop();
+    app.until_line("robot velocity 0");
+    app.stop();
 }
 
-fn r7_after_a_fault_the_next_finds_the_losers_command_neutral(executor: Executor) {
-    let stage = Stage::new();
+fn r7_the_losers_command_is_neutral_after_a_fault(executor: Executor) {
+    let scenario = Scenario::new();
     let (fails, second) = (switch(false), switch(true));
     let failing = Arc::clone(&fails);
-    stage.play("first", move |call, io| match call {
+    scenario.on_call("first", move |call, io| match call {
         Call::Check => {
             io.ready(true);
             Ok(())
@@ -142,35 +143,35 @@ fn r7_after_a_fault_the_next_finds_the_losers_command_neutral(executor: Executor
         }
         Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
     });
-    let found = finds(&stage, "second", &second);
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
+    let found = record_velocity(&scenario, "second", &second);
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     fails.store(true, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.stop();
+    app.stop();
 }
 
-fn r7_after_a_stop_by_an_operator_the_next_finds_the_losers_command_neutral(executor: Executor) {
-    let stage = Stage::new();
-    stage.drives("first", &switch(true), 0.3);
-    let found = finds(&stage, "second", &switch(true));
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
+fn r7_the_losers_command_is_neutral_after_a_stop_by_an_operator(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.drives("first", &switch(true), 0.3);
+    let found = record_velocity(&scenario, "second", &switch(true));
+    let mut app = TestApp::start(executor, &scenario, PAIR);
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
-    let first = rig.place("first");
-    rig.operator().hold_asleep(first).expect("it can be stopped");
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    let first = app.index("first");
+    app.operator().hold_asleep(first).expect("it can be stopped");
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.stop();
+    app.stop();
 }
 
-fn r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral(executor: Executor) {
-    let stage = Stage::new();
+fn r7_the_losers_command_is_neutral_after_the_end_of_patience(executor: Executor) {
+    let scenario = Scenario::new();
     let second = switch(false);
     let (release, held) = mpsc::channel::<()>();
-    stage.play("first", move |call, io| {
+    scenario.on_call("first", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
@@ -182,49 +183,49 @@ fn r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral(execut
         }
         Ok(())
     });
-    let found = finds(&stage, "second", &second);
+    let found = record_velocity(&scenario, "second", &second);
     let body = PAIR.replace("actuators = { base", "budget = \"1000s\"\n actuators = { base");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot velocity 0.3");
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     second.store(true, SeqCst);
-    let place = rig.place("second");
-    rig.operator().force(place).expect("it can be forced");
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    let second = app.index("second");
+    app.operator().force(second).expect("it can be forced");
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
     drop(release);
-    rig.stop();
+    app.stop();
 }
 
-/// Holds every command for 1000 s.
+/// Returns the application with a root group that holds commands for 1000 s.
 fn holding(body: &str) -> String {
     format!("root = {{ absence = \"hold\", hold = \"1000s\" }}\n{body}")
 }
 
 fn r9_a_hold_ends_when_a_sibling_wins(executor: Executor) {
-    let stage = Stage::new();
+    let scenario = Scenario::new();
     let (first, second) = (switch(true), switch(false));
-    stage.drives("first", &first, 0.3);
-    let found = finds(&stage, "second", &second);
-    let mut rig = Rig::start(executor, &stage, &holding(PAIR));
-    rig.until_did("robot velocity 0.3");
+    scenario.drives("first", &first, 0.3);
+    let found = record_velocity(&scenario, "second", &second);
+    let mut app = TestApp::start(executor, &scenario, &holding(PAIR));
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|rig| rig.winner("roots").is_none());
-    assert_eq!(velocity(&rig), 0.3, "it is held");
+    app.until(|app| app.winner("roots").is_none());
+    assert_eq!(velocity(&app), 0.3, "the command is held");
     second.store(true, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.until_did("robot velocity 0");
-    rig.stop();
+    app.until_line("robot velocity 0");
+    app.stop();
 }
 
-fn r9_a_hold_below_ends_when_somebody_else_wins_above(executor: Executor) {
-    let stage = Stage::new();
+fn r9_a_hold_below_a_father_ends_when_another_schema_wins_above(executor: Executor) {
+    let scenario = Scenario::new();
     let (example, vff, head) = (switch(true), switch(true), switch(false));
-    leads(&stage, "example", &example);
-    stage.drives("vff", &vff, 0.4);
-    let found = finds(&stage, "head", &head);
+    wakes_children(&scenario, "example", &example);
+    scenario.drives("vff", &vff, 0.4);
+    let found = record_velocity(&scenario, "head", &head);
     let body = r#"
         roots = ["head", "example"]
         [schemas.robot]
@@ -240,24 +241,24 @@ fn r9_a_hold_below_ends_when_somebody_else_wins_above(executor: Executor) {
         type = "test/motor"
         actuators = { base = "robot.velocity" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("robot velocity 0.4");
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("robot velocity 0.4");
     found.lock().unwrap().clear();
     vff.store(false, SeqCst);
-    rig.until(|rig| rig.winner("example/base").is_none());
-    assert_eq!(velocity(&rig), 0.4, "it is held");
+    app.until(|app| app.winner("example/base").is_none());
+    assert_eq!(velocity(&app), 0.4, "the command is held");
     head.store(true, SeqCst);
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    app.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
-    rig.until_did("robot velocity 0");
-    rig.stop();
+    app.until_line("robot velocity 0");
+    app.stop();
 }
 
-fn r9_a_hold_ends_when_the_same_one_wins_again(executor: Executor) {
-    let stage = Stage::new();
+fn r9_a_hold_ends_when_the_same_schema_wins_again(executor: Executor) {
+    let scenario = Scenario::new();
     let (first, writes) = (switch(true), switch(true));
     let (ready, writing) = (Arc::clone(&first), Arc::clone(&writes));
-    stage.play("first", move |call, io| {
+    scenario.on_call("first", move |call, io| {
         match call {
             Call::Check => io.ready(ready.load(SeqCst)),
             Call::Iterate if writing.load(SeqCst) => {
@@ -267,22 +268,22 @@ fn r9_a_hold_ends_when_the_same_one_wins_again(executor: Executor) {
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, &holding(PAIR));
-    rig.until_did("robot velocity 0.3");
+    let mut app = TestApp::start(executor, &scenario, &holding(PAIR));
+    app.until_line("robot velocity 0.3");
     first.store(false, SeqCst);
-    rig.until(|rig| rig.winner("roots").is_none());
+    app.until(|app| app.winner("roots").is_none());
     writes.store(false, SeqCst);
     first.store(true, SeqCst);
-    rig.until_did("robot velocity 0");
-    assert_eq!(rig.winner("roots").as_deref(), Some("first"));
-    rig.stop();
+    app.until_line("robot velocity 0");
+    assert_eq!(app.winner("roots").as_deref(), Some("first"));
+    app.stop();
 }
 
-fn r7_of_two_actuators_the_one_that_nobody_takes_over_is_neutral(executor: Executor) {
-    let stage = Stage::new();
+fn r7_of_two_actuators_the_one_that_is_not_taken_over_is_neutral(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
     let ready = Arc::clone(&first);
-    stage.play("first", move |call, io| {
+    scenario.on_call("first", move |call, io| {
         match call {
             Call::Check => io.ready(ready.load(SeqCst)),
             Call::Iterate => {
@@ -293,8 +294,8 @@ fn r7_of_two_actuators_the_one_that_nobody_takes_over_is_neutral(executor: Execu
         }
         Ok(())
     });
-    let found = finds(&stage, "second", &switch(true));
-    // Both schemas command the robot's first command, and only `first` commands the legs'.
+    let found = record_velocity(&scenario, "second", &switch(true));
+    // Both schemas command the robot, and only `first` commands the legs.
     let body = r#"
         roots = ["first", "second"]
         [schemas.robot]
@@ -308,62 +309,62 @@ fn r7_of_two_actuators_the_one_that_nobody_takes_over_is_neutral(executor: Execu
         type = "test/motor"
         actuators = { base = "robot.velocity" }
     "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("legs velocity 0.2");
-    rig.until_did("robot velocity 0.3");
+    let mut app = TestApp::start(executor, &scenario, body);
+    app.until_line("legs velocity 0.2");
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| found.lock().unwrap().len() > 1);
+    app.until(|_| found.lock().unwrap().len() > 1);
     assert_eq!(
         found.lock().unwrap()[..2],
         [0.3, 0.0],
-        "taken over, and not written"
+        "taken over but not written"
     );
-    let legs: Option<Twist> = rig.handle.value("legs.velocity").expect("it is one");
+    let legs: Option<Twist> = app.handle.value("legs.velocity").expect("it is a command");
     assert_eq!(legs, Some(Twist::ZERO), "not taken over");
-    rig.stop();
+    app.stop();
 }
 
-fn r7_between_two_that_command_the_same_actuator_it_never_jerks(executor: Executor) {
-    let stage = Stage::new();
+fn r7_an_actuator_that_is_taken_over_receives_no_neutral_command(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    stage.drives("second", &switch(true), 0.2);
+    scenario.drives("first", &first, 0.3);
+    scenario.drives("second", &switch(true), 0.2);
     let body = PAIR.replace("arm = \"robot.reach\"", "base = \"robot.velocity\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot velocity 0.3");
-    let command = rig.handle.board().get("robot.velocity").expect("a command");
-    let (values, reads) = (
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("robot velocity 0.3");
+    let command = app.handle.board().get("robot.velocity").expect("a command");
+    let (values, reader) = (
         Arc::new(Mutex::new(Vec::new())),
         Mutex::new(command.reader("test")),
     );
-    let heard = Arc::clone(&values);
+    let recorder = Arc::clone(&values);
     let watch = command.watch(move || {
-        let mut reader = reads.lock().unwrap();
+        let mut reader = reader.lock().unwrap();
         let bytes = reader.latch().expect("it was published").bytes.to_vec();
         reader.release();
-        heard.lock().unwrap().push(bytes);
+        recorder.lock().unwrap().push(bytes);
     });
     first.store(false, SeqCst);
-    rig.until_did("robot velocity 0.2");
+    app.until_line("robot velocity 0.2");
     drop(watch);
     let neutral = jde_types::Value::as_bytes(&Twist::ZERO).to_vec();
     assert!(!values.lock().unwrap().contains(&neutral));
-    rig.stop();
+    app.stop();
 }
 
-fn r7_what_the_winner_does_not_write_in_its_first_iteration_is_neutral_after_it(executor: Executor) {
-    let stage = Stage::new();
+fn r7_a_command_that_the_winner_does_not_write_in_its_first_iteration_becomes_neutral(executor: Executor) {
+    let scenario = Scenario::new();
     let first = switch(true);
-    stage.drives("first", &first, 0.3);
-    let found = finds(&stage, "second", &switch(true));
+    scenario.drives("first", &first, 0.3);
+    let found = record_velocity(&scenario, "second", &switch(true));
     let body = PAIR.replace("arm = \"robot.reach\"", "base = \"robot.velocity\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot velocity 0.3");
+    let mut app = TestApp::start(executor, &scenario, &body);
+    app.until_line("robot velocity 0.3");
     found.lock().unwrap().clear();
     first.store(false, SeqCst);
-    rig.until(|_| found.lock().unwrap().len() > 1);
+    app.until(|_| found.lock().unwrap().len() > 1);
     assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
-    rig.until_did("robot velocity 0");
-    rig.stop();
+    app.until_line("robot velocity 0");
+    app.stop();
 }

@@ -1,13 +1,13 @@
 /*
- * A motor schema in C that counts its steps, hands the count on, and fails in the worst ways C has. Its builds differ by macros:
- * SPEED, at which it drives; FALLS, the turn in which it follows a null pointer, if not 0; HANGS, whether it never takes over; NEWER,
- * whether it has ports that the first build has not, and numbers them otherwise.
+ * A motor schema in C that counts its steps, saves the count for the next build, and crashes or hangs. Builds differ by macros:
+ * SPEED, the speed at which it drives; CRASHES_AT, the turn in which it dereferences a null pointer, or 0 for none; HANGS, whether
+ * its restore hangs; MORE_PORTS, whether it has more ports than the first build and numbers them otherwise.
  */
 #include "jde_types.h"
 
 #include <stdlib.h>
 
-#if NEWER
+#if MORE_PORTS
 enum { EXTRA, GAIN, STEPS, BASE };
 static const jde_uint32 one = {1u};
 #else
@@ -15,14 +15,14 @@ enum { BASE, STEPS };
 #endif
 
 static const jde_port ports[] = {
-#if NEWER
-    JDE_PORT_EXPORT("extra", "Something new.", jde_twist_type),
-    JDE_PORT_MODULATION("gain", "How often a step counts.", "", jde_uint32_type, one, 0.0, JDE_UNBOUNDED, 0u),
-    JDE_PORT_EXPORT("steps", "Its steps so far, and those of the builds before.", jde_uint32_type),
+#if MORE_PORTS
+    JDE_PORT_EXPORT("extra", "An additional export.", jde_twist_type),
+    JDE_PORT_MODULATION("gain", "How much a step counts.", "", jde_uint32_type, one, 0.0, JDE_UNBOUNDED, 0u),
+    JDE_PORT_EXPORT("steps", "The number of steps of this and all earlier builds.", jde_uint32_type),
     JDE_PORT_ACTUATOR("base", "Speeds of the base.", jde_twist_type, 0u),
 #else
     JDE_PORT_ACTUATOR("base", "Speeds of the base.", jde_twist_type, 0u),
-    JDE_PORT_EXPORT("steps", "Its steps so far, and those of the builds before.", jde_uint32_type),
+    JDE_PORT_EXPORT("steps", "The number of steps of this and all earlier builds.", jde_uint32_type),
 #endif
 };
 
@@ -30,14 +30,14 @@ typedef struct {
     const jde_host *host;
     jde_uint32 steps;
     unsigned turns;
-} faller;
+} crasher;
 
-/* Null, and no compiler may know. */
-static int *volatile nowhere;
+/* Always null; volatile hides this from the compiler. */
+static int *volatile null_pointer;
 
 static void *create(const jde_schema *schema, const jde_host *host, jde_context *context)
 {
-    faller *self;
+    crasher *self;
     (void)schema;
     (void)context;
     if (!jde_host_fits(host)) {
@@ -52,26 +52,26 @@ static void *create(const jde_schema *schema, const jde_host *host, jde_context 
 
 static int32_t iterate(void *instance, jde_context *context)
 {
-    faller *self = instance;
+    crasher *self = instance;
     jde_twist twist = {0};
     int32_t code;
     self->turns++;
-    if (FALLS != 0 && self->turns == FALLS) {
-        *nowhere = 1;
+    if (CRASHES_AT != 0 && self->turns == CRASHES_AT) {
+        *null_pointer = 1;
     }
     twist.linear.x = SPEED;
     code = jde_put(self->host, context, BASE, &twist, sizeof twist);
     if (code != JDE_OK) {
-        return jde_failed(self->host, context, "the base does not take it");
+        return jde_failed(self->host, context, "the command of the base was refused");
     }
-#if NEWER
+#if MORE_PORTS
     {
         const jde_uint32 *gain = jde_get(self->host, context, GAIN, sizeof *gain, NULL);
         if (gain == NULL || gain->data != 1u) {
-            return jde_failed(self->host, context, "what is new has no default");
+            return jde_failed(self->host, context, "the additional modulation has no default");
         }
         if (jde_put(self->host, context, EXTRA, &twist, sizeof twist) != JDE_OK) {
-            return jde_failed(self->host, context, "what is new cannot be exported");
+            return jde_failed(self->host, context, "the additional export was refused");
         }
     }
 #endif
@@ -81,7 +81,7 @@ static int32_t iterate(void *instance, jde_context *context)
 
 static int32_t save(void *instance, jde_context *context, const jde_saver *saver)
 {
-    faller *self = instance;
+    crasher *self = instance;
     (void)context;
     return jde_save(saver, &self->steps, sizeof self->steps);
 }
@@ -89,7 +89,7 @@ static int32_t save(void *instance, jde_context *context, const jde_saver *saver
 static int32_t restore(void *instance, jde_context *context, uint32_t version, const void *bytes, uint64_t length)
 {
     static const volatile int hangs = HANGS;
-    faller *self = instance;
+    crasher *self = instance;
     (void)context;
     while (hangs) {
     }
@@ -107,8 +107,8 @@ static const void *ability(const char *id)
 }
 
 static const jde_schema schemas[] = {
-    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "faller", "Falls.", JDE_MS(10), 0u, ports, NULL, JDE_COUNT(ports), 0u,
+    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "crasher", "Crashes or hangs.", JDE_MS(10), 0u, ports, NULL, JDE_COUNT(ports), 0u,
      create, free, NULL, NULL, iterate, NULL, NULL, ability},
 };
 
-JDE_PLUGIN("faller", "1", "Falls.", schemas);
+JDE_PLUGIN("crasher", "1", "Crashes or hangs.", schemas);

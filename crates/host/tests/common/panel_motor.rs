@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use jde_schema::prelude::*;
 
-use super::stage::Stage;
+use super::scenario::Scenario;
 
 /// A motor schema with a panel.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
-pub(crate) struct Easel {
-    /// The number of its stage.
+pub(crate) struct PanelMotor {
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
     /// An input.
     #[import(optional)]
     pub(crate) input: Import<f64>,
@@ -36,10 +36,10 @@ impl Default for Ready {
     }
 }
 
-/// Draws the panel of an easel.
-pub(crate) type Brush = Arc<dyn Fn(&Easel, &Context, &mut Pen) + Send + Sync>;
+/// Draws the panel of a [`PanelMotor`].
+pub(crate) type DrawFn = Arc<dyn Fn(&PanelMotor, &Context, &mut Pen) + Send + Sync>;
 
-impl Schema for Easel {
+impl Schema for PanelMotor {
     fn check(&mut self, _: &Context) -> Result<Precondition> {
         Ok(self.ready.0.into())
     }
@@ -47,27 +47,27 @@ impl Schema for Easel {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.seen = self.input.get(cx).map(|input| *input.value());
         self.iterations += 1;
-        Stage::of(self.stage.get(cx)).note(|| format!("{} iterate", cx.name()));
+        Scenario::of(self.scenario.get(cx)).record(|| format!("{} iterate", cx.name()));
         Ok(())
     }
 }
 
-impl Panel for Easel {
+impl Panel for PanelMotor {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
-        let stage = Stage::of(self.stage.get(cx));
-        stage.note(|| format!("{} draw", cx.name()));
-        if let Some(brush) = stage.brush(cx.name()) {
-            brush(self, cx, pen);
+        let scenario = Scenario::of(self.scenario.get(cx));
+        scenario.record(|| format!("{} draw", cx.name()));
+        if let Some(draw) = scenario.draw_fn(cx.name()) {
+            draw(self, cx, pen);
         }
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
-        let stage = Stage::of(self.stage.get(cx));
-        stage.note(|| format!("{} {}", gesture.by(), gesture.words(cx.name())));
+        let scenario = Scenario::of(self.scenario.get(cx));
+        scenario.record(|| format!("{} {}", gesture.by(), gesture.words(cx.name())));
         if gesture.pressed("fail") {
-            return Err("somebody pressed `fail`".into());
+            return Err("an operator pressed `fail`".into());
         }
-        assert!(!gesture.pressed("panic"), "somebody pressed `panic`");
+        assert!(!gesture.pressed("panic"), "an operator pressed `panic`");
         if let Some(ready) = gesture.toggled("ready") {
             self.ready.0 = ready;
         }

@@ -1,7 +1,5 @@
-//! Schemas that lose their place without a selection: by a fault, by a stop of everything, or because a
-//! sibling was woken.
-//!
-//! It refuses to repeat what the stories and the random tests check.
+//! Winners that lose without a check of their own: by a fault, by a stop of everything, or because a sibling was
+//! woken.
 
 use jde_core::{
     Absence, ArbitrationReply, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy,
@@ -11,8 +9,8 @@ use jde_core::{
 use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
 #[test]
-fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
-    // With a successor, without one, and with an open question to the father.
+fn r15_a_fault_of_the_winner_is_recorded_as_a_switch() {
+    // With a successor, without one, and with a pending arbitration of the father.
     for (policy, other) in [
         (Policy::PRIORITY, true),
         (Policy::PRIORITY, false),
@@ -25,15 +23,15 @@ fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
             effects(|out| h.checked(1, B, READY, out));
         }
         let mut out = effects(|out| {
-            h.faulted(2, A, "it broke".into(), out);
+            h.faulted(2, A, "a fault".into(), out);
             h.end(2, A, out);
         });
         if let Some(ticket) = h.pending_arbitration(CHILDREN) {
-            let answer = ArbitrationReply::Chosen {
+            let reply = ArbitrationReply::Chosen {
                 child: Some(B),
-                reason: "what is left".into(),
+                reason: "the only other one".into(),
             };
-            out.extend(effects(|out| h.arbitrated(3, CHILDREN, ticket, answer, out)));
+            out.extend(effects(|out| h.arbitrated(3, CHILDREN, ticket, reply, out)));
         }
         let records = out.iter().filter_map(|effect| match effect {
             Effect::Decided(record) => Some((record.before, record.choice, record.changed)),
@@ -46,21 +44,21 @@ fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {
 }
 
 #[test]
-fn r15_a_choice_that_faults_before_it_wins_is_told_too() {
+fn r15_a_chosen_schema_that_faults_before_it_wins_is_recorded() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.begin(1, B, &mut Vec::new()));
     effects(|out| h.checked(1, A, READY, out));
     assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(A));
-    let out = effects(|out| h.faulted(2, A, "it broke".into(), out));
-    let told = out.iter().any(|effect| {
+    let out = effects(|out| h.faulted(2, A, "a fault".into(), out));
+    let recorded = out.iter().any(|effect| {
         matches!(effect, Effect::Decided(record) if (record.before, record.choice) == (Some(A), Some(B)))
     });
-    assert!(told, "{out:?}");
+    assert!(recorded, "{out:?}");
 }
 
 #[test]
-fn r6_a_switch_that_follows_from_waking_a_child_puts_to_sleep_what_nobody_needs_any_more() {
+fn r6_a_switch_caused_by_waking_a_child_puts_unneeded_schemas_to_sleep() {
     let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
     let (child, eye) = (SchemaId(4), SchemaId(5));
     let mut spec = Spec {
@@ -73,7 +71,7 @@ fn r6_a_switch_that_follows_from_waking_a_child_puts_to_sleep_what_nobody_needs_
     };
     spec.schemas[4].needs = vec![eye];
     spec.schemas.push(SchemaSpec::new("eye", Kind::Perceptive, 10));
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
         h.start(0, out);
         h.checked(0, FATHER, READY, out);
@@ -85,11 +83,11 @@ fn r6_a_switch_that_follows_from_waking_a_child_puts_to_sleep_what_nobody_needs_
     assert!(h.is_awake(eye));
     effects(|out| h.wake(1, FATHER, B, out).expect("authority"));
     assert_eq!((h.winner(CHILDREN), h.is_awake(child)), (Some(B), false));
-    assert!(!h.is_awake(eye), "nobody needs it");
+    assert!(!h.is_awake(eye), "no schema needs it");
 }
 
 #[test]
-fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
+fn restarts_are_counted_within_a_time_window() {
     let mut spec = Spec {
         schemas: vec![SchemaSpec::new("eye", Kind::Perceptive, 10)],
         groups: Vec::new(),
@@ -100,7 +98,7 @@ fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
         within: 1_000,
     };
     let eye = SchemaId(0);
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
         h.start(0, out);
         h.operator(0, Operator::Play(eye), out).expect("it is healthy");
@@ -112,17 +110,17 @@ fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
         due
     };
     assert_eq!(h.restarts_left(0, eye), Some(2));
-    // Restarted at 10 and at 120. Once the first is 1000 ago, it is restarted again, and so on, unless it
-    // fails more often.
+    // The schema restarts at 10 and at 120. It restarts again when the first restart is 1000 ago, and so on,
+    // unless it fails more often.
     let dues = [0, 100, 1_010, 1_120, 2_040].map(|now| fault(&mut h, now));
     assert_eq!(dues, [10, 120, 1_030, 1_140, 2_060].map(Some));
     assert_eq!(h.restarts_left(2_060, eye), Some(0));
-    assert_eq!(fault(&mut h, 2_061), None, "two in a thousand, and no more");
+    assert_eq!(fault(&mut h, 2_061), None, "at most two restarts in 1000");
     assert!(!h.is_awake(eye));
     assert_eq!(h.restarts_left(2_061, eye), Some(0));
     effects(|out| {
         h.operator(2_062, Operator::Play(eye), out)
-            .expect("it may try again")
+            .expect("a faulted schema can be played")
     });
     assert_eq!((h.is_awake(eye), h.health(eye)), (true, &Health::Ok));
     assert_eq!(h.restarts_left(2_062, eye), Some(2));
@@ -130,7 +128,7 @@ fn restarts_are_counted_over_a_time_and_forgotten_after_it() {
 }
 
 #[test]
-fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hold() {
+fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
     let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
     let roots = GroupSpec {
         absence: Absence::Hold { for_: 1_000 },
@@ -140,7 +138,7 @@ fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hol
         schemas: ["father", "a", "b"].map(schema).to_vec(),
         groups: vec![roots, GroupSpec::new("children", Some(FATHER), vec![A])],
     };
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
         h.start(0, out);
         h.checked(0, FATHER, READY, out);
@@ -155,7 +153,7 @@ fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hol
     assert_eq!(
         [father, a, b],
         [(State::Slept, false); 3],
-        "also who is inside an iteration"
+        "also schemas inside an iteration"
     );
     assert!(out.contains(&Effect::Brake { group: GroupId(0) }));
     assert!(
@@ -170,9 +168,9 @@ fn r14_everything_is_stopped_in_one_transaction_and_brakes_although_it_would_hol
     assert_eq!(
         effects(|out| h.stop_all(3, out).expect("it runs")).len(),
         1,
-        "a record alone"
+        "only a record"
     );
-    // A schema that is released before its iteration has ended begins anew after that.
+    // A schema that is released before its iteration has ended begins again after the end.
     let mut released = Vec::new();
     effects(|out| released = h.release_all(4, out).expect("it runs"));
     assert_eq!(released, [FATHER, B]);

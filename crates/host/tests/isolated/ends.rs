@@ -1,5 +1,5 @@
-//! Nothing is left behind: not after crashes and restarts, not after the end, and not when the host is
-//! killed.
+//! No process, file or thread remains after crashes, restarts, the end of the application, or the death of the
+//! host.
 
 use jde_watchdog::Watchdog;
 use std::io::{BufRead, BufReader};
@@ -7,20 +7,20 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::PoisonError;
 
-use crate::common::{Executor, Stage};
-use crate::odd;
-use crate::stage::{BY_NAME, Play, RUNNING};
+use crate::common::{Executor, Scenario};
+use crate::faulty;
+use crate::isolated_app::{BY_NAME, IsolatedApp, RUNNING};
 
 const BODY: &str = r#"
     roots = ["high"]
     [schemas.high]
-    type = "odd/odd"
+    type = "faulty/faulty"
     isolate = "process"
     restart = { back-off = "1ms", limit = 1000 }
 "#;
 
 /// Counts the children of this process (including zombies), its open files and its threads.
-fn counted() -> (usize, usize, usize) {
+fn count_resources() -> (usize, usize, usize) {
     let list = |path: &str| std::fs::read_dir(path).expect("this is Linux").count();
     let tasks = std::fs::read_dir("/proc/self/task").expect("this is Linux");
     let children = tasks
@@ -31,34 +31,34 @@ fn counted() -> (usize, usize, usize) {
 }
 
 #[test]
-fn deaths_and_restarts_leave_no_process_no_file_and_no_thread() {
+fn crashes_and_restarts_leak_no_process_no_file_and_no_thread() {
     let _alone = RUNNING.write().unwrap_or_else(PoisonError::into_inner);
     let run = |deaths: u64| {
-        let stage = Stage::quiet();
-        let mut play = Play::alone(Executor::Lockstep, &stage, BODY);
-        play.trouble(odd::ABORT);
-        play.rig.until(|rig| rig.see("high").faults >= deaths);
-        let during = counted();
-        play.rig.stop();
-        stage.close();
-        (during, counted())
+        let scenario = Scenario::quiet();
+        let mut isolated = IsolatedApp::start_unlocked(Executor::Lockstep, &scenario, BODY);
+        isolated.trouble(faulty::ABORT);
+        isolated.app.until(|app| app.schema("high").faults >= deaths);
+        let during = count_resources();
+        isolated.app.stop();
+        scenario.close();
+        (during, count_resources())
     };
     let (_, before) = run(1);
     let (during, after) = run(8);
     assert_eq!(after, before);
-    assert_eq!(after.0, 0, "nobody waits to be buried");
+    assert_eq!(after.0, 0, "no zombie remains");
     assert!(during.0 <= 1 && during.2 <= before.2 + 1, "{during:?} {before:?}");
 }
 
-/// Runs a host in this process until it is killed. It prints the number of its child process. Without
-/// `HOSTED` it does nothing.
+/// Runs a host in this process until it is killed. It prints the id of its child process. Without the
+/// variable `HOSTED` it does nothing.
 pub(crate) fn host() {
     if std::env::var_os(HOSTED).is_none() {
         return;
     }
-    let stage = Stage::quiet();
-    let play = Play::start(Executor::Threads, &stage, BODY);
-    println!("child {}", play.process());
+    let scenario = Scenario::quiet();
+    let isolated = IsolatedApp::start(Executor::Threads, &scenario, BODY);
+    println!("child {}", isolated.process());
     loop {
         std::thread::park();
     }
@@ -81,12 +81,12 @@ fn a_host_that_is_killed_leaves_no_process_behind() {
     let child = lines
         .map_while(Result::ok)
         .find_map(|line| line.split_once("child ")?.1.parse::<u32>().ok())
-        .expect("it says which child it has");
+        .expect("the host prints its child");
     let process = format!("/proc/{child}");
     assert!(Path::new(&process).exists());
     host.kill().expect("it is killed");
-    host.wait().expect("it is gone");
-    // A zombie counts as dead: reaping it is not the host's task.
+    host.wait().expect("it has ended");
+    // A zombie counts as dead: the host does not reap it.
     let is_alive = || {
         let stat = std::fs::read_to_string(format!("{process}/stat")).unwrap_or_default();
         let state = stat.rsplit_once(") ").map(|(_, rest)| rest.chars().next());

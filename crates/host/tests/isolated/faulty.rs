@@ -1,6 +1,6 @@
 //! The schema of these tests. It counts, drives a robot, copies scans, and misbehaves on request.
 
-#![allow(unsafe_code, reason = "trouble is made on purpose")]
+#![allow(unsafe_code, reason = "the schema misbehaves on request")]
 
 use std::hint::black_box;
 use std::net::UdpSocket;
@@ -8,7 +8,7 @@ use std::net::UdpSocket;
 use jde_abi::raw;
 use jde_schema::prelude::*;
 
-pub(crate) static ODD: raw::Plugin = jde_schema::plugin!("odd", "Makes trouble.", [Odd]);
+pub(crate) static FAULTY: raw::Plugin = jde_schema::plugin!("faulty", "Misbehaves on request.", [Faulty]);
 
 /// Writes to an unmapped address.
 pub(crate) const SEGFAULT: u32 = 1;
@@ -19,14 +19,14 @@ pub(crate) const EXIT: u32 = 3;
 /// Blocks forever without using the processor.
 pub(crate) const HANG: u32 = 4;
 /// Allocates until no memory is left.
-pub(crate) const EAT: u32 = 5;
+pub(crate) const ALLOCATE: u32 = 5;
 /// Panics; the panic is caught.
 pub(crate) const PANIC: u32 = 6;
 /// Writes to an import, which is read-only memory.
-pub(crate) const SPOIL: u32 = 7;
-/// Opens a socket; `tried` says whether that succeeded.
+pub(crate) const WRITE_IMPORT: u32 = 7;
+/// Opens a socket; `tried` reports whether that succeeded.
 pub(crate) const SOCKET: u32 = 8;
-/// Writes a file; `tried` says whether that succeeded.
+/// Writes a file; `tried` reports whether that succeeded.
 pub(crate) const WRITE: u32 = 9;
 
 /// Loops forever and uses the processor.
@@ -35,7 +35,7 @@ pub(crate) const SPIN: u32 = 10;
 /// Counts, drives and misbehaves on request.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
-pub(crate) struct Odd {
+pub(crate) struct Faulty {
     /// The misbehaviour of the next iteration; 0 for none.
     #[modulation(default = 0)]
     trouble: Modulation<u32>,
@@ -72,7 +72,7 @@ pub(crate) struct Odd {
     iterations: u32,
 }
 
-impl Schema for Odd {
+impl Schema for Faulty {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         Ok((self.speed.get(cx) != 0.0).into())
     }
@@ -97,27 +97,27 @@ impl Schema for Odd {
         let mut twist = Twist::ZERO;
         twist.linear.x = self.speed.get(cx);
         self.base.command(cx, twist);
-        if let Some(could) = make(self.trouble.get(cx), scan.as_deref()) {
-            self.tried.write(cx, if could { 1.0 } else { -1.0 });
+        if let Some(succeeded) = misbehave(self.trouble.get(cx), scan.as_deref()) {
+            self.tried.write(cx, if succeeded { 1.0 } else { -1.0 });
         }
         Ok(())
     }
 }
 
-impl Arbitrate for Odd {
+impl Arbitrate for Faulty {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
         let child = if self.iterations.is_multiple_of(2) {
             &self.a
         } else {
             &self.b
         };
-        assert!(level.candidate(child).is_some(), "both compete");
+        assert!(level.candidate(child).is_some(), "both children compete");
         Ok(Verdict::choose(child, format!("turn {}", self.iterations)))
     }
 }
 
-/// Misbehaves. Returns whether an attempt that may be refused succeeded; `None` for other trouble.
-fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
+/// Misbehaves. Returns whether an attempt that may be refused succeeded; `None` for other misbehaviour.
+fn misbehave(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
     match trouble {
         SEGFAULT => {
             // SAFETY: deliberately unsound. The page at address 8 is not mapped.
@@ -132,14 +132,14 @@ fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
         SPIN => loop {
             black_box(0);
         },
-        EAT => {
+        ALLOCATE => {
             let mut kept = Vec::new();
             loop {
                 kept.push(black_box(vec![1_u8; 1 << 20]));
             }
         }
-        PANIC => panic!("as it was told"),
-        SPOIL => {
+        PANIC => panic!("the requested panic"),
+        WRITE_IMPORT => {
             let scan = std::ptr::from_ref(scan.expect("there is a scan"));
             // SAFETY: deliberately unsound. Imports are read-only, and the child's memory protection enforces
             // that.
@@ -147,7 +147,7 @@ fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
             None
         }
         SOCKET => Some(UdpSocket::bind("127.0.0.1:0").is_ok()),
-        WRITE => Some(std::fs::write(std::env::temp_dir().join("jde-odd-was-here"), "here").is_ok()),
+        WRITE => Some(std::fs::write(std::env::temp_dir().join("jde-faulty-was-here"), "written").is_ok()),
         _ => None,
     }
 }

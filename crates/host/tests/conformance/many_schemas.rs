@@ -1,5 +1,5 @@
-//! Many calls that hang, take long or fail at the same time, more of them than a pool has workers, and their
-//! effect on other schemas.
+//! Many calls that hang, take long or fail at the same time, and their effect on other schemas. There are more
+//! such calls than a pool has workers.
 //!
 //! Where time is counted, only calls take time, so a single missed period is a failure. Where a test holds
 //! the calls until it has seen the others run, time is the machine's.
@@ -12,13 +12,13 @@ use jde_host::{Handle, Options};
 use jde_records::event::Event;
 use jde_types::Twist;
 
-use crate::common::{Call, Executor, Io, MS, Rig, Stage, in_real_time};
+use crate::common::{Call, Executor, Io, MS, Scenario, TestApp, in_real_time};
 
 in_real_time!(
-    r11_nobody_is_late_for_a_call_that_hangs,
-    r11_nobody_is_late_for_many_calls_that_hang_at_once,
-    r11_nobody_is_late_for_many_iterations_that_take_long,
-    r11_nobody_is_late_for_many_that_panic_at_once,
+    r11_a_call_that_hangs_makes_no_other_schema_late,
+    r11_many_calls_that_hang_at_once_make_no_other_schema_late,
+    r11_many_long_iterations_make_no_other_schema_late,
+    r11_many_panics_at_once_make_no_other_schema_late,
     r1_everything_stops_while_many_calls_hang,
 );
 
@@ -29,7 +29,7 @@ const RUN: Nanos = 2_500 * MS;
 /// A call that takes this long is given up long before, ns.
 const FOR_EVER: Nanos = 10 * RUN;
 
-/// What a schema of the crowd does in a call.
+/// What each of the many schemas does in a call.
 type Act = fn(Call, &mut Io<'_>) -> jde_schema::Result;
 
 /// The schemas that must not be affected: a motor schema and its driver.
@@ -43,10 +43,10 @@ const OTHERS: &str = r#"
     actuators = { base = "robot.velocity" }
 "#;
 
-/// The others and `crowd` schemas, each alone in its group; fathers of two if they arbitrate.
-fn body(crowd: usize, arbitrates: bool, keys: &str) -> String {
+/// The others and `count` schemas, each alone in its group. If they arbitrate, each has two children.
+fn body(count: usize, arbitrates: bool, keys: &str) -> String {
     let mut body = String::from(OTHERS);
-    for number in 0..crowd {
+    for number in 0..count {
         let father = if arbitrates {
             format!(
                 "children = {{ a = \"a-{number}\", b = \"b-{number}\" }}\ngroups.base = {{ policy = \"father\" }}\n"
@@ -55,8 +55,8 @@ fn body(crowd: usize, arbitrates: bool, keys: &str) -> String {
             String::new()
         };
         body += &format!(
-            "[roots.crowd-{number}]\nmembers = [\"crowd-{number}\"]\n\
-             [schemas.crowd-{number}]\ntype = \"test/motor\"\nperiod = \"50ms\"\n{keys}\n{father}"
+            "[roots.many-{number}]\nmembers = [\"many-{number}\"]\n\
+             [schemas.many-{number}]\ntype = \"test/motor\"\nperiod = \"50ms\"\n{keys}\n{father}"
         );
         for child in ["a", "b"].into_iter().filter(|_| arbitrates) {
             body += &format!("[schemas.{child}-{number}]\ntype = \"test/motor\"\nperiod = \"50ms\"\n");
@@ -66,38 +66,38 @@ fn body(crowd: usize, arbitrates: bool, keys: &str) -> String {
 }
 
 fn spend(io: &Io<'_>, time: Nanos) {
-    if let Some(handle) = io.stage.handle() {
+    if let Some(handle) = io.scenario.handle() {
         handle.spend(time);
     }
 }
 
-/// The crowd does `act` in each call. The others run where time is counted, and must miss none of their
+/// Many schemas do `act` in each call. The others run where time is counted, and must miss none of their
 /// periods.
 #[track_caller]
 fn others_are_in_time(
     executor: Executor,
     what: &str,
-    (crowd, arbitrates, keys): (usize, bool, &str),
+    (count, arbitrates, keys): (usize, bool, &str),
     act: Act,
-) -> (Arc<Stage>, Handle) {
-    let stage = Stage::new();
+) -> (Arc<Scenario>, Handle) {
+    let scenario = Scenario::new();
     let times = Arc::new(Mutex::new(Vec::new()));
-    let begins = Arc::clone(&times);
-    stage.play("low", move |call, io| {
+    let record = Arc::clone(&times);
+    scenario.on_call("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
-                begins.lock().unwrap().push(io.now());
+                record.lock().unwrap().push(io.now());
                 io.command(0.1);
             }
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
     });
-    for number in 0..crowd {
-        stage.play(&format!("crowd-{number}"), act);
+    for number in 0..count {
+        scenario.on_call(&format!("many-{number}"), act);
         for child in ["a", "b"] {
-            stage.play(&format!("{child}-{number}"), |call, io| {
+            scenario.on_call(&format!("{child}-{number}"), |call, io| {
                 io.ready(call == Call::Check);
                 Ok(())
             });
@@ -108,56 +108,56 @@ fn others_are_in_time(
         limit: Some(RUN),
         ..Options::default()
     };
-    let rig = Rig::start_with(executor, &stage, &body(crowd, arbitrates, keys), options);
-    let handle = rig.handle.clone();
-    rig.wait();
+    let app = TestApp::start_with(executor, &scenario, &body(count, arbitrates, keys), options);
+    let handle = app.handle.clone();
+    app.wait();
     let times = times.lock().unwrap().clone();
     // The first period is shortened intentionally (R11).
-    let longest = times.windows(2).skip(1).map(|two| two[1] - two[0]).max();
+    let longest = times.windows(2).skip(1).map(|pair| pair[1] - pair[0]).max();
     let others = ["low", "robot"].map(|other| handle.schema_indices(other)[0]);
     // After the end no thread waits for the counted time.
-    let late = stage.count_events(|event| match event {
+    let late = scenario.count_events(|event| match event {
         Event::Overrun { time, schema, .. } => *time < RUN && others.contains(schema),
         _ => false,
     });
-    assert_eq!(late, 0, "{crowd} that {what}, longest cycle {longest:?} ns");
+    assert_eq!(late, 0, "{count} that {what}, longest cycle {longest:?} ns");
     assert!(
         times.len() as u64 >= RUN / (10 * MS) - 1,
-        "{} iterations, {crowd} that {what}",
+        "{} iterations, {count} that {what}",
         times.len()
     );
-    (stage, handle)
+    (scenario, handle)
 }
 
-/// Hangs in the call `wanted`, some periods after the start.
-fn hang(wanted: Call, call: Call, io: &mut Io<'_>) -> jde_schema::Result {
+/// Hangs in the call `at`, some periods after the start.
+fn hang(at: Call, call: Call, io: &mut Io<'_>) -> jde_schema::Result {
     match call {
         Call::Check => io.ready(true),
-        // Time cannot be spent before the handle is there.
-        Call::Iterate if io.stage.handle().is_some() => {
+        // Time cannot be spent before the handle exists.
+        Call::Iterate if io.scenario.handle().is_some() => {
             io.wake("a");
             io.wake("b");
         }
         Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate | Call::Drop => {}
     }
-    let fails = matches!(wanted, Call::Awake | Call::Sleep | Call::Drop);
-    let begins = match wanted {
-        Call::Awake => io.memory > 20 || io.stage.did(&format!("{} fails", io.name)),
+    let fails = matches!(at, Call::Awake | Call::Sleep | Call::Drop);
+    let begins = match at {
+        Call::Awake => io.memory > 20 || io.scenario.has_line(&format!("{} fails", io.name)),
         Call::Check | Call::Iterate | Call::Sleep | Call::Drop => io.memory > 20,
         Call::Arbitrate => true,
     };
-    let begins = begins && io.stage.handle().is_some();
-    if call == wanted && begins {
+    let begins = begins && io.scenario.handle().is_some();
+    if call == at && begins {
         io.then(|io| spend(io, FOR_EVER));
     } else if call == Call::Iterate && begins && fails {
-        // After the fault it sleeps and ends, and awakes again.
-        io.say("fails");
+        // After the fault, the instance sleeps and ends, and a new one awakes.
+        io.record("fails");
         return Err("a fault".into());
     }
     Ok(())
 }
 
-fn hang_in_each_call(executor: Executor, crowd: usize) {
+fn hang_in_each_call(executor: Executor, count: usize) {
     let restart = |policy: &str| format!("restart = {policy}");
     let never = restart("\"never\"");
     let once = restart("{ back-off = \"5ms\", limit = 1 }");
@@ -168,32 +168,32 @@ fn hang_in_each_call(executor: Executor, crowd: usize) {
             hang(Call::Iterate, call, io)
         }),
         ("hang in `sleep`", &never, |call, io| hang(Call::Sleep, call, io)),
-        ("hang in their end", &never, |call, io| hang(Call::Drop, call, io)),
+        ("hang in `drop`", &never, |call, io| hang(Call::Drop, call, io)),
         ("hang in `arbitrate`", &never, |call, io| {
             hang(Call::Arbitrate, call, io)
         }),
     ];
     for (what, keys, act) in rows {
         let arbitrates = what.contains("arbitrate");
-        let (stage, handle) = others_are_in_time(executor, what, (crowd, arbitrates, keys), act);
+        let (scenario, handle) = others_are_in_time(executor, what, (count, arbitrates, keys), act);
         let named = |schema: usize| &handle.application().instances[schema].name;
-        let left = stage.count_events(|event| match event {
-            Event::CallAbandoned { schema, .. } => named(*schema).starts_with("crowd-"),
+        let abandoned = scenario.count_events(|event| match event {
+            Event::CallAbandoned { schema, .. } => named(*schema).starts_with("many-"),
             _ => false,
         });
-        assert_eq!(left, crowd, "all {what}");
+        assert_eq!(abandoned, count, "all {what}");
     }
 }
 
-fn r11_nobody_is_late_for_a_call_that_hangs(executor: Executor) {
+fn r11_a_call_that_hangs_makes_no_other_schema_late(executor: Executor) {
     hang_in_each_call(executor, 1);
 }
 
-fn r11_nobody_is_late_for_many_calls_that_hang_at_once(executor: Executor) {
+fn r11_many_calls_that_hang_at_once_make_no_other_schema_late(executor: Executor) {
     hang_in_each_call(executor, MANY);
 }
 
-fn r11_nobody_is_late_for_many_iterations_that_take_long(executor: Executor) {
+fn r11_many_long_iterations_make_no_other_schema_late(executor: Executor) {
     others_are_in_time(
         executor,
         "take long",
@@ -210,7 +210,7 @@ fn r11_nobody_is_late_for_many_iterations_that_take_long(executor: Executor) {
     );
 }
 
-fn r11_nobody_is_late_for_many_that_panic_at_once(executor: Executor) {
+fn r11_many_panics_at_once_make_no_other_schema_late(executor: Executor) {
     let panics = |call: Call, io: &mut Io<'_>| {
         match call {
             Call::Check => io.ready(true),
@@ -222,23 +222,23 @@ fn r11_nobody_is_late_for_many_that_panic_at_once(executor: Executor) {
     let keys = "restart = { back-off = \"5ms\", limit = 3 }";
     let (_, handle) = others_are_in_time(executor, "panic", (MANY, false, keys), panics);
     let views = handle.snapshot().schemas.into_iter();
-    let failed = views.filter(|view| view.name.starts_with("crowd") && view.faults == 4);
+    let failed = views.filter(|view| view.name.starts_with("many-") && view.faults == 4);
     assert_eq!(failed.count(), MANY);
 }
 
 fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
-    let stage = Stage::new();
+    let scenario = Scenario::new();
     let inside = Arc::new(AtomicUsize::new(0));
     let (release, held) = std::sync::mpsc::channel::<()>();
     let held = Arc::new(Mutex::new(held));
     for number in 0..MANY {
         let (inside, held) = (Arc::clone(&inside), Arc::clone(&held));
-        stage.play(&format!("crowd-{number}"), move |call, io| {
+        scenario.on_call(&format!("many-{number}"), move |call, io| {
             match call {
                 Call::Check => io.ready(true),
                 Call::Iterate => {
                     inside.fetch_add(1, SeqCst);
-                    io.stage.stir();
+                    io.scenario.notify();
                     // An error means that the sender was dropped.
                     let _ = held.lock().unwrap().recv();
                 }
@@ -247,22 +247,26 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
             Ok(())
         });
     }
-    stage.drives("low", &Arc::new(true.into()), 0.1);
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
     // With this budget no call is given up.
-    let mut rig = Rig::start(executor, &stage, &body(MANY, false, "budget = \"1000s\""));
-    rig.until(|_| inside.load(SeqCst) == MANY);
-    rig.until_did("robot velocity 0.1");
-    let before = (stage.count("low iterate"), stage.count("robot iterate"));
-    rig.until(|rig| {
-        rig.stage.count("low iterate") > before.0 + 10 && rig.stage.count("robot iterate") > before.1 + 10
+    let mut app = TestApp::start(executor, &scenario, &body(MANY, false, "budget = \"1000s\""));
+    app.until(|_| inside.load(SeqCst) == MANY);
+    app.until_line("robot velocity 0.1");
+    let before = (scenario.count("low iterate"), scenario.count("robot iterate"));
+    app.until(|app| {
+        app.scenario.count("low iterate") > before.0 + 10
+            && app.scenario.count("robot iterate") > before.1 + 10
     });
-    rig.operator().stop_all().expect("nothing keeps it from that");
-    let velocity = rig.handle.value::<Twist>("robot.velocity").expect("it is there");
+    app.operator().stop_all().expect("it is allowed");
+    let velocity = app
+        .handle
+        .value::<Twist>("robot.velocity")
+        .expect("it is a command");
     assert_eq!(velocity, Some(Twist::ZERO));
-    rig.until_did("robot sleep");
-    rig.until_did("low sleep");
+    app.until_line("robot sleep");
+    app.until_line("low sleep");
     assert_eq!(inside.load(SeqCst), MANY, "all are inside");
-    assert!(!stage.told(|event| matches!(event, Event::CallAbandoned { .. })));
+    assert!(!scenario.has_event(|event| matches!(event, Event::CallAbandoned { .. })));
     drop(release);
-    rig.stop();
+    app.stop();
 }

@@ -1,22 +1,22 @@
-//! A behaviour in TOML: a small hierarchy, its events, and their expected effects.
+//! A scenario in TOML: a small hierarchy, its events, and their expected effects.
 //!
-//! This is the format of the file. `stage` plays it, `words` converts phrases to calls and effects to
-//! phrases.
+//! This is the format of the file. `player` plays a scenario; `phrases` converts between text and the values of
+//! the state machine.
 
-mod stage;
-mod words;
+mod phrases;
+mod player;
 
 use std::collections::BTreeMap;
 
 use jde_core::{GroupSpec, Kind, Restart, SchemaId, SchemaSpec, Spec};
 use serde::Deserialize;
 
-use words::{absence, policy, time};
+use phrases::{absence, policy, time};
 
 /// One file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Story {
+pub(crate) struct Scenario {
     title: String,
     rule: Vec<String>,
     #[serde(default)]
@@ -24,15 +24,15 @@ pub(crate) struct Story {
     about: String,
     #[serde(default)]
     perceptive: Vec<String>,
-    groups: BTreeMap<String, GroupTold>,
+    groups: BTreeMap<String, GroupTable>,
     #[serde(default)]
-    schemas: BTreeMap<String, SchemaTold>,
+    schemas: BTreeMap<String, SchemaTable>,
     step: Vec<Step>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct GroupTold {
+struct GroupTable {
     father: Option<String>,
     members: Vec<String>,
     policy: Option<String>,
@@ -43,19 +43,19 @@ struct GroupTold {
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
-struct SchemaTold {
+struct SchemaTable {
     #[serde(default)]
     needs: Vec<String>,
     period: Option<String>,
     budget: Option<String>,
     #[serde(default)]
     triggered: bool,
-    restart: Option<RestartTold>,
+    restart: Option<RestartTable>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RestartTold {
+struct RestartTable {
     after: String,
     times: u32,
     /// The default is one minute.
@@ -109,7 +109,7 @@ struct Why {
     candidates: Option<Vec<String>>,
 }
 
-impl Story {
+impl Scenario {
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }
@@ -122,54 +122,54 @@ impl Story {
         &self.rule
     }
 
-    /// Plays the story twice. The second run must have the same effects (R16).
+    /// Plays the scenario twice. The second run must have the same effects (R16).
     pub(crate) fn play(&self) -> Result<(), String> {
-        let first = stage::play(self)?;
-        let second = stage::play(self)?;
+        let first = player::play(self)?;
+        let second = player::play(self)?;
         if first == second {
             Ok(())
         } else {
-            Err("R16: the second performance differs".into())
+            Err("R16: the second run differs".into())
         }
     }
 
     /// Returns the motor schemas in the order of the groups, then the perceptive ones.
-    fn cast(&self) -> Vec<&str> {
-        let mut cast: Vec<&str> = Vec::new();
+    fn schema_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
         for group in self.groups.values() {
-            cast.extend(group.members.iter().map(String::as_str));
+            names.extend(group.members.iter().map(String::as_str));
         }
-        cast.extend(self.perceptive.iter().map(String::as_str));
-        cast
+        names.extend(self.perceptive.iter().map(String::as_str));
+        names
     }
 
     fn spec(&self) -> Result<Spec, String> {
-        let cast = self.cast();
+        let names = self.schema_names();
         let find = |name: &String| {
-            let index = cast
+            let index = names
                 .iter()
-                .position(|c| c == name)
-                .ok_or(format!("`{name}` is nobody in this story"))?;
+                .position(|known| known == name)
+                .ok_or(format!("the scenario has no schema `{name}`"))?;
             Ok::<_, String>(SchemaId(u32::try_from(index).expect("few schemas")))
         };
-        if let Some(stranger) = self.schemas.keys().find(|name| !cast.contains(&name.as_str())) {
-            return Err(format!("`{stranger}` is nobody in this story"));
+        if let Some(unknown) = self.schemas.keys().find(|name| !names.contains(&name.as_str())) {
+            return Err(format!("the scenario has no schema `{unknown}`"));
         }
         let mut spec = Spec::default();
-        for name in &cast {
+        for name in &names {
             let perceptive = self.perceptive.iter().any(|p| p == name);
             let kind = if perceptive { Kind::Perceptive } else { Kind::Motor };
             let mut schema = SchemaSpec::new(*name, kind, 100_000_000);
-            if let Some(told) = self.schemas.get(*name) {
-                schema.needs = told.needs.iter().map(find).collect::<Result<_, _>>()?;
-                schema.triggered = told.triggered;
-                if let Some(period) = &told.period {
+            if let Some(table) = self.schemas.get(*name) {
+                schema.needs = table.needs.iter().map(find).collect::<Result<_, _>>()?;
+                schema.triggered = table.triggered;
+                if let Some(period) = &table.period {
                     schema.period = time(period)?;
                 }
-                if let Some(budget) = &told.budget {
+                if let Some(budget) = &table.budget {
                     schema.budget = time(budget)?;
                 }
-                if let Some(restart) = &told.restart {
+                if let Some(restart) = &table.restart {
                     schema.restart = Restart::OnFault {
                         backoff: time(&restart.after)?,
                         limit: restart.times,
@@ -179,21 +179,21 @@ impl Story {
             }
             spec.schemas.push(schema);
         }
-        for (name, told) in &self.groups {
-            let members = told.members.iter().map(find).collect::<Result<_, _>>()?;
-            let father = told.father.as_ref().map(find).transpose()?;
+        for (name, table) in &self.groups {
+            let members = table.members.iter().map(find).collect::<Result<_, _>>()?;
+            let father = table.father.as_ref().map(find).transpose()?;
             let mut group = GroupSpec::new(name, father, members);
-            if let Some(told) = &told.policy {
-                group.policy = policy(told)?;
+            if let Some(text) = &table.policy {
+                group.policy = policy(text)?;
             }
-            if let Some(told) = &told.absence {
-                group.absence = absence(told, |name| find(&name.to_owned()))?;
+            if let Some(text) = &table.absence {
+                group.absence = absence(text, |name| find(&name.to_owned()))?;
             }
-            if let Some(told) = &told.patience {
-                group.patience = time(told)?;
+            if let Some(text) = &table.patience {
+                group.patience = time(text)?;
             }
-            if let Some(told) = &told.budget {
-                group.budget = time(told)?;
+            if let Some(text) = &table.budget {
+                group.budget = time(text)?;
             }
             spec.groups.push(group);
         }

@@ -1,6 +1,6 @@
 /*
- * A driver, a father and two children of his, written for ABI 1.0. Tests build them with the header of that version, with today's and
- * with one that has grown beyond it.
+ * A driver, a father and its two children, written for ABI 1.0. Tests build them with the header of that version, with the current
+ * header, and with a header of a future version.
  */
 #include "jde.h"
 
@@ -20,32 +20,32 @@ static const double still = 0.0;
 static const double pace = 0.25;
 
 static const jde_port base_ports[] = {
-    JDE_PORT_COMMAND("speed", "How fast.", number, still, JDE_MS(500)),
-    JDE_PORT_EXPORT("moved", "How far it went.", number),
+    JDE_PORT_COMMAND("speed", "The speed.", number, still, JDE_MS(500)),
+    JDE_PORT_EXPORT("moved", "The distance driven.", number),
 };
 static const jde_port child_ports[] = {
-    JDE_PORT_MODULATION("pace", "How fast to go.", "m/s", number, pace, 0.0, 1.0, 0u),
-    JDE_PORT_IMPORT("moves", "How far it went.", number, 0u),
-    JDE_PORT_ACTUATOR("base", "What moves.", number, 0u),
+    JDE_PORT_MODULATION("pace", "The speed to command.", "m/s", number, pace, 0.0, 1.0, 0u),
+    JDE_PORT_IMPORT("moves", "The distance driven.", number, 0u),
+    JDE_PORT_ACTUATOR("base", "The base.", number, 0u),
 };
 static const jde_port father_ports[] = {
-    JDE_PORT_CHILD_MODULATION(FIRST, "pace", "How fast the first goes.", number, 0u),
-    JDE_PORT_EXPORT("seen", "The state of the second.", number),
+    JDE_PORT_CHILD_MODULATION(FIRST, "pace", "The speed of the first child.", number, 0u),
+    JDE_PORT_EXPORT("seen", "The state of the second child.", number),
 };
 static const jde_child children[] = {
-    JDE_CHILD_MOTOR("first", "legs", "Goes.", 0u),
-    JDE_CHILD_MOTOR("second", "legs", "Goes, too.", 0u),
+    JDE_CHILD_MOTOR("first", "legs", "Drives.", 0u),
+    JDE_CHILD_MOTOR("second", "legs", "Drives, too.", 0u),
 };
 
 typedef struct {
     const jde_host *host;
     double moved;
-} one;
+} schema_instance;
 
 static void *create(const jde_schema *schema, const jde_host *host, jde_context *context)
 {
-    one *self;
-    /* What a plugin is handed is its own table, whatever the host makes of it. */
+    schema_instance *self;
+    /* The host passes the plugin's own table. */
     if (!jde_host_fits(host) || schema->size != sizeof(jde_schema)) {
         return NULL;
     }
@@ -60,7 +60,7 @@ static void *create(const jde_schema *schema, const jde_host *host, jde_context 
 
 static int32_t drive(void *instance, jde_context *context)
 {
-    one *self = instance;
+    schema_instance *self = instance;
     const double *speed = jde_get(self->host, context, SPEED, sizeof *speed, NULL);
     if (speed == NULL) {
         return jde_failed(self->host, context, "a command always has a value");
@@ -69,31 +69,31 @@ static int32_t drive(void *instance, jde_context *context)
     return jde_put(self->host, context, MOVED, &self->moved, sizeof self->moved);
 }
 
-static int32_t is_ready(void *instance, jde_context *context, jde_precondition *answer)
+static int32_t is_ready(void *instance, jde_context *context, jde_precondition *result)
 {
     (void)instance;
     (void)context;
-    answer->ready = 1u;
-    answer->urgency = 2.0;
+    result->ready = 1u;
+    result->urgency = 2.0;
     return JDE_OK;
 }
 
-static int32_t go(void *instance, jde_context *context)
+static int32_t iterate_child(void *instance, jde_context *context)
 {
-    one *self = instance;
-    const double *wanted = jde_get(self->host, context, PACE, sizeof *wanted, NULL);
+    schema_instance *self = instance;
+    const double *speed = jde_get(self->host, context, PACE, sizeof *speed, NULL);
     int32_t code;
-    if (wanted == NULL) {
+    if (speed == NULL) {
         return jde_failed(self->host, context, "a modulation always has a value");
     }
-    code = jde_put(self->host, context, BASE, wanted, sizeof *wanted);
+    code = jde_put(self->host, context, BASE, speed, sizeof *speed);
     return code == JDE_REFUSED ? JDE_OK : code;
 }
 
-static int32_t lead(void *instance, jde_context *context)
+static int32_t iterate_father(void *instance, jde_context *context)
 {
-    one *self = instance;
-    /* Room that ends where the status of ABI 1.0 does. */
+    schema_instance *self = instance;
+    /* Memory of the size of a status in ABI 1.0, followed by a guard value. */
     struct {
         uint32_t status[4];
         uint32_t canary;
@@ -113,33 +113,33 @@ static int32_t lead(void *instance, jde_context *context)
     return jde_put(self->host, context, SEEN, &seen, sizeof seen);
 }
 
-static int32_t arbitrate(void *instance, jde_context *context, const jde_level *level, jde_verdict *answer)
+static int32_t arbitrate(void *instance, jde_context *context, const jde_level *level, jde_verdict *result)
 {
-    one *self = instance;
+    schema_instance *self = instance;
     uint32_t index;
     const char *at = (const char *)level->candidates;
     for (index = 0u; index < level->candidate_count; index++) {
         const jde_candidate *candidate = (const jde_candidate *)(const void *)at;
         if (candidate->urgency != 2.0) {
-            return jde_failed(self->host, context, "a candidate is not as it said");
+            return jde_failed(self->host, context, "the urgency of a candidate is wrong");
         }
         at += candidate->size;
     }
-    answer->child = SECOND;
-    strcpy(answer->reason, "the second's turn");
+    result->child = SECOND;
+    strcpy(result->reason, "the second's turn");
     return JDE_OK;
 }
 
-/* What version 1.0 did not have: too fast a child says so before it starts. */
+/* An ability that version 1.0 does not have: a child whose speed is too high reports this before the start. */
 #ifdef JDE_ABILITY_INSPECT
 static int32_t inspect(void *instance, jde_context *context, const jde_problems *problems)
 {
-    one *self = instance;
-    const double *wanted = jde_get(self->host, context, PACE, sizeof *wanted, NULL);
-    if (wanted == NULL) {
+    schema_instance *self = instance;
+    const double *speed = jde_get(self->host, context, PACE, sizeof *speed, NULL);
+    if (speed == NULL) {
         return jde_failed(self->host, context, "a modulation always has a value");
     }
-    return *wanted > 0.5 ? jde_problem(problems, JDE_PROBLEM_WRONG, PACE, "too fast: at most 0.5") : JDE_OK;
+    return *speed > 0.5 ? jde_problem(problems, JDE_PROBLEM_WRONG, PACE, "too fast: at most 0.5") : JDE_OK;
 }
 
 static const jde_inspect inspection = {(uint32_t)sizeof(jde_inspect), 0u, inspect};
@@ -154,12 +154,12 @@ static const void *ability(const char *id)
 #endif
 
 static const jde_schema schemas[] = {
-    {(uint32_t)sizeof(jde_schema), JDE_DRIVER, "base", "Moves.", JDE_MS(10), 0u, base_ports, NULL, JDE_COUNT(base_ports), 0u,
+    {(uint32_t)sizeof(jde_schema), JDE_DRIVER, "base", "Drives.", JDE_MS(10), 0u, base_ports, NULL, JDE_COUNT(base_ports), 0u,
      create, free, NULL, NULL, drive, NULL, NULL, NULL},
-    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "child", "Goes.", JDE_MS(10), 0u, child_ports, NULL, JDE_COUNT(child_ports), 0u,
-     create, free, NULL, is_ready, go, NULL, NULL, ABILITY},
-    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "father", "Leads.", JDE_MS(10), 0u, father_ports, children,
-     JDE_COUNT(father_ports), JDE_COUNT(children), create, free, NULL, is_ready, lead, arbitrate, NULL, NULL},
+    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "child", "Drives.", JDE_MS(10), 0u, child_ports, NULL, JDE_COUNT(child_ports), 0u,
+     create, free, NULL, is_ready, iterate_child, NULL, NULL, ABILITY},
+    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "father", "Wakes its children.", JDE_MS(10), 0u, father_ports, children,
+     JDE_COUNT(father_ports), JDE_COUNT(children), create, free, NULL, is_ready, iterate_father, arbitrate, NULL, NULL},
 };
 
-JDE_PLUGIN("troupe", "1", "Three that move.", schemas);
+JDE_PLUGIN("versioned", "1", "A driver, a father and a child.", schemas);

@@ -1,16 +1,16 @@
-//! The vocabulary of a story: times, policies, and phrases for effects and records.
+//! The phrases of a scenario: times, policies, effects and records.
 //!
-//! Each thing has one phrase; it refuses synonyms.
+//! Each value has exactly one phrase.
 
 use jde_core::{
     Absence, Case, Cause, Decider, Effect, GroupId, Health, Nanos, Policy, PolicyKind, SchemaId, Spec, State,
     Timer,
 };
 
-pub(super) fn time(told: &str) -> Result<Nanos, String> {
+pub(super) fn time(text: &str) -> Result<Nanos, String> {
     let unit = |suffix: &str, nanos: f64| {
-        let number: f64 = told.strip_suffix(suffix)?.trim().parse().ok()?;
-        // The finest time in a story is a whole microsecond, which a float represents exactly.
+        let number: f64 = text.strip_suffix(suffix)?.trim().parse().ok()?;
+        // The finest time in a scenario is a whole microsecond, which a float represents exactly.
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -23,36 +23,36 @@ pub(super) fn time(told: &str) -> Result<Nanos, String> {
     unit("us", 1e3)
         .or_else(|| unit("ms", 1e6))
         .or_else(|| unit("s", 1e9))
-        .ok_or(format!("`{told}` is no time: write 5ms, 0.2s or 50us"))
+        .ok_or(format!("`{text}` is not a time: write 5ms, 0.2s or 50us"))
 }
 
-pub(super) fn policy(told: &str) -> Result<Policy, String> {
-    let words: Vec<&str> = told.split_whitespace().collect();
-    let (name, time_of, margin) = match *words.as_slice() {
+pub(super) fn policy(text: &str) -> Result<Policy, String> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let (name, time, margin) = match *words.as_slice() {
         [name] => (name, 0, 0.0),
         [name, duration] => (name, time(duration)?, 0.0),
         [name, duration, "by", margin] => (name, time(duration)?, number(margin)?),
-        _ => return Err(format!("`{told}` is no policy")),
+        _ => return Err(format!("`{text}` is not a policy")),
     };
-    let kind = PolicyKind::named(name).ok_or(format!("`{name}` is no policy"))?;
-    Ok(Policy::new(kind, time_of, margin))
+    let kind = PolicyKind::named(name).ok_or(format!("`{name}` is not a policy"))?;
+    Ok(Policy::new(kind, time, margin))
 }
 
 pub(super) fn absence(
-    told: &str,
+    text: &str,
     find: impl FnOnce(&str) -> Result<SchemaId, String>,
 ) -> Result<Absence, String> {
-    let words: Vec<&str> = told.split_whitespace().collect();
+    let words: Vec<&str> = text.split_whitespace().collect();
     Ok(match words.as_slice() {
         ["brake"] => Absence::Brake,
         ["hold", for_] => Absence::Hold { for_: time(for_)? },
         ["fallback", name] => Absence::Fallback(find(name)?),
-        _ => return Err(format!("`{told}` is no absence policy")),
+        _ => return Err(format!("`{text}` is not an absence policy")),
     })
 }
 
-pub(super) fn number(told: &str) -> Result<f64, String> {
-    told.parse().map_err(|_| format!("`{told}` is no number"))
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| format!("`{text}` is not a number"))
 }
 
 pub(super) fn state(state: State) -> &'static str {
@@ -102,7 +102,7 @@ impl<'a> Names<'a> {
         &self.0.schemas[id.index()].name
     }
 
-    pub(super) fn maybe(self, id: Option<SchemaId>) -> &'a str {
+    pub(super) fn optional(self, id: Option<SchemaId>) -> &'a str {
         id.map_or("nobody", |id| self.schema(id))
     }
 
@@ -112,13 +112,13 @@ impl<'a> Names<'a> {
 
     pub(super) fn find(self, name: &str) -> Result<SchemaId, String> {
         let index = self.0.schemas.iter().position(|s| s.name == name);
-        let index = index.ok_or(format!("`{name}` is nobody in this story"))?;
+        let index = index.ok_or(format!("the scenario has no schema `{name}`"))?;
         Ok(SchemaId(u32::try_from(index).expect("few schemas")))
     }
 
     pub(super) fn find_group(self, name: &str) -> Result<GroupId, String> {
         let index = self.0.groups.iter().position(|g| g.name == name);
-        let index = index.ok_or(format!("`{name}` is no group of this story"))?;
+        let index = index.ok_or(format!("the scenario has no group `{name}`"))?;
         Ok(GroupId(u32::try_from(index).expect("few groups")))
     }
 
@@ -151,10 +151,10 @@ impl<'a> Names<'a> {
             Effect::Demoted(id) => format!("{} is demoted", self.schema(*id)),
             Effect::Arbitrate { group, .. } => {
                 let father = self.0.groups[group.index()].father;
-                format!("{} is asked about {}", self.maybe(father), self.group(*group))
+                format!("{} is asked about {}", self.optional(father), self.group(*group))
             }
             Effect::Brake { group } => format!("{} brakes", self.group(*group)),
-            Effect::Hold { group, until } => format!("{} holds until {}", self.group(*group), Told(*until)),
+            Effect::Hold { group, until } => format!("{} holds until {}", self.group(*group), Time(*until)),
             Effect::Changed { id, from, to } => {
                 format!(
                     "{} goes from {} to {}",
@@ -163,25 +163,25 @@ impl<'a> Names<'a> {
                     state(*to)
                 )
             }
-            Effect::Health { id, health: now } => format!("{} is {}", self.schema(*id), health(now)),
+            Effect::Health { id, health: current } => format!("{} is {}", self.schema(*id), health(current)),
             Effect::Decided(record) => {
                 format!(
                     "{} chooses {}",
                     self.group(record.group),
-                    self.maybe(record.choice)
+                    self.optional(record.choice)
                 )
             }
             Effect::TookOver { id, latency, .. } => {
-                format!("{} takes over after {}", self.schema(*id), Told(*latency))
+                format!("{} takes over after {}", self.schema(*id), Time(*latency))
             }
         }
     }
 }
 
-/// A time in the form of a story.
-pub(super) struct Told(pub(super) Nanos);
+/// A time as a scenario writes it.
+pub(super) struct Time(pub(super) Nanos);
 
-impl std::fmt::Display for Told {
+impl std::fmt::Display for Time {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.0.is_multiple_of(1_000_000) {
             write!(f, "{}ms", self.0 / 1_000_000)

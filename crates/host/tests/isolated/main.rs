@@ -9,24 +9,24 @@ mod common;
 mod builds;
 mod crashes;
 mod ends;
+mod faulty;
 mod in_time;
+mod isolated_app;
 mod limits;
-mod odd;
 mod same;
-mod stage;
 
 use jde_isolation::serve;
 use jde_loader::{Plugins, SearchPath};
 
-/// The entry point of the child processes, which select it by its exact name. It does nothing among the other
-/// tests. Selected without a host, it checks that [`serve`] reports that.
+/// The entry point of the child processes, which select it by its exact name. It does nothing running the other
+/// tests. If it is selected without a host, it checks that [`serve`] reports this.
 #[test]
 fn served() {
-    if !std::env::args().any(|argument| argument == stage::BY_NAME) {
+    if !std::env::args().any(|argument| argument == isolated_app::BY_NAME) {
         return;
     }
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&odd::ODD).expect("the plugin is right");
+    plugins.link(&faulty::FAULTY).expect("the plugin is valid");
     let served = serve(&plugins);
     if served.is_ok() {
         // Exit here: standard output belongs to the host, and the test harness must not write to it.

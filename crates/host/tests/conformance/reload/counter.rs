@@ -1,4 +1,4 @@
-//! Builds of one type of schema, linked in. Each has its number and its own behaviour.
+//! Builds of one type of schema, linked in. Each has a number and a behaviour of its own.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use jde_abi::raw;
 use jde_loader::LoadedPlugin;
 use jde_schema::prelude::*;
 
-use crate::common::Stage;
+use crate::common::Scenario;
 
 /// A call of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,20 +22,20 @@ enum Call {
 
 /// The state of every build.
 #[derive(Default)]
-struct Own {
+struct InstanceState {
     build: u32,
-    stage: Option<Arc<Stage>>,
+    scenario: Option<Arc<Scenario>>,
     name: String,
     steps: u32,
     /// Steps of this instance.
     own_steps: u32,
 }
 
-impl Own {
-    /// Behaves as the build of that number does.
-    fn perform(&mut self, cx: &Context, stage: u32, build: u32, call: Call) -> Result {
-        if self.stage.is_none() {
-            self.stage = Some(Stage::of(stage));
+impl InstanceState {
+    /// Behaves as the build with this number.
+    fn perform(&mut self, cx: &Context, scenario: u32, build: u32, call: Call) -> Result {
+        if self.scenario.is_none() {
+            self.scenario = Some(Scenario::of(scenario));
             self.name = cx.name().to_owned();
             self.build = build;
         }
@@ -45,57 +45,57 @@ impl Own {
         }
         match (build, call) {
             (3, Call::Iterate) if self.own_steps == 3 => Err("its third step is wrong".into()),
-            (4, Call::Restore) => Err("it knows better".into()),
-            (6, Call::Check) => panic!("it looked"),
-            (7, Call::Awake) => Err("it does not get up".into()),
-            (8, Call::Iterate) if self.own_steps == 2 => self.hang(stage),
-            (9, Call::Save) => panic!("it forgot"),
-            (15, Call::Restore) | (16, Call::Check) | (17, Call::Sleep) => self.hang(stage),
+            (4, Call::Restore) => Err("the saved memory is invalid".into()),
+            (6, Call::Check) => panic!("a panic in check"),
+            (7, Call::Awake) => Err("it cannot awake".into()),
+            (8, Call::Iterate) if self.own_steps == 2 => self.hang(scenario),
+            (9, Call::Save) => panic!("a panic in save"),
+            (15, Call::Restore) | (16, Call::Check) | (17, Call::Sleep) => self.hang(scenario),
             (17, Call::Iterate) if self.own_steps == 2 => {
-                self.say("waits".to_owned());
-                let stage = Stage::of(stage);
-                stage.wait_until(|| stage.did("go"));
+                self.record("waits".to_owned());
+                let scenario = Scenario::of(scenario);
+                scenario.wait_until(|| scenario.has_line("go"));
                 Ok(())
             }
             (_, Call::Check) => Ok(()),
             (_, Call::Iterate) => {
-                self.say(format!("step {}", self.steps));
+                self.record(format!("step {}", self.steps));
                 Ok(())
             }
             (_, call) => {
-                self.say(format!("{call:?}").to_lowercase());
+                self.record(format!("{call:?}").to_lowercase());
                 Ok(())
             }
         }
     }
 
     /// Like [`Self::perform`], for a call that cannot modify the instance.
-    fn save(&self, cx: &Context, stage: u32, build: u32) -> Result {
-        let mut own = Self::default();
-        let saved = own.perform(cx, stage, build, Call::Save);
-        // The copy's end must not be recorded.
-        own.stage = None;
+    fn save(&self, cx: &Context, scenario: u32, build: u32) -> Result {
+        let mut copy = Self::default();
+        let saved = copy.perform(cx, scenario, build, Call::Save);
+        // The drop of the copy must not be recorded.
+        copy.scenario = None;
         saved
     }
 
-    /// Blocks until the test records `let go`.
-    fn hang(&self, stage: u32) -> Result {
-        self.say("hangs".to_owned());
-        let stage = Stage::of(stage);
-        stage.wait_until(|| stage.did("let go"));
+    /// Blocks until the test records `release`.
+    fn hang(&self, scenario: u32) -> Result {
+        self.record("hangs".to_owned());
+        let scenario = Scenario::of(scenario);
+        scenario.wait_until(|| scenario.has_line("release"));
         Ok(())
     }
 
-    fn say(&self, what: String) {
-        if let Some(stage) = &self.stage {
-            stage.note(|| format!("{} {} {what}", self.name, self.build));
+    fn record(&self, what: String) {
+        if let Some(scenario) = &self.scenario {
+            scenario.record(|| format!("{} {} {what}", self.name, self.build));
         }
     }
 }
 
-impl Drop for Own {
+impl Drop for InstanceState {
     fn drop(&mut self) {
-        self.say(format!("{:?}", Call::Drop).to_lowercase());
+        self.record(format!("{:?}", Call::Drop).to_lowercase());
     }
 }
 
@@ -104,11 +104,11 @@ macro_rules! build {
         build!($build: $plugin, $name, {});
     };
     ($build:literal: $plugin:ident, $name:ident, { $($fields:tt)* }) => {
-        build!($build: $plugin, $name, "walker", {
-            /// What it looks at.
+        build!($build: $plugin, $name, "counter", {
+            /// An input.
             #[import(optional)]
             input: Import<f64>,
-            /// How fast.
+            /// The speed.
             #[modulation(default = 1.0, unit = "m/s")]
             speed: Modulation<f64>,
             $($fields)*
@@ -118,15 +118,15 @@ macro_rules! build {
             const VERSION: u32 = $build;
 
             fn save(&self, cx: &Context, saving: &mut Saving) {
-                if let Err(error) = self.own.save(cx, self.stage.get(cx), $build) {
+                if let Err(error) = self.state.save(cx, self.scenario.get(cx), $build) {
                     panic!("{error}");
                 }
-                saving.put(&self.own.steps);
+                saving.put(&self.state.steps);
             }
 
             fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
-                self.own.perform(cx, self.stage.get(cx), $build, Call::Restore)?;
-                self.own.steps = saved.take()?;
+                self.state.perform(cx, self.scenario.get(cx), $build, Call::Restore)?;
+                self.state.steps = saved.take()?;
                 Ok(())
             }
         }
@@ -137,48 +137,48 @@ macro_rules! build {
         #[derive(Describe)]
         #[schema(motor, period = "10ms", name = $type)]
         struct $name {
-            /// The number of its stage.
+            /// The number of the scenario.
             #[modulation(default = 0, fixed)]
-            stage: Modulation<u32>,
+            scenario: Modulation<u32>,
             /// The command of the base.
             #[actuator]
             base: Actuator<Twist>,
             $($fields)*
-            own: Own,
+            state: InstanceState,
         }
 
         impl Schema for $name {
             fn awake(&mut self, cx: &Context) -> Result {
-                self.own.perform(cx, self.stage.get(cx), $build, Call::Awake)
+                self.state.perform(cx, self.scenario.get(cx), $build, Call::Awake)
             }
 
             fn check(&mut self, cx: &Context) -> Result<Precondition> {
-                self.own.perform(cx, self.stage.get(cx), $build, Call::Check)?;
+                self.state.perform(cx, self.scenario.get(cx), $build, Call::Check)?;
                 Ok(true.into())
             }
 
             fn iterate(&mut self, cx: &Context) -> Result {
                 self.base.command(cx, Twist::planar(0.5, 0.0));
-                self.own.perform(cx, self.stage.get(cx), $build, Call::Iterate)
+                self.state.perform(cx, self.scenario.get(cx), $build, Call::Iterate)
             }
 
             fn sleep(&mut self, cx: &Context) {
                 // A sleeping build commands nothing, or the robot would stop at every reload.
                 self.base.command(cx, Twist::ZERO);
-                if let Err(error) = self.own.perform(cx, self.stage.get(cx), $build, Call::Sleep) {
+                if let Err(error) = self.state.perform(cx, self.scenario.get(cx), $build, Call::Sleep) {
                     panic!("{error}");
                 }
             }
         }
 
-        static $plugin: raw::Plugin = jde_schema::plugin!("walk", "Walks.", [$name]);
+        static $plugin: raw::Plugin = jde_schema::plugin!("counter", "Counts its steps.", [$name]);
     };
 }
 
 /// Fails at its creation.
-struct Fuse;
+struct PanicsOnDefault;
 
-impl Default for Fuse {
+impl Default for PanicsOnDefault {
     fn default() -> Self {
         panic!("there is no such device")
     }
@@ -187,16 +187,16 @@ impl Default for Fuse {
 build!(1: FIRST, First);
 build!(2: SECOND, Second);
 build!(3: FAILS_LATER, FailsLater);
-build!(4: REFUSES, Refuses);
-build!(5: STILLBORN, Stillborn, {
+build!(4: REFUSES_MEMORY, RefusesMemory);
+build!(5: FAILS_TO_CREATE, FailsToCreate, {
     /// Fails at its creation.
-    fuse: Fuse,
+    field: PanicsOnDefault,
 });
 build!(6: PANICS, Panics);
-build!(7: LIES, Lies);
+build!(7: CANNOT_AWAKE, CannotAwake);
 build!(8: HANGS, Hangs);
-build!(9: FORGETS, Forgets);
-build!(10: MISFIT, Misfit, "walker", {
+build!(9: PANICS_IN_SAVE, PanicsInSave);
+build!(10: INCOMPATIBLE, Incompatible, "counter", {
     /// An input of another type.
     #[import(optional)]
     input: Import<u32>,
@@ -210,23 +210,23 @@ build!(10: MISFIT, Misfit, "walker", {
     #[child(group = "legs")]
     leg: Child,
 });
-build!(11: FORGETFUL, Forgetful, "walker", {
-    /// What it looks at.
+build!(11: WITHOUT_MEMORY, WithoutMemory, "counter", {
+    /// An input.
     #[import(optional)]
     input: Import<f64>,
-    /// How fast.
+    /// The speed.
     #[modulation(default = 1.0, unit = "m/s")]
     speed: Modulation<f64>,
 });
-build!(12: OTHER, Other, "runner", {});
-build!(14: BARE, Bare, "walker", {});
-build!(15: HANGS_AT_ONCE, HangsAtOnce);
-build!(16: HANGS_FIRST, HangsFirst);
-build!(17: HANGS_LAST, HangsLast);
+build!(12: OTHER, Other, "other", {});
+build!(14: BARE, Bare, "counter", {});
+build!(15: HANGS_IN_RESTORE, HangsInRestore);
+build!(16: HANGS_IN_CHECK, HangsInCheck);
+build!(17: HANGS_IN_SLEEP, HangsInSleep);
 
 /// A build with other ports, all optional, in another order. It records what it reads.
 #[derive(Describe)]
-#[schema(motor, period = "10ms", name = "walker")]
+#[schema(motor, period = "10ms", name = "counter")]
 struct Reordered {
     /// An export without a reader.
     #[export]
@@ -246,60 +246,60 @@ struct Reordered {
     /// A child without an instance.
     #[child(group = "legs", optional)]
     leg: Child,
-    /// The number of its stage.
+    /// The number of the scenario.
     #[modulation(default = 0, fixed)]
-    stage: Modulation<u32>,
+    scenario: Modulation<u32>,
     /// The command of the base.
     #[actuator]
     base: Actuator<Twist>,
-    own: Own,
+    state: InstanceState,
 }
 
 impl Schema for Reordered {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.steps.write(cx, 1);
         self.base.command(cx, Twist::planar(0.25, 0.0));
-        self.own.perform(cx, self.stage.get(cx), 13, Call::Iterate)?;
-        let sees = (
+        self.state.perform(cx, self.scenario.get(cx), 13, Call::Iterate)?;
+        let values = (
             self.speed.get(cx),
             self.more.get(cx),
             self.nothing.get(cx).is_some(),
             self.input.get(cx).map(|input| *input),
             self.leg.wake(cx) == Outcome::Accepted,
         );
-        self.own.say(format!("sees {sees:?}"));
+        self.state.record(format!("reads {values:?}"));
         Ok(())
     }
 }
 
-static REORDERED: raw::Plugin = jde_schema::plugin!("walk", "Walks.", [Reordered]);
+static REORDERED: raw::Plugin = jde_schema::plugin!("counter", "Counts its steps.", [Reordered]);
 
-/// The build of that number.
+/// Returns the build with this number.
 pub(super) fn build(number: u32) -> LoadedPlugin {
     let table = match number {
         1 => &FIRST,
         2 => &SECOND,
         3 => &FAILS_LATER,
-        4 => &REFUSES,
-        5 => &STILLBORN,
+        4 => &REFUSES_MEMORY,
+        5 => &FAILS_TO_CREATE,
         6 => &PANICS,
-        7 => &LIES,
+        7 => &CANNOT_AWAKE,
         8 => &HANGS,
-        9 => &FORGETS,
-        10 => &MISFIT,
-        11 => &FORGETFUL,
+        9 => &PANICS_IN_SAVE,
+        10 => &INCOMPATIBLE,
+        11 => &WITHOUT_MEMORY,
         12 => &OTHER,
         13 => &REORDERED,
         14 => &BARE,
-        15 => &HANGS_AT_ONCE,
-        16 => &HANGS_FIRST,
-        17 => &HANGS_LAST,
+        15 => &HANGS_IN_RESTORE,
+        16 => &HANGS_IN_CHECK,
+        17 => &HANGS_IN_SLEEP,
         other => panic!("there is no build {other}"),
     };
-    LoadedPlugin::linked_in(table).expect("its tables are right")
+    LoadedPlugin::linked_in(table).expect("its tables are valid")
 }
 
 /// The first build, to link in.
 pub(super) static ORIGINAL: &raw::Plugin = &FIRST;
 /// The build that cannot save, to link in.
-pub(super) static CANNOT_SAVE: &raw::Plugin = &FORGETS;
+pub(super) static CANNOT_SAVE: &raw::Plugin = &PANICS_IN_SAVE;

@@ -28,38 +28,38 @@ const POLL_PERIOD: Duration = Duration::from_millis(20);
 static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
 
 /// The environment of a driver under test.
-pub struct RigConfig {
+pub struct DriverConfig {
     /// The lines of the driver's table in the application.
     pub driver_toml: String,
     /// The folder of its plugin.
     pub plugins: PathBuf,
     /// Whether there is a head that exports its pan and tilt.
     pub head: bool,
-    /// What must live as long as the driver: a server, a folder.
+    /// Resources that must live as long as the driver, such as a server or a folder.
     pub resources: Box<dyn Any>,
 }
 
 /// A running application.
-pub struct Rig {
+pub struct Fixture {
     running: Running,
     handle: Handle,
-    /// What must live as long as the application.
+    /// Resources that must live as long as the application.
     pub resources: Box<dyn Any>,
     pilot: usize,
     _watchdog: Watchdog,
 }
 
-impl Rig {
+impl Fixture {
     /// Starts the application, and returns when the robot is connected and a scan has arrived.
     ///
     /// # Panics
     /// If the application is invalid or does not start.
     #[must_use]
-    pub fn start(setting: RigConfig) -> Self {
+    pub fn start(config: DriverConfig) -> Self {
         let mut path = SearchPath::default();
-        path.push(&setting.plugins, "built for this test");
+        path.push(&config.plugins, "built for this test");
         let mut plugins = Plugins::new(path);
-        plugins.link(&SUITE).expect("the plugin of the suite is right");
+        plugins.link(&SUITE).expect("the plugin of the suite is valid");
         let text = format!(
             r#"
             roots = ["pilot", "watcher"]
@@ -72,22 +72,22 @@ impl Rig {
             type = "suite/watcher"
             imports = {{ odometry = "pioneer.odometry" }}
             "#,
-            setting.driver_toml
+            config.driver_toml
         );
         let application = jde_app::parse(&text, Path::new("apps/suite.toml"), &[], &plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
         let running = Running::start(application, &plugins, Options::default()).expect("it starts");
         let handle = running.handle();
         let pilot = handle.application().instance("pilot").expect("there is a pilot");
-        let rig = Self {
+        let fixture = Self {
             running,
             handle,
-            resources: setting.resources,
+            resources: config.resources,
             pilot,
             _watchdog: Watchdog::for_test(),
         };
-        rig.wait_until(|rig| rig.is_up() && rig.laser().is_some());
-        rig
+        fixture.wait_until(|fixture| fixture.is_up() && fixture.laser().is_some());
+        fixture
     }
 
     /// Waits until a condition holds.
@@ -95,11 +95,11 @@ impl Rig {
     /// # Panics
     /// If the application ends first.
     #[track_caller]
-    pub fn wait_until(&self, so: impl Fn(&Self) -> bool) {
+    pub fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         let odometry = self.handle.board().get("pioneer.odometry");
         let odometry = odometry.expect("every base has one");
-        while !so(self) {
-            assert_eq!(self.handle.outcome(), None, "it ended before");
+        while !condition(self) {
+            assert_eq!(self.handle.outcome(), None, "the application has not ended");
             // Most conditions change with the next odometry. The timeout covers the others.
             odometry.wait_newer(odometry.newest(), POLL_PERIOD);
         }
@@ -132,7 +132,7 @@ impl Rig {
     #[must_use]
     #[track_caller]
     pub fn pose(&self) -> Pose2D {
-        self.odometry().expect("the robot is heard").pose2d()
+        self.odometry().expect("the odometry has arrived").pose2d()
     }
 
     /// Returns whether the robot is connected and its odometry has arrived.
@@ -165,7 +165,7 @@ impl Rig {
         self.handle
             .operator("suite")
             .modulate(self.pilot, name, &Value::Float(value))
-            .expect("the pilot has it");
+            .expect("the pilot has this modulation");
     }
 
     /// Stops, and waits until the robot is at rest.
@@ -179,19 +179,19 @@ impl Rig {
         let start = self.pose();
         self.drive(0.25, 0.0);
         // Braking takes a tenth of a metre.
-        self.wait_until(|rig| rig.pose().distance_to(&start) > metres - 0.1);
+        self.wait_until(|fixture| fixture.pose().distance_to(&start) > metres - 0.1);
         self.halt();
     }
 
     /// Turns to a heading of the odometry, in radians, and stops.
     pub fn turn_to(&self, heading: f64) {
-        let wrong = |rig: &Self| normalize_angle(heading - rig.pose().theta);
-        self.wait_until(|rig| {
-            let wrong = wrong(rig);
-            // The speed falls with the error, but stays high enough for a robot that takes whole degrees a
+        let error = |fixture: &Self| normalize_angle(heading - fixture.pose().theta);
+        self.wait_until(|fixture| {
+            let error = error(fixture);
+            // The speed falls with the error, but stays high enough for a robot whose commands are whole degrees a
             // second.
-            rig.drive(0.0, (1.2 * wrong).clamp(-0.7, 0.7) + 0.02_f64.copysign(wrong));
-            wrong.abs() < 1.0 * PI / 180.0
+            fixture.drive(0.0, (1.2 * error).clamp(-0.7, 0.7) + 0.02_f64.copysign(error));
+            error.abs() < 1.0 * PI / 180.0
         });
         self.halt();
     }
@@ -208,7 +208,7 @@ impl Rig {
         &self.handle
     }
 
-    /// Ends the application, and returns its outcome and what was kept.
+    /// Ends the application, and returns its outcome and the resources.
     #[must_use]
     pub fn stop(self) -> (Outcome, Box<dyn Any>) {
         self.handle.stop();

@@ -1,26 +1,26 @@
-//! Plays a story on the real state machine, observed by the shadow.
+//! Plays a scenario on the real state machine, and compares it with the shadow model.
 //!
-//! It refuses to continue after the first difference from the story.
+//! It stops at the first difference from the scenario.
 
 use jde_core::{ArbitrationReply, Check, Effect, Hierarchy, Nanos, Operator, Record, Refused, SchemaId};
 
-use super::words::{Names, Told, case, decider, health, number, policy, state, time};
-use super::{Step, Story, Why};
+use super::phrases::{Names, Time, case, decider, health, number, policy, state, time};
+use super::{Scenario, Step, Why};
 use jde_shadow::{Shadow, ids};
 
 /// Plays all steps and returns all effects.
-pub(super) fn play(story: &Story) -> Result<Vec<Effect>, String> {
-    let spec = story.spec()?;
+pub(super) fn play(scenario: &Scenario) -> Result<Vec<Effect>, String> {
+    let spec = scenario.spec()?;
     let shadow = Shadow::new(&spec);
-    let listed = |faults: Vec<jde_core::SpecError>| {
+    let join = |faults: Vec<jde_core::SpecError>| {
         faults
             .iter()
             .map(ToString::to_string)
             .collect::<Vec<_>>()
             .join("; ")
     };
-    let h = Hierarchy::new(spec).map_err(listed)?;
-    let mut stage = Stage {
+    let h = Hierarchy::new(spec).map_err(join)?;
+    let mut player = Player {
         h,
         shadow,
         now: 0,
@@ -28,50 +28,50 @@ pub(super) fn play(story: &Story) -> Result<Vec<Effect>, String> {
         refused: Vec::new(),
     };
     let mut all = Vec::new();
-    for (index, step) in story.step.iter().enumerate() {
-        stage
+    for (index, step) in scenario.step.iter().enumerate() {
+        player
             .play(step)
             .map_err(|error| format!("step {} at {}: {error}", index + 1, step.at))?;
-        all.append(&mut stage.effects);
+        all.append(&mut player.effects);
     }
     Ok(all)
 }
 
-struct Stage {
+struct Player {
     h: Hierarchy,
     shadow: Shadow,
     now: Nanos,
-    /// The effects of the present step.
+    /// The effects of the current step.
     effects: Vec<Effect>,
     refused: Vec<Refused>,
 }
 
-impl Stage {
+impl Player {
     fn play(&mut self, step: &Step) -> Result<(), String> {
         let at = time(&step.at)?;
         if at < self.now {
-            return Err("time runs backwards".into());
+            return Err("the time is before the previous step".into());
         }
         self.now = at;
         self.refused.clear();
         self.call(|h, out| h.tick(at, out))?;
         for phrase in &step.when {
-            self.happen(phrase)
+            self.perform(phrase)
                 .map_err(|error| format!("when \"{phrase}\": {error}"))?;
         }
-        self.follows(step)
+        self.check_expectations(step)
     }
 
     fn call<T>(&mut self, call: impl FnOnce(&mut Hierarchy, &mut Vec<Effect>) -> T) -> Result<T, String> {
         let mut out = Vec::new();
-        let answer = call(&mut self.h, &mut out);
+        let result = call(&mut self.h, &mut out);
         self.shadow.apply(self.h.spec(), &out)?;
         self.shadow.check_against(&self.h)?;
         self.effects.append(&mut out);
-        Ok(answer)
+        Ok(result)
     }
 
-    fn happen(&mut self, phrase: &str) -> Result<(), String> {
+    fn perform(&mut self, phrase: &str) -> Result<(), String> {
         let (head, reason) = phrase
             .split_once(": ")
             .map_or((phrase, ""), |(head, reason)| (head, reason));
@@ -84,7 +84,7 @@ impl Stage {
                 self.call(|h, out| h.shutdown(now, out))
             }
             ["operator", "may", "not", verb, name] => self.operate(verb, name).and_then(|r| self.refusal(r)),
-            ["operator", verb, name] => self.operate(verb, name).and_then(granted),
+            ["operator", verb, name] => self.operate(verb, name).and_then(accepted),
             [name, "becomes", "unready"] => self.check(name, false, None, now),
             [name, "becomes", "ready"] => self.check(name, true, None, now),
             [name, "becomes", "ready", "since", since] => self.check(name, true, None, time(since)?),
@@ -97,11 +97,13 @@ impl Stage {
             [name, "iterates"] => self.begin(name, true).and_then(|()| self.end(name)),
             [name, "commands"] => self.command(name, true),
             [name, "may", "not", "command"] => self.command(name, false),
-            [father, "wakes", child] => self.lead(father, child, Hierarchy::wake).and_then(granted),
+            [father, "wakes", child] => self.call_child(father, child, Hierarchy::wake).and_then(accepted),
             [father, "may", "not", "wake", child] => self
-                .lead(father, child, Hierarchy::wake)
+                .call_child(father, child, Hierarchy::wake)
                 .and_then(|r| self.refusal(r)),
-            [father, "lets", child, "sleep"] => self.lead(father, child, Hierarchy::sleep).and_then(granted),
+            [father, "lets", child, "sleep"] => self
+                .call_child(father, child, Hierarchy::sleep)
+                .and_then(accepted),
             [name, "faults"] => self.on(name, |h, id, out| h.faulted(now, id, reason.to_owned(), out)),
             [name, "is", "replaced"] => self.on(name, |h, id, out| h.restored(now, id, out)),
             [name, "overruns"] => self.on(name, |h, id, out| h.overrun(id, out)),
@@ -116,7 +118,7 @@ impl Stage {
                 } else {
                     Some(self.find(child)?)
                 };
-                self.answer(
+                self.reply(
                     father,
                     group,
                     ArbitrationReply::Chosen {
@@ -125,20 +127,20 @@ impl Stage {
                     },
                 )
             }
-            [father, "fails", "to", "choose", "in", group] => self.answer(
+            [father, "fails", "to", "choose", "in", group] => self.reply(
                 father,
                 group,
                 ArbitrationReply::Failed {
                     reason: reason.to_owned(),
                 },
             ),
-            [group, "turns", "to", told @ ..] => {
+            [group, "turns", "to", text @ ..] => {
                 let group = Names(self.h.spec()).find_group(group)?;
-                let policy = policy(&told.join(" "))?;
-                let set = self.call(|h, out| h.set_policy(now, group, policy, out))?;
-                set.map_err(|error| error.to_string())
+                let policy = policy(&text.join(" "))?;
+                let result = self.call(|h, out| h.set_policy(now, group, policy, out))?;
+                result.map_err(|error| error.to_string())
             }
-            _ => Err("nobody knows what that means".into()),
+            _ => Err("the phrase is unknown".into()),
         }
     }
 
@@ -194,7 +196,7 @@ impl Stage {
     }
 
     #[allow(clippy::type_complexity, reason = "the signature of `wake` and `sleep`")]
-    fn lead(
+    fn call_child(
         &mut self,
         father: &str,
         child: &str,
@@ -206,18 +208,18 @@ impl Stage {
 
     fn operate(&mut self, verb: &str, name: &str) -> Result<Result<(), Refused>, String> {
         let (id, now) = (self.find(name)?, self.now);
-        let act = match verb {
+        let action = match verb {
             "plays" | "play" => Operator::Play(id),
             "stops" | "stop" => Operator::Stop(id),
             "forces" | "force" => Operator::Force(id),
             "releases" | "release" => Operator::Release(id),
             _ => return Err(format!("an operator cannot `{verb}`")),
         };
-        self.call(|h, out| h.operator(now, act, out))
+        self.call(|h, out| h.operator(now, action, out))
     }
 
-    fn refusal(&mut self, answer: Result<(), Refused>) -> Result<(), String> {
-        match answer {
+    fn refusal(&mut self, result: Result<(), Refused>) -> Result<(), String> {
+        match result {
             Ok(()) => Err("it was not refused".into()),
             Err(refused) => {
                 self.refused.push(refused);
@@ -226,31 +228,34 @@ impl Stage {
         }
     }
 
-    fn answer(&mut self, father: &str, group: &str, answer: ArbitrationReply) -> Result<(), String> {
+    fn reply(&mut self, father: &str, group: &str, reply: ArbitrationReply) -> Result<(), String> {
         let (id, now) = (Names(self.h.spec()).find_group(group)?, self.now);
         if self.h.spec().groups[id.index()].father != Some(self.find(father)?) {
             return Err(format!("`{father}` is not the father of `{group}`"));
         }
-        let ticket = self.h.pending_arbitration(id).ok_or("nobody asked")?;
-        self.call(|h, out| h.arbitrated(now, id, ticket, answer, out))
+        let ticket = self
+            .h
+            .pending_arbitration(id)
+            .ok_or("no arbitration is pending")?;
+        self.call(|h, out| h.arbitrated(now, id, ticket, reply, out))
     }
 
-    fn follows(&self, step: &Step) -> Result<(), String> {
+    fn check_expectations(&self, step: &Step) -> Result<(), String> {
         let names = Names(self.h.spec());
-        let told: Vec<String> = self.effects.iter().map(|effect| names.effect(effect)).collect();
-        let mut rest = told.iter();
+        let effects: Vec<String> = self.effects.iter().map(|effect| names.effect(effect)).collect();
+        let mut rest = effects.iter();
         for expected in &step.order {
             if !rest.any(|effect| effect == expected) {
                 return Err(format!(
-                    "\"{expected}\" does not follow in this order; what follows: {told:#?}"
+                    "\"{expected}\" does not follow in this order; the effects are {effects:#?}"
                 ));
             }
         }
-        if let Some(unwanted) = step.never.iter().find(|unwanted| told.contains(unwanted)) {
+        if let Some(unwanted) = step.never.iter().find(|unwanted| effects.contains(unwanted)) {
             return Err(format!("\"{unwanted}\" follows"));
         }
         for (name, expected) in &step.states {
-            same(
+            expect_equal(
                 &format!("the state of {name}"),
                 state(self.h.state(names.find(name)?)),
                 expected,
@@ -258,7 +263,11 @@ impl Stage {
         }
         for (group, expected) in &step.winner {
             let winner = self.h.winner(names.find_group(group)?);
-            same(&format!("the winner of {group}"), names.maybe(winner), expected)?;
+            expect_equal(
+                &format!("the winner of {group}"),
+                names.optional(winner),
+                expected,
+            )?;
         }
         if let Some(expected) = &step.authority {
             let mut holders: Vec<&str> = ids(names.0)
@@ -268,32 +277,32 @@ impl Stage {
             let mut expected: Vec<&str> = expected.iter().map(String::as_str).collect();
             holders.sort_unstable();
             expected.sort_unstable();
-            same("authority", &holders.join(", "), &expected.join(", "))?;
+            expect_equal("authority", &holders.join(", "), &expected.join(", "))?;
         }
         for (name, expected) in &step.health {
-            same(
+            expect_equal(
                 &format!("the health of {name}"),
                 &health(self.h.health(names.find(name)?)),
                 expected,
             )?;
         }
         for (group, why) in &step.why {
-            self.explains(group, why)
+            self.check_record(group, why)
                 .map_err(|error| format!("why {group}: {error}"))?;
         }
         let expected = step.refused.as_deref().unwrap_or_default();
         let refused: Vec<String> = self.refused.iter().map(ToString::to_string).collect();
-        let alike = expected.len() == refused.len()
+        let matches = expected.len() == refused.len()
             && refused.iter().zip(expected).all(|(r, e)| r.contains(e.as_str()));
-        if step.refused.is_some() && !alike {
+        if step.refused.is_some() && !matches {
             return Err(format!("the refusals are {refused:#?}, not {expected:#?}"));
         }
         if let Some(expected) = &step.timer {
             let due = self
                 .h
                 .next_timer()
-                .map_or("none".into(), |due| Told(due).to_string());
-            same("the next timer", &due, expected)?;
+                .map_or("none".into(), |due| Time(due).to_string());
+            expect_equal("the next timer", &due, expected)?;
         }
         for (group, expected) in &step.contract {
             let id = names.find_group(group)?;
@@ -303,12 +312,12 @@ impl Stage {
                 .find(|c| c.group == id)
                 .ok_or("no contract")?
                 .to_string();
-            same(&format!("the contract of {group}"), &line, expected)?;
+            expect_equal(&format!("the contract of {group}"), &line, expected)?;
         }
         Ok(())
     }
 
-    fn explains(&self, group: &str, why: &Why) -> Result<(), String> {
+    fn check_record(&self, group: &str, why: &Why) -> Result<(), String> {
         let names = Names(self.h.spec());
         let id = names.find_group(group)?;
         let record: &Record = self
@@ -319,43 +328,43 @@ impl Stage {
                 Effect::Decided(record) if record.group == id => Some(record),
                 _ => None,
             })
-            .ok_or("nothing was decided")?;
+            .ok_or("the step has no decision")?;
         let candidates: Vec<String> = record
             .candidates
             .iter()
             .map(|c| format!("{} {}", names.schema(c.id), state(c.state)))
             .collect();
-        let maybe = |what, actual: &str, expected: &Option<String>| {
+        let compare = |what, actual: &str, expected: &Option<String>| {
             expected
                 .as_ref()
-                .map_or(Ok(()), |expected| same(what, actual, expected))
+                .map_or(Ok(()), |expected| expect_equal(what, actual, expected))
         };
-        maybe("case", case(record.case), &why.case)?;
-        maybe("before", names.maybe(record.before), &why.before)?;
-        maybe("choice", names.maybe(record.choice), &why.choice)?;
-        maybe("decider", decider(record.decider), &why.decider)?;
-        maybe("cause", &names.cause(record.cause), &why.cause)?;
-        maybe("caused_at", &Told(record.cause_time).to_string(), &why.caused_at)?;
+        compare("case", case(record.case), &why.case)?;
+        compare("before", names.optional(record.before), &why.before)?;
+        compare("choice", names.optional(record.choice), &why.choice)?;
+        compare("decider", decider(record.decider), &why.decider)?;
+        compare("cause", &names.cause(record.cause), &why.cause)?;
+        compare("caused_at", &Time(record.cause_time).to_string(), &why.caused_at)?;
         if let Some(expected) = &why.reason
             && !record.reason.contains(expected.as_str())
         {
             return Err(format!("the reason is \"{}\", not \"{expected}\"", record.reason));
         }
         if let Some(expected) = why.changed {
-            same("changed", &record.changed.to_string(), &expected.to_string())?;
+            expect_equal("changed", &record.changed.to_string(), &expected.to_string())?;
         }
         if let Some(expected) = &why.candidates {
-            same("candidates", &candidates.join(", "), &expected.join(", "))?;
+            expect_equal("candidates", &candidates.join(", "), &expected.join(", "))?;
         }
         Ok(())
     }
 }
 
-fn granted(answer: Result<(), Refused>) -> Result<(), String> {
-    answer.map_err(|refused| format!("it was refused: {refused}"))
+fn accepted(result: Result<(), Refused>) -> Result<(), String> {
+    result.map_err(|refused| format!("it was refused: {refused}"))
 }
 
-fn same(what: &str, actual: &str, expected: &str) -> Result<(), String> {
+fn expect_equal(what: &str, actual: &str, expected: &str) -> Result<(), String> {
     if actual == expected {
         Ok(())
     } else {

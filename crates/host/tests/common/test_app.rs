@@ -12,18 +12,18 @@ use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use super::MS;
-use super::easel::Easel;
-use super::schemas::{Eye, Motor, Robot, Stillborn};
-use super::stage::Stage;
+use super::panel_motor::PanelMotor;
+use super::scenario::Scenario;
+use super::schemas::{Eye, FailsToCreate, Motor, Robot};
 
 pub(crate) static TEST: raw::Plugin = jde_schema::plugin!(
     "test",
     "Schemas of the tests.",
-    [Motor, Eye, Robot, Stillborn, Easel]
+    [Motor, Eye, Robot, FailsToCreate, PanelMotor]
 );
 
 /// The time within which a condition must become true in lockstep, ns: far beyond every period of the tests.
-const LONGEST: u64 = 10_000 * MS;
+const MAX_WAIT: u64 = 10_000 * MS;
 
 /// The executor of the schemas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +34,8 @@ pub(crate) enum Executor {
 }
 
 /// A running application.
-pub(crate) struct Rig {
-    pub(crate) stage: Arc<Stage>,
+pub(crate) struct TestApp {
+    pub(crate) scenario: Arc<Scenario>,
     pub(crate) handle: Handle,
     run: Run,
     _watchdog: Watchdog,
@@ -48,18 +48,18 @@ enum Run {
 
 /// The plugins of the tests.
 pub(crate) fn plugins() -> Plugins {
-    plugins_along(SearchPath::default())
+    plugins_with(SearchPath::default())
 }
 
 /// The plugins of the tests, and those in these folders.
-pub(crate) fn plugins_along(path: SearchPath) -> Plugins {
+pub(crate) fn plugins_with(path: SearchPath) -> Plugins {
     let mut plugins = Plugins::new(path);
-    plugins.link(&TEST).expect("the plugin of the tests is right");
+    plugins.link(&TEST).expect("the plugin of the tests is valid");
     plugins
 }
 
-/// The text of an application for an executor and a stage.
-pub(crate) fn text(executor: Executor, stage: &Stage, body: &str) -> String {
+/// The text of an application for an executor and a scenario.
+pub(crate) fn text(executor: Executor, scenario: &Scenario, body: &str) -> String {
     let head = match executor {
         Executor::Threads | Executor::Lockstep => "",
         Executor::Pool => "executor = \"pool\"\n",
@@ -69,24 +69,29 @@ pub(crate) fn text(executor: Executor, stage: &Stage, body: &str) -> String {
         text += line;
         text += "\n";
         if line.trim_start().starts_with("type") && line.contains("\"test/") {
-            text += &format!("stage = {}\n", stage.number());
+            text += &format!("scenario = {}\n", scenario.number());
         }
     }
     text
 }
 
-impl Rig {
+impl TestApp {
     /// Starts an application of the test plugin.
     #[track_caller]
-    pub(crate) fn start(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
-        Self::start_with(executor, stage, body, Options::default())
+    pub(crate) fn start(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
+        Self::start_with(executor, scenario, body, Options::default())
     }
 
     /// Like [`Self::start`], with options.
     #[track_caller]
-    pub(crate) fn start_with(executor: Executor, stage: &Arc<Stage>, body: &str, options: Options) -> Self {
-        match Self::try_start(executor, stage, body, options) {
-            Ok(rig) => rig,
+    pub(crate) fn start_with(
+        executor: Executor,
+        scenario: &Arc<Scenario>,
+        body: &str,
+        options: Options,
+    ) -> Self {
+        match Self::try_start(executor, scenario, body, options) {
+            Ok(app) => app,
             Err(error) => panic!("{error}"),
         }
     }
@@ -95,34 +100,34 @@ impl Rig {
     #[track_caller]
     pub(crate) fn try_start(
         executor: Executor,
-        stage: &Arc<Stage>,
+        scenario: &Arc<Scenario>,
         body: &str,
         options: Options,
     ) -> Result<Self, StartError> {
         let plugins = plugins();
         let application = parse(
-            &text(executor, stage, body),
+            &text(executor, scenario, body),
             Path::new("apps/test.toml"),
             &[],
             &plugins,
         )
         .unwrap_or_else(|faults| panic!("{faults}"));
-        Self::run(executor, stage, application, &plugins, options)
+        Self::run(executor, scenario, application, &plugins, options)
     }
 
     /// Starts a parsed application.
     #[track_caller]
     pub(crate) fn run(
         executor: Executor,
-        stage: &Arc<Stage>,
+        scenario: &Arc<Scenario>,
         application: Application,
         plugins: &Plugins,
         mut options: Options,
     ) -> Result<Self, StartError> {
-        let watched = Arc::clone(stage);
+        let watched = Arc::clone(scenario);
         let watchdog = Watchdog::new(DEFAULT_LIMIT, move || watched.report());
-        let hears = Arc::clone(stage);
-        let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.hear(event));
+        let recorder = Arc::clone(scenario);
+        let observer: Box<dyn Observer> = Box::new(move |event: &Event| recorder.record_event(event));
         options.observers.push(observer);
         let (run, handle) = match executor {
             Executor::Threads | Executor::Pool => {
@@ -136,9 +141,9 @@ impl Rig {
                 (Run::Lockstep(Box::new(lockstep)), handle)
             }
         };
-        stage.opened(handle.clone());
+        scenario.set_handle(handle.clone());
         Ok(Self {
-            stage: Arc::clone(stage),
+            scenario: Arc::clone(scenario),
             handle,
             run,
             _watchdog: watchdog,
@@ -149,20 +154,24 @@ impl Rig {
     #[track_caller]
     pub(crate) fn until(&mut self, mut done: impl FnMut(&Self) -> bool) {
         if let Run::Real(_) = self.run {
-            let stage = Arc::clone(&self.stage);
-            return stage.wait_until(|| done(self));
+            let scenario = Arc::clone(&self.scenario);
+            return scenario.wait_until(|| done(self));
         }
         let start = self.handle.now();
         while !done(self) {
             let now = self.handle.now();
-            assert!(now < start + LONGEST, "it never came: {:#?}", self.stage.lines());
+            assert!(
+                now < start + MAX_WAIT,
+                "the condition never became true: {:#?}",
+                self.scenario.lines()
+            );
             self.advance(now + MS);
         }
     }
 
-    /// Runs until `done`, for conditions that depend on the machine's time even in lockstep, such as the rate
-    /// of a panel.
-    pub(crate) fn patiently(&mut self, mut done: impl FnMut(&Self) -> bool) {
+    /// Runs until `done`, without a limit in virtual time. For conditions that depend on the machine's time
+    /// even in lockstep, such as the rate of a panel.
+    pub(crate) fn until_unbounded(&mut self, mut done: impl FnMut(&Self) -> bool) {
         if let Run::Real(_) = self.run {
             return self.until(done);
         }
@@ -171,27 +180,27 @@ impl Rig {
         }
     }
 
-    /// Runs until the line was recorded.
+    /// Runs until the line has been recorded.
     #[track_caller]
-    pub(crate) fn until_did(&mut self, line: &str) {
-        self.until(|rig| rig.stage.did(line));
+    pub(crate) fn until_line(&mut self, line: &str) {
+        self.until(|app| app.scenario.has_line(line));
     }
 
     /// Runs until virtual time is `then`. Lockstep only.
     pub(crate) fn advance(&mut self, then: u64) -> Option<Outcome> {
         match &mut self.run {
             Run::Lockstep(lockstep) => lockstep.run_until(then),
-            Run::Real(_) => panic!("real time goes by itself"),
+            Run::Real(_) => panic!("only virtual time can be advanced"),
         }
     }
 
-    /// Requests the end, and waits until the application is at rest.
+    /// Requests the end, and waits until the application has ended.
     pub(crate) fn stop(self) -> Outcome {
         self.handle.stop();
         self.wait()
     }
 
-    /// Runs until the application ends by itself and is at rest.
+    /// Runs until the application ends by itself.
     pub(crate) fn wait(self) -> Outcome {
         let Self { run, _watchdog, .. } = self;
         match run {
@@ -202,15 +211,15 @@ impl Rig {
 
     /// The index of an instance.
     #[track_caller]
-    pub(crate) fn place(&self, name: &str) -> usize {
-        let place = self.handle.application().instance(name);
-        place.unwrap_or_else(|| panic!("there is no {name}"))
+    pub(crate) fn index(&self, name: &str) -> usize {
+        let index = self.handle.application().instance(name);
+        index.unwrap_or_else(|| panic!("there is no {name}"))
     }
 
     /// An instance as tools see it.
     #[track_caller]
-    pub(crate) fn see(&self, name: &str) -> SchemaView {
-        self.handle.snapshot().schemas.swap_remove(self.place(name))
+    pub(crate) fn schema(&self, name: &str) -> SchemaView {
+        self.handle.snapshot().schemas.swap_remove(self.index(name))
     }
 
     /// An operator of the application.

@@ -1,4 +1,4 @@
-//! The stage of one test: the part of each instance, and a log of what they did, in order.
+//! The scenario of one test: the behaviour of each instance, and a log of what the instances did, in order.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -8,23 +8,23 @@ use jde_host::Handle;
 use jde_records::event::Event;
 use jde_schema::{Context, Pen, Result};
 
-use super::easel::{Brush, Easel};
 use super::io::{Call, Io};
+use super::panel_motor::{DrawFn, PanelMotor};
 
 /// What an instance does when it is called.
-pub(crate) type Part = Box<dyn FnMut(Call, &mut Io<'_>) -> Result + Send>;
+pub(crate) type Behaviour = Box<dyn FnMut(Call, &mut Io<'_>) -> Result + Send>;
 
-/// The stage of one test.
+/// The scenario of one test.
 #[derive(Default)]
-pub(crate) struct Stage {
+pub(crate) struct Scenario {
     number: u32,
     quiet: bool,
-    parts: Mutex<HashMap<String, Arc<Mutex<Part>>>>,
-    brushes: Mutex<HashMap<String, Brush>>,
+    behaviours: Mutex<HashMap<String, Arc<Mutex<Behaviour>>>>,
+    draw_fns: Mutex<HashMap<String, DrawFn>>,
     /// The call that each instance is in, if any.
     inside: Mutex<BTreeMap<String, Call>>,
     log: Mutex<Log>,
-    news: Condvar,
+    changed: Condvar,
     handle: Mutex<Option<Handle>>,
 }
 
@@ -37,52 +37,56 @@ struct Log {
 }
 
 /// How many lines a report shows.
-const LAST: usize = 30;
+const REPORTED_LINES: usize = 30;
 
-static STAGES: Mutex<Vec<Arc<Stage>>> = Mutex::new(Vec::new());
+static SCENARIOS: Mutex<Vec<Arc<Scenario>>> = Mutex::new(Vec::new());
 
-impl Stage {
-    /// A new stage.
+impl Scenario {
+    /// A new scenario.
     pub(crate) fn new() -> Arc<Self> {
-        Self::made(false)
+        Self::create(false)
     }
 
-    /// A stage that records nothing, for long runs.
+    /// A scenario that records nothing, for long runs.
     pub(crate) fn quiet() -> Arc<Self> {
-        Self::made(true)
+        Self::create(true)
     }
 
-    fn made(quiet: bool) -> Arc<Self> {
+    fn create(quiet: bool) -> Arc<Self> {
         static NEXT: AtomicU32 = AtomicU32::new(1);
-        let stage = Arc::new(Self {
+        let scenario = Arc::new(Self {
             number: NEXT.fetch_add(1, Ordering::Relaxed),
             quiet,
             ..Self::default()
         });
-        lock(&STAGES).push(Arc::clone(&stage));
-        stage
+        lock(&SCENARIOS).push(Arc::clone(&scenario));
+        scenario
     }
 
-    /// The stage of that number. Instances find theirs by it.
+    /// The scenario with this number. Instances find their scenario by it.
     pub(crate) fn of(number: u32) -> Arc<Self> {
-        let stages = lock(&STAGES);
-        let stage = stages.iter().find(|stage| stage.number == number);
-        Arc::clone(stage.expect("schemas of the test plugin say on which stage they are"))
+        let scenarios = lock(&SCENARIOS);
+        let scenario = scenarios.iter().find(|scenario| scenario.number == number);
+        Arc::clone(scenario.expect("every schema of the test plugin has the number of a scenario"))
     }
 
     pub(crate) fn number(&self) -> u32 {
         self.number
     }
 
-    /// Sets the part of an instance.
-    pub(crate) fn play(&self, name: &str, part: impl FnMut(Call, &mut Io<'_>) -> Result + Send + 'static) {
-        lock(&self.parts).insert(name.to_owned(), Arc::new(Mutex::new(Box::new(part))));
+    /// Sets what an instance does in its calls.
+    pub(crate) fn on_call(
+        &self,
+        name: &str,
+        behaviour: impl FnMut(Call, &mut Io<'_>) -> Result + Send + 'static,
+    ) {
+        lock(&self.behaviours).insert(name.to_owned(), Arc::new(Mutex::new(Box::new(behaviour))));
     }
 
     /// Adds a motor schema that is READY while `ready` is true, and commands `speed` in each iteration.
     pub(crate) fn drives(&self, name: &str, ready: &Arc<std::sync::atomic::AtomicBool>, speed: f64) {
         let ready = Arc::clone(ready);
-        self.play(name, move |call, io| {
+        self.on_call(name, move |call, io| {
             match call {
                 Call::Check => io.ready(ready.load(Ordering::SeqCst)),
                 Call::Iterate => {
@@ -94,31 +98,31 @@ impl Stage {
         });
     }
 
-    /// Sets how an easel draws its panel.
-    pub(crate) fn paints(
+    /// Sets how a [`PanelMotor`] draws its panel.
+    pub(crate) fn on_draw(
         &self,
         name: &str,
-        brush: impl Fn(&Easel, &Context, &mut Pen) + Send + Sync + 'static,
+        draw: impl Fn(&PanelMotor, &Context, &mut Pen) + Send + Sync + 'static,
     ) {
-        lock(&self.brushes).insert(name.to_owned(), Arc::new(brush));
+        lock(&self.draw_fns).insert(name.to_owned(), Arc::new(draw));
     }
 
-    pub(crate) fn brush(&self, name: &str) -> Option<Brush> {
-        lock(&self.brushes).get(name).cloned()
+    pub(crate) fn draw_fn(&self, name: &str) -> Option<DrawFn> {
+        lock(&self.draw_fns).get(name).cloned()
     }
 
     /// Makes waiting threads check their conditions again, after an event that no schema caused.
-    pub(crate) fn stir(&self) {
+    pub(crate) fn notify(&self) {
         lock(&self.log).version += 1;
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 
-    pub(crate) fn part(&self, name: &str) -> Option<Arc<Mutex<Part>>> {
-        lock(&self.parts).get(name).cloned()
+    pub(crate) fn behaviour(&self, name: &str) -> Option<Arc<Mutex<Behaviour>>> {
+        lock(&self.behaviours).get(name).cloned()
     }
 
     /// Records a line.
-    pub(crate) fn note(&self, line: impl FnOnce() -> String) {
+    pub(crate) fn record(&self, line: impl FnOnce() -> String) {
         if self.quiet {
             return;
         }
@@ -126,10 +130,10 @@ impl Stage {
         log.lines.push(line());
         log.version += 1;
         drop(log);
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 
-    pub(crate) fn hear(&self, event: &Event) {
+    pub(crate) fn record_event(&self, event: &Event) {
         if self.quiet {
             return;
         }
@@ -137,7 +141,7 @@ impl Stage {
         log.events.push(event.clone());
         log.version += 1;
         drop(log);
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 
     /// All lines so far.
@@ -146,29 +150,33 @@ impl Stage {
     }
 
     /// Whether the line was recorded.
-    pub(crate) fn did(&self, line: &str) -> bool {
-        lock(&self.log).lines.iter().any(|done| done == line)
+    pub(crate) fn has_line(&self, line: &str) -> bool {
+        lock(&self.log).lines.iter().any(|recorded| recorded == line)
     }
 
     /// How often the line was recorded.
     pub(crate) fn count(&self, line: &str) -> usize {
-        lock(&self.log).lines.iter().filter(|done| *done == line).count()
+        lock(&self.log)
+            .lines
+            .iter()
+            .filter(|recorded| *recorded == line)
+            .count()
     }
 
     /// The index of the first occurrence of a line.
     #[track_caller]
     pub(crate) fn first(&self, line: &str) -> usize {
         let lines = self.lines();
-        let place = lines.iter().position(|done| done == line);
-        place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
+        let index = lines.iter().position(|recorded| recorded == line);
+        index.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
     }
 
     /// The index of the last occurrence of a line.
     #[track_caller]
     pub(crate) fn last(&self, line: &str) -> usize {
         let lines = self.lines();
-        let place = lines.iter().rposition(|done| done == line);
-        place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
+        let index = lines.iter().rposition(|recorded| recorded == line);
+        index.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
     }
 
     /// All events of the application.
@@ -177,25 +185,25 @@ impl Stage {
     }
 
     /// Whether such an event occurred.
-    pub(crate) fn told(&self, wanted: impl Fn(&Event) -> bool) -> bool {
-        lock(&self.log).events.iter().any(wanted)
+    pub(crate) fn has_event(&self, expected: impl Fn(&Event) -> bool) -> bool {
+        lock(&self.log).events.iter().any(expected)
     }
 
     /// The number of such events.
-    pub(crate) fn count_events(&self, wanted: impl Fn(&Event) -> bool) -> usize {
+    pub(crate) fn count_events(&self, expected: impl Fn(&Event) -> bool) -> usize {
         lock(&self.log)
             .events
             .iter()
-            .filter(|event| wanted(event))
+            .filter(|event| expected(event))
             .count()
     }
 
-    pub(crate) fn opened(&self, handle: Handle) {
+    pub(crate) fn set_handle(&self, handle: Handle) {
         let before = lock(&self.handle).replace(handle);
-        assert!(before.is_none(), "one application a stage");
+        assert!(before.is_none(), "a scenario has one application");
     }
 
-    /// The application, for parts that inspect it.
+    /// The application, for behaviours that inspect it.
     pub(crate) fn handle(&self) -> Option<Handle> {
         lock(&self.handle).clone()
     }
@@ -209,7 +217,7 @@ impl Stage {
             }
             let log = lock(&self.log);
             drop(
-                self.news
+                self.changed
                     .wait_while(log, |log| log.version == seen)
                     .unwrap_or_else(PoisonError::into_inner),
             );
@@ -217,39 +225,39 @@ impl Stage {
     }
 
     /// Runs an instance's call, which [`Self::report`] shows while it runs.
-    pub(crate) fn within<R>(&self, name: &str, call: Call, run: impl FnOnce() -> R) -> R {
-        struct Leaves<'a>(&'a Stage, &'a str);
-        impl Drop for Leaves<'_> {
+    pub(crate) fn track_call<R>(&self, name: &str, call: Call, run: impl FnOnce() -> R) -> R {
+        struct RemoveOnDrop<'a>(&'a Scenario, &'a str);
+        impl Drop for RemoveOnDrop<'_> {
             fn drop(&mut self) {
                 lock(&self.0.inside).remove(self.1);
             }
         }
         lock(&self.inside).insert(name.to_owned(), call);
-        let _leaves = Leaves(self, name);
+        let _guard = RemoveOnDrop(self, name);
         run()
     }
 
-    /// The present situation, for a watchdog: the calls that run, the last lines, and the state of each
+    /// The current state, for a watchdog: the calls that run, the last lines, and the state of each
     /// schema.
     pub(crate) fn report(&self) -> String {
         let inside = lock(&self.inside).clone();
         let lines = self.lines();
-        let last = &lines[lines.len().saturating_sub(LAST)..];
+        let last = &lines[lines.len().saturating_sub(REPORTED_LINES)..];
         // The snapshot comes last, because it needs the rules' lock, which a hung thread may hold.
-        eprintln!("calls that run: {inside:?}\nwhat was done last: {last:#?}");
+        eprintln!("calls that run: {inside:?}\nlast lines: {last:#?}");
         let Some(handle) = self.handle() else {
-            return String::from("nothing runs");
+            return String::from("no application runs");
         };
         let views = handle.snapshot().schemas.into_iter();
         let states = views.map(|view| format!("{} {:?} {:?}", view.name, view.state, view.health));
         format!("schemas: {:#?}", states.collect::<Vec<_>>())
     }
 
-    /// Removes the stage, so that the values in its parts are dropped.
+    /// Removes the scenario, so that the values in its behaviours are dropped.
     pub(crate) fn close(&self) {
-        lock(&STAGES).retain(|stage| stage.number != self.number);
-        lock(&self.parts).clear();
-        lock(&self.brushes).clear();
+        lock(&SCENARIOS).retain(|scenario| scenario.number != self.number);
+        lock(&self.behaviours).clear();
+        lock(&self.draw_fns).clear();
         lock(&self.handle).take();
     }
 }

@@ -1,4 +1,4 @@
-//! Runs an application whose schema `high`, of the type of these tests, has a process of its own.
+//! Runs an application whose schema `high` is faulty and has a process of its own.
 
 use std::path::Path;
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -12,8 +12,8 @@ use jde_isolation::Program;
 use jde_loader::Plugins;
 use jde_records::event::Event;
 
-use crate::common::{Executor, Rig, Stage, plugins, text};
-use crate::odd::ODD;
+use crate::common::{Executor, Scenario, TestApp, plugins, text};
+use crate::faulty::FAULTY;
 
 /// Held for reading while an application runs, and for writing by tests that count resources of the whole
 /// process.
@@ -23,11 +23,11 @@ pub(crate) static RUNNING: RwLock<()> = RwLock::new(());
 pub(crate) const BY_NAME: &str = "--exact";
 
 /// A running application and its read lock of [`RUNNING`].
-pub(crate) struct Play {
-    pub(crate) rig: Rig,
-    /// Each write of any variable makes waiting tests look again.
+pub(crate) struct IsolatedApp {
+    pub(crate) app: TestApp,
+    /// Each write of a variable makes waiting tests check their conditions again.
     _watches: Vec<Watch>,
-    _among: Option<RwLockReadGuard<'static, ()>>,
+    _running: Option<RwLockReadGuard<'static, ()>>,
 }
 
 /// This program as the executable of one schema's process.
@@ -42,120 +42,128 @@ pub(crate) fn program() -> Program {
 
 pub(crate) fn all_plugins() -> Plugins {
     let mut plugins = plugins();
-    plugins.link(&ODD).expect("the plugin is right");
+    plugins.link(&FAULTY).expect("the plugin is valid");
     plugins
 }
 
-impl Play {
+impl IsolatedApp {
     /// Starts an application and takes a read lock of [`RUNNING`].
     #[track_caller]
-    pub(crate) fn start(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
-        let among = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut play = Self::alone(executor, stage, body);
-        play._among = Some(among);
-        play
+    pub(crate) fn start(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
+        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut isolated = Self::start_unlocked(executor, scenario, body);
+        isolated._running = Some(running);
+        isolated
     }
 
     /// Starts without a lock, for a test that holds [`RUNNING`] for writing.
     #[track_caller]
-    pub(crate) fn alone(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
-        Self::watched(stage, Self::try_start(executor, stage, body, Some(program())))
+    pub(crate) fn start_unlocked(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
+        Self::watch_variables(
+            scenario,
+            Self::try_start(executor, scenario, body, Some(program())),
+        )
     }
 
     /// As [`Self::start`], with the given plugins.
     #[track_caller]
-    pub(crate) fn with(executor: Executor, stage: &Arc<Stage>, body: &str, plugins: &Plugins) -> Self {
-        let among = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let rig = Self::run(executor, stage, body, plugins, Some(program()));
-        let mut play = Self::watched(stage, rig);
-        play._among = Some(among);
-        play
+    pub(crate) fn start_with(
+        executor: Executor,
+        scenario: &Arc<Scenario>,
+        body: &str,
+        plugins: &Plugins,
+    ) -> Self {
+        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let app = Self::run(executor, scenario, body, plugins, Some(program()));
+        let mut isolated = Self::watch_variables(scenario, app);
+        isolated._running = Some(running);
+        isolated
     }
 
     #[track_caller]
-    fn watched(stage: &Arc<Stage>, rig: Result<Rig, StartError>) -> Self {
-        let rig = rig.unwrap_or_else(|error| panic!("{error}"));
-        let watches = rig.handle.board().list().map(|variable| {
-            let stage = Arc::clone(stage);
-            variable.watch(move || stage.stir())
+    fn watch_variables(scenario: &Arc<Scenario>, app: Result<TestApp, StartError>) -> Self {
+        let app = app.unwrap_or_else(|error| panic!("{error}"));
+        let watches = app.handle.board().list().map(|variable| {
+            let scenario = Arc::clone(scenario);
+            variable.watch(move || scenario.notify())
         });
         Self {
             _watches: watches.collect(),
-            rig,
-            _among: None,
+            app,
+            _running: None,
         }
     }
 
     /// Starts without a lock, and returns the error if the start fails.
     pub(crate) fn try_start(
         executor: Executor,
-        stage: &Arc<Stage>,
+        scenario: &Arc<Scenario>,
         body: &str,
-        apart: Option<Program>,
-    ) -> Result<Rig, StartError> {
-        Self::run(executor, stage, body, &all_plugins(), apart)
+        program_of_schemas: Option<Program>,
+    ) -> Result<TestApp, StartError> {
+        Self::run(executor, scenario, body, &all_plugins(), program_of_schemas)
     }
 
     fn run(
         executor: Executor,
-        stage: &Arc<Stage>,
+        scenario: &Arc<Scenario>,
         body: &str,
         plugins: &Plugins,
-        apart: Option<Program>,
-    ) -> Result<Rig, StartError> {
-        let text = text(executor, stage, body);
+        program_of_schemas: Option<Program>,
+    ) -> Result<TestApp, StartError> {
+        let text = text(executor, scenario, body);
         let application = parse(&text, Path::new("apps/test.toml"), &[], plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
         let options = Options {
-            isolation_program: apart,
+            isolation_program: program_of_schemas,
             ..Options::default()
         };
-        Rig::run(executor, stage, application, plugins, options)
+        TestApp::run(executor, scenario, application, plugins, options)
     }
 
     /// Selects the misbehaviour of `high`.
     #[track_caller]
     pub(crate) fn trouble(&self, trouble: u32) {
-        let high = self.rig.place("high");
+        let high = self.app.index("high");
         let trouble = Value::UInt(u64::from(trouble));
-        self.rig
+        self.app
             .operator()
             .modulate(high, "trouble", &trouble)
-            .expect("it is written");
+            .expect("the modulation is written");
     }
 
     /// Returns the process id of `high`.
     #[track_caller]
     pub(crate) fn process(&self) -> u32 {
-        self.rig.see("high").process.expect("it has one")
+        self.app.schema("high").process.expect("it has a process")
     }
 
     /// Returns the newest value of a numeric export of `high`.
     pub(crate) fn number(&self, variable: &str) -> Option<f64> {
         let name = format!("high.{variable}");
-        self.rig.handle.value::<f64>(&name).expect("it is a number")
+        self.app.handle.value::<f64>(&name).expect("it is a number")
     }
 
     /// Runs until the robot receives this speed.
     #[track_caller]
     pub(crate) fn until_at(&mut self, speed: f64) {
-        let wanted = format!("robot velocity {speed}");
-        self.rig.until(|rig| {
-            let lines = rig.stage.lines();
+        let expected = format!("robot velocity {speed}");
+        self.app.until(|app| {
+            let lines = app.scenario.lines();
             let mut speeds = lines
                 .iter()
                 .rev()
                 .filter(|line| line.starts_with("robot velocity"));
-            speeds.next() == Some(&wanted)
+            speeds.next() == Some(&expected)
         });
     }
 
     /// Runs until `high` has failed this many times. Returns the reason of the last of these failures.
     #[track_caller]
     pub(crate) fn until_failed(&mut self, times: usize) -> String {
-        let high = self.rig.place("high");
-        let failures = |rig: &Rig| -> Vec<String> {
-            let events = rig.stage.events().into_iter();
+        let high = self.app.index("high");
+        let failures = |app: &TestApp| -> Vec<String> {
+            let events = app.scenario.events().into_iter();
             let reasons = events.filter_map(|event| match event {
                 Event::HealthChanged {
                     schema,
@@ -166,7 +174,7 @@ impl Play {
             });
             reasons.collect()
         };
-        self.rig.until(|rig| failures(rig).len() >= times);
-        failures(&self.rig).swap_remove(times - 1)
+        self.app.until(|app| failures(app).len() >= times);
+        failures(&self.app).swap_remove(times - 1)
     }
 }

@@ -1,0 +1,179 @@
+//! A schema in a process of its own decides and exports exactly what it does in the host's process, bit for
+//! bit.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use jde_app::parse;
+use jde_board::Stamp;
+use jde_host::{Lockstep, Options};
+use jde_records::decision_writer::DecisionWriter;
+use jde_records::event::{Event, Observer};
+use jde_types::LaserScan;
+
+use crate::common::{Executor, MS, Scenario, on_every_executor};
+use crate::isolated_app::{IsolatedApp, RUNNING, all_plugins, program};
+
+on_every_executor!(
+    large_values_are_shared_in_both_directions,
+    an_isolated_schema_reads_the_applications_time,
+    the_start_fails_when_the_process_of_a_schema_cannot_start,
+);
+
+/// A father that arbitrates, its children, and the modulation that it sets. Either all of them run in
+/// processes of their own, or none.
+const FAMILY: &str = r#"
+    roots = ["high"]
+    seed = 7
+    [schemas.high]
+    type = "faulty/faulty"
+    period = "20ms"
+    children = { a = "left", b = "right" }
+    [schemas.left]
+    type = "faulty/faulty"
+    period = "15ms"
+    imports = { scan = "high.seen" }
+    [schemas.right]
+    type = "faulty/faulty"
+    period = "35ms"
+    imports = { scan = "left.seen" }
+"#;
+
+/// Runs for two seconds. Returns the decisions as lines, and every value with its stamp.
+fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
+    let plugins = all_plugins();
+    let application =
+        parse(body, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let decisions = Arc::new(Mutex::new(DecisionWriter::new(&application, Vec::new())));
+    let recorder = Arc::clone(&decisions);
+    let observer: Box<dyn Observer> = Box::new(move |event: &Event| recorder.lock().unwrap().on_event(event));
+    let options = Options {
+        observers: vec![observer],
+        isolation_program: Some(program()),
+        ..Options::default()
+    };
+    let mut run = Lockstep::start(application, &plugins, options).unwrap_or_else(|error| panic!("{error}"));
+    let handle = run.handle();
+    let values = Arc::new(Mutex::new(Vec::new()));
+    let watches: Vec<_> = handle
+        .board()
+        .list()
+        .map(|variable| {
+            let (values, weak) = (Arc::clone(&values), Arc::downgrade(&variable));
+            variable.watch(move || {
+                let Some(variable) = weak.upgrade() else { return };
+                let mut reader = variable.reader("test");
+                if let Some(latched) = reader.latch() {
+                    let name = variable.describe().full_name();
+                    values
+                        .lock()
+                        .unwrap()
+                        .push((name, latched.stamp, latched.bytes.to_vec()));
+                }
+            })
+        })
+        .collect();
+    run.run_until(2000 * MS);
+    drop((watches, handle));
+    drop(run);
+    let decisions = Arc::into_inner(decisions).expect("the application has ended");
+    let lines = decisions
+        .into_inner()
+        .unwrap()
+        .finish()
+        .expect("writing to memory succeeds");
+    let values = std::mem::take(&mut *values.lock().unwrap());
+    (String::from_utf8(lines).expect("UTF-8"), values)
+}
+
+#[test]
+fn r16_isolation_changes_no_decision_and_no_export_in_lockstep() {
+    let _running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let (decided, exported) = drive(FAMILY);
+    assert!(decided.lines().count() > 20, "{decided}");
+    let isolated = FAMILY.replace(
+        "type = \"faulty/faulty\"",
+        "type = \"faulty/faulty\"\nisolate = \"process\"",
+    );
+    let (isolated_decided, isolated_exported) = drive(&isolated);
+    assert_eq!(decided, isolated_decided);
+    assert_eq!(exported.len(), isolated_exported.len());
+    for (value, isolated) in exported.iter().zip(&isolated_exported) {
+        assert!(value == isolated, "{} differs at {:?}", value.0, value.1);
+    }
+}
+
+fn large_values_are_shared_in_both_directions(executor: Executor) {
+    let scenario = Scenario::new();
+    let body = FAMILY.replacen(
+        "type = \"faulty/faulty\"",
+        "type = \"faulty/faulty\"\nisolate = \"process\"",
+        1,
+    );
+    let mut isolated = IsolatedApp::start(executor, &scenario, &body);
+    let shared = isolated
+        .app
+        .handle
+        .board()
+        .find("high.seen")
+        .expect("it is exported");
+    assert!(shared.shared().is_some(), "the value is too large for messages");
+    let seen = |app: &crate::common::TestApp, name: &str| {
+        let scan = app.handle.value::<LaserScan>(name).expect("it is a scan");
+        scan.map_or(0.0, |scan| scan.ranges[0])
+    };
+    isolated
+        .app
+        .until(|app| seen(app, "high.seen") > 5.0 && seen(app, "left.seen") > 1.0);
+    isolated.app.stop();
+}
+
+fn an_isolated_schema_reads_the_applications_time(executor: Executor) {
+    let scenario = Scenario::new();
+    let body = FAMILY.replacen(
+        "type = \"faulty/faulty\"",
+        "type = \"faulty/faulty\"\nisolate = \"process\"",
+        1,
+    );
+    let mut isolated = IsolatedApp::start(executor, &scenario, &body);
+    isolated.app.until(|app| app.schema("high").iterations > 3);
+    let before = isolated.app.handle.now() as f64 / 1e9;
+    let iterations = isolated.app.schema("high").iterations;
+    isolated
+        .app
+        .until(|app| app.schema("high").iterations > iterations + 2);
+    let seen = isolated.number("clock").expect("it was exported");
+    let after = isolated.app.handle.now() as f64 / 1e9;
+    assert!(before <= seen && seen <= after, "{before} {seen} {after}");
+    isolated.app.stop();
+}
+
+fn the_start_fails_when_the_process_of_a_schema_cannot_start(executor: Executor) {
+    let scenario = Scenario::new();
+    let body = FAMILY.replacen(
+        "type = \"faulty/faulty\"",
+        "type = \"faulty/faulty\"\nisolate = \"process\"",
+        1,
+    );
+    let start_error = |program| match IsolatedApp::try_start(executor, &scenario, &body, program) {
+        Ok(_) => panic!("it started"),
+        Err(error) => error.to_string(),
+    };
+    let error = start_error(None);
+    assert!(
+        error.contains("schema `high` wants a process of its own"),
+        "{error}"
+    );
+    let missing = jde_isolation::Program {
+        path: "/nowhere/jde".into(),
+        arguments: Vec::new(),
+    };
+    let error = start_error(Some(missing));
+    assert!(error.contains("its process cannot be started"), "{error}");
+    let silent = jde_isolation::Program {
+        path: "true".into(),
+        arguments: Vec::new(),
+    };
+    let error = start_error(Some(silent));
+    assert!(error.contains("exited by itself, with status 0"), "{error}");
+}

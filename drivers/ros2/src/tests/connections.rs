@@ -1,0 +1,195 @@
+//! Connections: settings, losses, and nodes that do not communicate.
+
+use zenoh::liveliness::LivelinessToken;
+
+use super::*;
+use crate::keys::Direction;
+use crate::settings::Settings;
+use crate::{Base, Topics};
+
+#[test]
+fn a_lost_connection_is_restored_automatically() {
+    let address = unused_address();
+    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    fixture.until_note(Connection::LOST, "nobody answers there; is the router running?");
+    for _ in 0..2 {
+        let session = open_router(&address);
+        fixture.until_note(Connection::CONNECTED, &address);
+        fixture.until(|bench| {
+            put(&session, "/cmd_vel", &Twist::ZERO);
+            bench.exported::<Twist>("cmd_vel").is_some()
+        });
+        session.close().wait().unwrap();
+        fixture.until_note(Connection::LOST, "nobody is there any more");
+        fixture.until(|bench| bench.exported::<Twist>("cmd_vel").is_none());
+    }
+}
+
+#[test]
+fn a_port_in_use_is_reported_and_opened_once_it_is_free() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("tcp/{}", taken.local_addr().unwrap());
+    let mut fixture = Fixture::<Base>::connecting_to("");
+    fixture.bench.set("listen", Text::<512>::new(&address));
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::LOST, "Can not create a new TCP listener");
+    drop(taken);
+    fixture.until_note(Connection::CONNECTING, "looking for the other nodes");
+}
+
+#[test]
+fn incompatible_topics_of_other_nodes_are_reported() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let announce = |topic: &Topic, direction, number| -> LivelinessToken {
+        let token = topic.token(&name(), &session.zid().to_string(), direction, number);
+        session.liveliness().declare_token(token).wait().unwrap()
+    };
+    let range_topic = announce(&topic::<Range>("/scan"), Direction::Publish, 1);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    fixture.until_logged(
+        "/scan of node /other is a sensor_msgs/msg/Range, and a sensor_msgs/msg/LaserScan here",
+    );
+    let old = Topic {
+        hash: "RIHS01_0123456789abcdef".to_owned(),
+        ..topic::<Twist>("/cmd_vel")
+    };
+    let version_token = announce(&old, Direction::Subscribe, 2);
+    fixture.until_logged(
+        "/cmd_vel of node /other is another version of geometry_msgs/msg/Twist, RIHS01_0123456789abc",
+    );
+    drop((range_topic, version_token));
+}
+
+#[test]
+fn invalid_settings_are_rejected_on_awakening() {
+    let assert_rejected = |change: &dyn Fn(&mut Bench<Topics>), expected: &str| {
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        change(&mut fixture.bench);
+        let failure = fixture.bench.awake().unwrap_err().to_string();
+        assert!(failure.contains(expected), "{failure}");
+    };
+    assert_rejected(
+        &|bench| bench.set("connect", Text::<512>::new("localhost")),
+        "tcp/HOST:PORT",
+    );
+    assert_rejected(
+        &|bench| bench.set("connect", Text::<512>::EMPTY),
+        "it can reach nobody",
+    );
+    assert_rejected(
+        &|bench| bench.set("laser_topic", Text::<128>::new("my scan")),
+        "`my scan`",
+    );
+    assert_rejected(
+        &|bench| bench.set("laser_topic", Text::<128>::new("odom")),
+        "two of its topics have the name /odom",
+    );
+    assert_rejected(
+        &|bench| bench.set("namespace", Text::<128>::new("a-b")),
+        "namespace",
+    );
+    assert_rejected(&|bench| bench.set("node", Text::<128>::new("a/b")), "node");
+    assert_rejected(
+        &|bench| bench.set("config", Text::<1024>::new("no.json5")),
+        "either",
+    );
+    assert_rejected(&|bench| bench.set_real_time(false), "run without --lockstep");
+}
+
+#[test]
+fn an_inspection_names_the_modulation_without_connecting() {
+    let problem_names = |change: &dyn Fn(&mut Bench<Topics>)| {
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        change(&mut fixture.bench);
+        let problems = fixture.bench.inspect().unwrap();
+        let names = problems.into_iter().map(|problem| problem.modulation);
+        names.collect::<Vec<_>>()
+    };
+    assert!(problem_names(&|_| {}).is_empty());
+    assert_eq!(
+        problem_names(&|bench| bench.set("connect", Text::<512>::EMPTY)),
+        ["connect"]
+    );
+    assert_eq!(
+        problem_names(&|bench| bench.set("laser_topic", Text::<128>::new("my scan"))),
+        ["laser_topic"]
+    );
+    assert_eq!(
+        problem_names(&|bench| bench.set("namespace", Text::<128>::new("a-b"))),
+        ["namespace"]
+    );
+    assert_eq!(
+        problem_names(&|bench| bench.set("node", Text::<128>::new("a/b"))),
+        ["node"]
+    );
+    assert_eq!(
+        problem_names(&|bench| bench.set("config", Text::<1024>::new("no.json5"))),
+        ["config"]
+    );
+}
+
+#[test]
+fn the_threads_of_zenoh_have_lower_priority() {
+    let address = unused_address();
+    let before: Vec<String> = threads().into_iter().map(|(name, _)| name).collect();
+    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    fixture.until_note(Connection::LOST, &address);
+    let after = threads();
+    assert!(
+        after.iter().any(|(name, nice)| name == "ros2" && *nice >= 10),
+        "{after:?} after {before:?}"
+    );
+}
+
+/// Names and niceness of this process's threads.
+fn threads() -> Vec<(String, i32)> {
+    let tasks = std::fs::read_dir("/proc/self/task").unwrap();
+    tasks
+        .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok())
+        .filter_map(|stat| {
+            // The name is in brackets and may contain any character. The 17th field after it is the niceness
+            // (proc_pid_stat(5)).
+            let (name, rest) = (
+                stat.split_once('(')?.1.rsplit_once(')')?.0,
+                stat.rsplit_once(')')?.1,
+            );
+            Some((name.to_owned(), rest.split_whitespace().nth(16)?.parse().ok()?))
+        })
+        .collect()
+}
+
+#[test]
+fn a_zenoh_configuration_file_states_the_addresses() {
+    let address = unused_address();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zenoh.json5");
+    let text = format!("{{ mode: \"client\", connect: {{ endpoints: [\"{address}\"], timeout_ms: 0 }} }}");
+    std::fs::write(&file, text).unwrap();
+    let session = open_router(&address);
+    let mut bench = Bench::<Topics>::new();
+    bench.set("config", Text::<1024>::new(file.to_str().unwrap()));
+    bench.set("domain", 3_i32);
+    let mut fixture = Fixture {
+        _watchdog: Watchdog::for_test(),
+        bench,
+        start: Instant::now(),
+    }
+    .awake();
+    fixture.until_note(Connection::CONNECTED, "zenoh.json5");
+    drop(session);
+    let settings = Settings {
+        config: folder.path().to_str().unwrap(),
+        connect: "",
+        listen: "",
+        has_endpoint: false,
+        domain: 0,
+        namespace: "",
+        node: "",
+        schema: "x",
+    };
+    assert!(
+        settings.connection_config().is_err(),
+        "a folder is not a configuration"
+    );
+}
