@@ -260,7 +260,7 @@ fn a_screen_that_takes_the_window_away_ends_it_in_words_and_not_the_robot() {
     let says_so = |mut windows: Windows| {
         let (status, words) = windows.end();
         assert_eq!(status, Some(1), "{words}");
-        assert!(words.contains("took the window away"), "{words}");
+        assert!(words.contains("its window disappeared"), "{words}");
         assert!(!words.contains("panicked"), "{words}");
     };
     let windows = screen.open(&place, "safe-navigation");
