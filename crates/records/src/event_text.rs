@@ -8,7 +8,7 @@ use super::{
 use crate::event::{Event, OperatorAction};
 
 impl RecordBuilder {
-    /// Returns the message of a single event, if it has one. Selections and takeovers have none here.
+    /// Returns the message of a single event, if it has one. Selections and takeovers have none.
     pub(super) fn describe_event(&self, event: &Event) -> Option<RunRecord> {
         let name = |schema: &usize| Some(self.schemas[*schema].clone());
         let ms = |time: Nanos| time as f64 / 1e6;

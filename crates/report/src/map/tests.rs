@@ -343,14 +343,14 @@ fn more_winners_than_colours_are_distinguished_by_dashes() {
         ..Drive::default()
     };
     let palette = Palette::of(&drive);
-    let mut looks: Vec<_> = (0..10)
+    let mut styles: Vec<_> = (0..10)
         .map(|of| (palette.tone(Some(of)).light(), palette.is_dashed(Some(of))))
         .collect();
-    looks.dedup();
-    for (index, look) in looks.iter().enumerate() {
-        assert!(!looks[..index].contains(look), "winner {index}");
+    styles.dedup();
+    for (index, style) in styles.iter().enumerate() {
+        assert!(!styles[..index].contains(style), "winner {index}");
     }
-    assert_eq!(looks.len(), 10);
+    assert_eq!(styles.len(), 10);
 }
 
 #[test]

@@ -18,8 +18,8 @@ const FINEST: f64 = 0.5;
 const MANY: usize = 1500;
 /// Minimum length of a drawn robot, in points of the screen.
 const SMALLEST: f64 = 14.0;
-/// The outline of a Pioneer seen from above, in m. It represents every robot: the bodies of others are not
-/// known here.
+/// The outline of a Pioneer seen from above, in m. It represents every robot, because the shapes of other
+/// robots are unknown.
 const OUTLINE: [[f64; 2]; 8] = [
     [0.22, 0.10],
     [0.16, 0.17],

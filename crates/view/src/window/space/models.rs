@@ -1,5 +1,5 @@
 //! Models of the robot, of people, and of things in a simulated world. Simulated cameras use their own
-//! simpler models (`camera/figure.rs` of `crates/sim`), on which nothing here depends.
+//! simpler models (`camera/figure.rs` of `crates/sim`). The two sets are independent.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
