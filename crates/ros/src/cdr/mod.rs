@@ -27,7 +27,7 @@ pub enum Error {
     #[error("the message has {0} bytes too many; it is of another type")]
     Long(usize),
     /// A sequence or text is longer than its capacity.
-    #[error("`{field}` has {got} elements, but a capacity of {capacity}")]
+    #[error("`{field}` has {got} elements, and room for {capacity}")]
     Capacity {
         /// The field.
         field: String,
@@ -37,7 +37,7 @@ pub enum Error {
         got: usize,
     },
     /// A text is not valid.
-    #[error("`{0}` is not UTF-8 text with a NUL at its end")]
+    #[error("`{0}` is no UTF-8 text with a NUL at its end")]
     Text(String),
 }
 
