@@ -15,7 +15,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
     if !input.generics.params.is_empty() {
         return Err(Error::new_spanned(
             &input.generics,
-            "a choice has no generic parameters, for its values have one name each",
+            "a choice has no generic parameters, because each of its values has one name",
         ));
     }
     let mut is_byte = false;
@@ -36,20 +36,20 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
         ));
     }
     if data.variants.is_empty() {
-        return Err(Error::new_spanned(ident, "a choice has something to choose"));
+        return Err(Error::new_spanned(ident, "a choice has at least one variant"));
     }
     let (mut names, mut arms) = (Vec::new(), Vec::new());
     for (number, variant) in data.variants.iter().enumerate() {
         if !matches!(variant.fields, Fields::Unit) {
             return Err(Error::new_spanned(
                 &variant.fields,
-                "what can be chosen is a name and holds nothing",
+                "the variants of a choice have no fields",
             ));
         }
         if let Some((_, number)) = &variant.discriminant {
             return Err(Error::new_spanned(
                 number,
-                "choices are numbered from 0 on; leave the number out",
+                "choices are numbered from 0 on; omit the number",
             ));
         }
         let Ok(number) = u8::try_from(number) else {

@@ -12,39 +12,43 @@ fn value(source: &str) -> Result<TokenStream> {
     crate::value::derive(&parse_str::<DeriveInput>(source)?, &quote!(derived))
 }
 
-/// Checks the message for `source`, in which `‹` and `›` enclose the place of the mistake.
+/// Checks the message for `source`, in which `‹` and `›` enclose the mistake.
 #[track_caller]
-fn check(derive: fn(&str) -> Result<TokenStream>, source: &str, words: &str) {
-    let place = source.split(['‹', '›']).nth(1).unwrap_or_default();
+fn check(derive: fn(&str) -> Result<TokenStream>, source: &str, message: &str) {
+    let mistake = source.split(['‹', '›']).nth(1).unwrap_or_default();
     let error = match derive(&source.replace(['‹', '›'], "")) {
         Err(error) => error,
         Ok(_) => panic!("accepted: {source}"),
     };
-    let said = error.to_string();
-    assert!(said.contains(words), "it says: {said}");
+    let text = error.to_string();
+    assert!(text.contains(message), "the message is: {text}");
     assert_eq!(
         error.span().source_text().unwrap_or_default(),
-        place,
-        "for: {said}"
+        mistake,
+        "for: {text}"
     );
 }
 
 /// As above, for one field of a schema of this kind.
 #[track_caller]
-fn check_field(kind: &str, fields: &str, words: &str) {
+fn check_field(kind: &str, fields: &str, message: &str) {
     let source = format!("#[schema({kind}, period = \"1s\")] struct Stop {{ {fields} }}");
-    check(schema, &source, words);
+    check(schema, &source, message);
 }
 
 #[test]
-fn a_schema_says_its_kind_and_period() {
-    check(schema, "struct ‹Stop› {}", "say what kind of schema this is");
+fn a_schema_declares_its_kind_and_period() {
+    check(schema, "struct ‹Stop› {}", "state the kind of the schema");
     check(
         schema,
         "‹#[schema(motor)]› struct Stop {}",
-        "say how often it iterates",
+        "state the default period",
     );
-    check(schema, "#[schema(motor, ‹driver›)] struct Stop {}", "of one kind");
+    check(
+        schema,
+        "#[schema(motor, ‹driver›)] struct Stop {}",
+        "exactly one kind",
+    );
     check(
         schema,
         "#[schema(motor, ‹perod› = \"1s\")] struct Stop {}",
@@ -53,7 +57,7 @@ fn a_schema_says_its_kind_and_period() {
     check(
         schema,
         "#[schema(motor, period = ‹\"75\"›)] struct Stop {}",
-        "`75` is no time",
+        "`75` is not a duration",
     );
     check(
         schema,
@@ -63,7 +67,7 @@ fn a_schema_says_its_kind_and_period() {
     check(
         schema,
         "#[schema(motor, period = \"1s\", name = ‹\"a b\"›)] struct Stop {}",
-        "`a b` is no name",
+        "`a b` is not a name",
     );
 }
 
@@ -87,7 +91,7 @@ fn a_schema_is_a_plain_structure_with_named_fields() {
 }
 
 #[test]
-fn attributes_and_types_of_fields_agree() {
+fn attributes_must_match_the_types_of_their_fields() {
     check_field(
         "motor",
         "#[import] a: ‹Export<f64>›",
@@ -99,19 +103,23 @@ fn attributes_and_types_of_fields_agree() {
         "has the type `Child`",
     );
     check_field("motor", "a: ‹Import<f64>›", "needs the attribute #[import]");
-    check_field("motor", "#[import] a: ‹Import›", "say what type of value");
+    check_field("motor", "#[import] a: ‹Import›", "state the type of the value");
     check_field("motor", "#[import] ‹#[export]› a: Import<f64>", "one attribute");
     check_field(
         "motor",
         "#[import(‹triger›)] a: Import<f64>",
-        "here may stand trigger, optional",
+        "expected one of trigger, optional",
     );
     check_field("motor", "#[import(trigger, ‹trigger›)] a: Import<f64>", "twice");
-    check_field("motor", "#[import(name = ‹\"\"›)] a: Import<f64>", "is no name");
+    check_field(
+        "motor",
+        "#[import(name = ‹\"\"›)] a: Import<f64>",
+        "is not a name",
+    );
 }
 
 #[test]
-fn modulations_and_commands_have_values_from_the_start() {
+fn modulations_and_commands_need_initial_values() {
     check_field("motor", "‹#[modulation]› a: Modulation<f64>", "default = ...");
     check_field(
         "driver",
@@ -126,18 +134,18 @@ fn modulations_and_commands_have_values_from_the_start() {
 }
 
 #[test]
-fn units_are_units() {
-    let words = "`metre` is no unit; use m, km";
+fn unknown_units_are_refused() {
+    let message = "`metre` is no unit; use m, km";
     check_field(
         "motor",
         "#[modulation(default = 0.0, unit = ‹\"metre\"›)] a: Modulation<f64>",
-        words,
+        message,
     );
-    check_field("motor", "#[import(unit = ‹\"metre\"›)] a: Import<f64>", words);
+    check_field("motor", "#[import(unit = ‹\"metre\"›)] a: Import<f64>", message);
     check(
         value,
         "#[repr(C)] struct Scan { #[value(unit = ‹\"metre\"›)] a: u8 }",
-        words,
+        message,
     );
 }
 
@@ -152,13 +160,9 @@ fn a_choice_is_an_enumeration_of_bytes() {
         "a choice is an enumeration",
     );
     check(choice, "enum ‹Gait› { Slow }", "add `#[repr(u8)]`");
-    check(choice, "#[repr(u8)] enum ‹Gait› {}", "something to choose");
-    check(choice, "#[repr(u8)] enum Gait { Slow‹(u8)› }", "holds nothing");
-    check(
-        choice,
-        "#[repr(u8)] enum Gait { Slow = ‹3› }",
-        "leave the number out",
-    );
+    check(choice, "#[repr(u8)] enum ‹Gait› {}", "at least one variant");
+    check(choice, "#[repr(u8)] enum Gait { Slow‹(u8)› }", "no fields");
+    check(choice, "#[repr(u8)] enum Gait { Slow = ‹3› }", "omit the number");
     check(
         choice,
         "#[repr(u8)] enum Gait‹<T>› { Slow }",
@@ -168,7 +172,7 @@ fn a_choice_is_an_enumeration_of_bytes() {
 }
 
 #[test]
-fn kinds_keep_to_what_they_may_do() {
+fn each_kind_has_only_its_own_ports() {
     check_field(
         "motor",
         "#[command(neutral = 0.0, validity = \"1s\")] ‹a›: Command<f64>",
@@ -183,7 +187,7 @@ fn kinds_keep_to_what_they_may_do() {
 }
 
 #[test]
-fn children_compete_in_a_group_or_are_perceptive() {
+fn a_child_competes_in_a_group_or_is_perceptive() {
     check_field("motor", "‹#[child]› a: Child", "competes in a group");
     check_field(
         "motor",
@@ -193,53 +197,53 @@ fn children_compete_in_a_group_or_are_perceptive() {
     check_field(
         "motor",
         "#[child(group = \"g\", ‹perceptive›)] a: Children",
-        "here may stand group, name",
+        "expected one of group, name",
     );
     check_field("motor", "a: ‹Children›", "needs the attribute #[child]");
     check_field(
         "motor",
         "#[child(group = \"g\")] ‹a›: Children, #[child(group = \"g\")] b: Child",
-        "`Children` come last",
+        "`Children` must be last",
     );
     check_field(
         "motor",
         "#[child(group = \"g\")] a: Children, #[modulates(child = ‹\"a\"›)] b: Modulates<f64>",
-        "there is no child `a` here",
+        "there is no child `a`",
     );
-    check_field("motor", "‹#[modulates]› a: Modulates<f64>", "say which child's");
+    check_field("motor", "‹#[modulates]› a: Modulates<f64>", "state the child");
     check_field(
         "motor",
         "#[child(perceptive)] cruise: Child, #[modulates(child = ‹\"cruse\"›)] a: Modulates<f64>",
-        "there is no child `cruse` here (cruise)",
+        "there is no child `cruse` (children: cruise)",
     );
 }
 
 #[test]
-fn names_are_different_where_they_would_be_confused() {
+fn names_are_unique_within_their_name_space() {
     check_field(
         "motor",
         "#[import] a: Import<f64>, #[import(name = \"a\")] ‹b›: Import<f64>",
-        "two are called `a`",
+        "two have the name `a`",
     );
     check_field(
         "motor",
         "#[export] a: Export<f64>, #[modulation(default = 0.0, name = \"a\")] ‹b›: Modulation<f64>",
-        "two are called `a`",
+        "two have the name `a`",
     );
     check_field(
         "motor",
         "#[modulation(default = 0.0)] ‹children›: Modulation<f64>",
-        "a meaning of its own",
+        "is reserved in application files",
     );
     check_field(
         "motor",
         "#[export] ‹period›: Export<f64>",
-        "a variable `period` of its own",
+        "already has a variable `period`",
     );
     check_field(
         "driver",
         "#[command(neutral = 0.0, validity = \"1s\")] ‹period›: Command<f64>",
-        "a variable `period` of its own",
+        "already has a variable `period`",
     );
     assert!(schema("#[schema(motor, period = \"1s\")] struct Stop { #[import] a: Import<f64>, #[export(name = \"a\")] b: Export<f64> }").is_ok());
 }
@@ -250,7 +254,7 @@ fn a_value_is_a_plain_c_structure_with_named_fields() {
     check(
         value,
         "#[repr(C, ‹packed›)] struct Scan { a: u8 }",
-        "`#[repr(C)]` and nothing else",
+        "only `#[repr(C)]`",
     );
     check(value, "#[repr(C)] enum ‹Scan› { A }", "a value is a structure");
     check(value, "#[repr(C)] struct ‹Scan›(u8);", "named fields");

@@ -50,7 +50,7 @@ pub(crate) fn check_name(name: &str, span: proc_macro2::Span) -> Result<()> {
     if name.is_empty() || name.len() > 64 || !name.chars().all(legal) {
         return Err(Error::new(
             span,
-            format!("`{name}` is no name; use 1 to 64 letters, digits, `_` and `-`"),
+            format!("`{name}` is not a name; use 1 to 64 letters, digits, `_` and `-`"),
         ));
     }
     Ok(())
@@ -64,33 +64,33 @@ pub(crate) fn unit(text: Option<&LitStr>) -> Result<String> {
     let unit = text.value();
     match jde_abi::unit::check(&unit) {
         Ok(()) => Ok(unit),
-        Err(wrong) => Err(Error::new(text.span(), wrong)),
+        Err(error) => Err(Error::new(text.span(), error)),
     }
 }
 
 /// Converts a duration such as "200ms" to nanoseconds.
 pub(crate) fn duration(text: &LitStr) -> Result<u64> {
     let value = text.value();
-    let wrong = || {
+    let error = || {
         Error::new(
             text.span(),
             format!(
-                "`{value}` is no time; write a number and its unit: \"75ms\", \"2s\", \"500us\", \"100ns\""
+                "`{value}` is not a duration; write a number and its unit: \"75ms\", \"2s\", \"500us\", \"100ns\""
             ),
         )
     };
     let unit = value.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
-    let number: f64 = value[..value.len() - unit.len()].parse().map_err(|_| wrong())?;
+    let number: f64 = value[..value.len() - unit.len()].parse().map_err(|_| error())?;
     let scale = match unit.trim() {
         "ns" => 1.0,
         "us" => 1e3,
         "ms" => 1e6,
         "s" => 1e9,
-        _ => return Err(wrong()),
+        _ => return Err(error()),
     };
     let nanos = (number * scale).round();
     if !(1.0..=9e18).contains(&nanos) {
-        return Err(Error::new(text.span(), "a time here is at least 1 ns and finite"));
+        return Err(Error::new(text.span(), "a duration is at least 1 ns and finite"));
     }
     Ok(nanos as u64)
 }

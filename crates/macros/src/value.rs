@@ -13,19 +13,19 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
     let Data::Struct(data) = &input.data else {
         return Err(Error::new_spanned(
             ident,
-            "a value is a structure; some bytes of an enum or union would be no value at all",
+            "a value is a structure; some bytes of an enum or union would be invalid",
         ));
     };
     let Fields::Named(fields) = &data.fields else {
         return Err(Error::new_spanned(
             ident,
-            "a value has named fields, for tools show them by name",
+            "a value has named fields, because tools show them by name",
         ));
     };
     if !input.generics.params.is_empty() {
         return Err(Error::new_spanned(
             &input.generics,
-            "a value has no generic parameters, for each type has one name",
+            "a value has no generic parameters, because each type has one name",
         ));
     }
     require_c_layout(input)?;
@@ -52,7 +52,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
         sizes.push(quote!(::core::mem::size_of::<#ty>()));
     }
     let gap = format!(
-        "`{ident}` has a gap that C leaves for alignment; put a `Padding<N>` field there, or order its fields by size"
+        "`{ident}` has an alignment gap; fill it with a `Padding<N>` field, or order its fields by size"
     );
     let covered = quote_spanned! { ident.span() =>
         const _: () = assert!(::core::mem::size_of::<#ident>() == 0 #(+ #sizes)*, #gap);
@@ -102,7 +102,7 @@ fn require_c_layout(input: &DeriveInput) -> Result<()> {
     {
         attribute.parse_nested_meta(|meta| {
             if !meta.path.is_ident("C") {
-                return Err(meta.error("a value is `#[repr(C)]` and nothing else"));
+                return Err(meta.error("a value has only `#[repr(C)]`"));
             }
             c_layout = true;
             Ok(())
@@ -126,7 +126,7 @@ fn option(attributes: &[Attribute], name: &str) -> Result<Option<LitStr>> {
     {
         attribute.parse_nested_meta(|meta| {
             if !meta.path.is_ident(name) {
-                return Err(meta.error(format!("only `{name} = \"...\"` can stand here")));
+                return Err(meta.error(format!("only `{name} = \"...\"` is allowed")));
             }
             found = Some(meta.value()?.parse()?);
             Ok(())

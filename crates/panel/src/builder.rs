@@ -58,8 +58,8 @@ impl Builder {
     }
 
     /// Breaks the list with this reason, if it is not broken already.
-    pub fn refuse(&mut self, why: Broken) {
-        self.broken.get_or_insert(why);
+    pub fn refuse(&mut self, reason: Broken) {
+        self.broken.get_or_insert(reason);
     }
 
     /// Adds a widget below the last, or beside it in a row. A row, group, plot, canvas or scene stays open

@@ -86,7 +86,7 @@ impl Gesture {
     #[must_use]
     pub fn chose(&self, widget: &str) -> Option<usize> {
         match self.touch {
-            Touch::Chose(place) if self.widget == widget => Some(place as usize),
+            Touch::Chose(position) if self.widget == widget => Some(position as usize),
             _ => None,
         }
     }
@@ -114,14 +114,14 @@ impl Gesture {
     /// (1.20, 3.40)".
     #[must_use]
     pub fn words(&self, owner: &str) -> String {
-        let place = |[x, y, z]: [f64; 3]| {
+        let position = |[x, y, z]: [f64; 3]| {
             if z == 0.0 {
                 format!("({x:.2}, {y:.2})")
             } else {
                 format!("({x:.2}, {y:.2}, {z:.2})")
             }
         };
-        let with = |button: Button| match button {
+        let button_text = |button: Button| match button {
             Button::Primary => "",
             Button::Secondary => " with the right button",
             Button::Middle => " with the middle button",
@@ -132,15 +132,15 @@ impl Gesture {
             Touch::Toggled(true) => format!("switched {widget} on"),
             Touch::Toggled(false) => format!("switched {widget} off"),
             Touch::Moved(to) => format!("moved {widget} to {to}"),
-            Touch::Chose(which) => format!("chose number {which} of {widget}"),
+            Touch::Chose(index) => format!("chose number {index} of {widget}"),
             Touch::Clicked { at, button } => {
-                format!("clicked {widget} at {}{}", place(*at), with(*button))
+                format!("clicked {widget} at {}{}", position(*at), button_text(*button))
             }
             Touch::Dragged { from, to, button, .. } => format!(
                 "dragged {widget} from {} to {}{}",
-                place(*from),
-                place(*to),
-                with(*button)
+                position(*from),
+                position(*to),
+                button_text(*button)
             ),
             Touch::Key { key, down: true } => format!("pressed the key {key} on {widget}"),
             Touch::Key { key, down: false } => format!("let go of the key {key} on {widget}"),

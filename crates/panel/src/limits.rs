@@ -267,13 +267,17 @@ impl Checker {
     pub(crate) fn solid(&mut self, id: &str, solid: &Solid) -> Result<(), Broken> {
         match solid {
             Solid::Line {
-                points, width: thick, ..
+                points,
+                width: line_width,
+                ..
             }
             | Solid::Points {
-                points, width: thick, ..
+                points,
+                width: line_width,
+                ..
             } => {
                 self.count(1, points.len())?;
-                width(id, *thick)?;
+                width(id, *line_width)?;
                 finite(id, points.as_flattened())
             }
             Solid::Mesh { corners, .. } => {
@@ -285,7 +289,7 @@ impl Checker {
             }
             Solid::Box { place, size, .. } => {
                 self.count(1, 1)?;
-                placed(id, place)?;
+                check_place(id, place)?;
                 self::size(id, size)
             }
             Solid::Sphere { center, radius, .. } => {
@@ -300,7 +304,7 @@ impl Checker {
                 ..
             } => {
                 self.count(1, 1)?;
-                placed(id, place)?;
+                check_place(id, place)?;
                 size(id, &[*radius, *height])
             }
             Solid::Arrow { from, to, .. } => {
@@ -359,7 +363,7 @@ impl Checker {
     }
 }
 
-fn placed(id: &str, place: &Place) -> Result<(), Broken> {
+fn check_place(id: &str, place: &Place) -> Result<(), Broken> {
     finite(id, &place.at)?;
     finite(id, &place.turned)
 }
@@ -390,8 +394,8 @@ fn size(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
 /// Reports an error in a widget. Of its name, only the first 40 characters appear, without control characters
 /// that could control a terminal.
 pub(crate) fn wrong<T>(widget: &str, reason: impl Into<String>) -> Result<T, Broken> {
-    let bearable = |letter: char| if letter.is_control() { '?' } else { letter };
-    let name: String = widget.chars().take(40).map(bearable).collect();
+    let printable = |letter: char| if letter.is_control() { '?' } else { letter };
+    let name: String = widget.chars().take(40).map(printable).collect();
     Err(Broken::Widget {
         widget: format!("`{name}`"),
         reason: reason.into(),

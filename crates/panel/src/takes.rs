@@ -25,8 +25,8 @@ impl List {
                 }
                 wrong(id, format!("{to} is not from {least} to {greatest}"))
             }
-            (Touch::Chose(place), Item::Choice { options, .. }) => {
-                if (*place as usize) < options.len() {
+            (Touch::Chose(index), Item::Choice { options, .. }) => {
+                if (*index as usize) < options.len() {
                     return Ok(());
                 }
                 wrong(id, format!("it has {} options, counted from 0", options.len()))
@@ -41,7 +41,7 @@ impl List {
 
 /// Checks whether a canvas, scene or image accepts the gesture.
 fn check_touch(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
-    let (wanted, what) = match touch {
+    let (accepted, kind) = match touch {
         Touch::Clicked { .. } => (wants.clicks, "clicks"),
         Touch::Dragged { .. } => (wants.drags, "drags"),
         Touch::Key { .. } => (wants.keys, "keys"),
@@ -49,8 +49,8 @@ fn check_touch(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
             return wrong(id, "it is a picture: it can be clicked, dragged or given keys");
         }
     };
-    if wanted {
+    if accepted {
         return Ok(());
     }
-    wrong(id, format!("it takes no {what}"))
+    wrong(id, format!("it takes no {kind}"))
 }

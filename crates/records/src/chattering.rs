@@ -30,13 +30,13 @@ impl<P: Clone + PartialEq> Default for ChatterDetector<P> {
 }
 
 impl<P: Clone + PartialEq> ChatterDetector<P> {
-    /// Creates a counter. Chattering begins with more than `many` switches within a second, and ends when at
-    /// most `few` are left.
+    /// Creates a counter. Chattering begins with more than `onset` switches within a second, and ends when at
+    /// most `calm` are left.
     #[must_use]
-    pub fn new(many: usize, few: usize) -> Self {
+    pub fn new(onset: usize, calm: usize) -> Self {
         Self {
-            onset: many,
-            calm: few,
+            onset,
+            calm,
             switches: VecDeque::new(),
             chattering: false,
         }
@@ -77,8 +77,8 @@ impl<P: Clone + PartialEq> ChatterDetector<P> {
     /// The pair with the most switches within the last second.
     #[must_use]
     pub fn dominant_pair(&self) -> Option<P> {
-        let times = |pair: &P| self.switches.iter().filter(|(_, other)| other == pair).count();
-        let most = self.switches.iter().max_by_key(|(_, pair)| times(pair));
+        let count = |pair: &P| self.switches.iter().filter(|(_, other)| other == pair).count();
+        let most = self.switches.iter().max_by_key(|(_, pair)| count(pair));
         most.map(|(_, pair)| pair.clone())
     }
 }
@@ -87,12 +87,12 @@ impl<P: Clone + PartialEq> ChatterDetector<P> {
 /// winner did not change, or changed by intention: by round-robin or by an operator.
 #[must_use]
 pub fn switched_pair(record: &Record) -> Option<[Option<usize>; 2]> {
-    let meant = match record.decider {
+    let intended = match record.decider {
         Decider::Policy(policy) => policy.kind().rotates,
         Decider::Operator => true,
         Decider::Nobody | Decider::Father | Decider::ArbitrationFailed | Decider::AbsencePolicy => false,
     };
-    if meant || !record.changed {
+    if intended || !record.changed {
         return None;
     }
     let mut pair = [record.before, record.choice].map(|id| id.map(jde_core::SchemaId::index));
@@ -116,13 +116,13 @@ mod tests {
     }
 
     #[test]
-    fn four_switches_a_second_are_none() {
+    fn four_switches_a_second_are_not_chattering() {
         let mut chatter = ChatterDetector::default();
         assert!((0..100).all(|time| chatter.record_switch(time * 250 * MS, ()).is_none()));
     }
 
     #[test]
-    fn it_is_over_when_a_second_has_no_more_than_two_and_is_told_once() {
+    fn chattering_ends_once_when_a_second_has_at_most_two_switches() {
         let mut chatter = ChatterDetector::default();
         for time in 0..6 {
             chatter.record_switch(time * 100 * MS, ());
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn the_two_that_alternate_most_are_named() {
+    fn the_dominant_pair_has_the_most_switches() {
         let mut chatter = ChatterDetector::default();
         for (time, pair) in [(0, "ac"), (100, "ab"), (200, "ab"), (300, "bc"), (400, "ab")] {
             chatter.record_switch(time * MS, pair);

@@ -1,8 +1,8 @@
 //! Pairs selections with their takeovers: a record arrives first, and the time to the winner's first
 //! iteration later.
 //!
-//! A selection is held back only while that time can still arrive, and for [`MAX_WAIT`] at most. So a winner that
-//! does not begin never hides a decision from readers.
+//! A selection is held back only while that time can still arrive, and for [`MAX_WAIT`] at most. A winner
+//! that does not begin therefore never hides a decision from readers.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ use crate::event::Event;
 /// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
 /// reported as late, or as a fault.
 pub const MAX_WAIT: Nanos = 5_000_000_000;
-/// How many selections of one group wait behind an open one: while a winner does not begin, the readiness of
+/// How many selections of one group wait behind an open one. While a winner does not begin, the readiness of
 /// a sibling may change at any rate.
 pub const MAX_QUEUED: usize = 256;
 
@@ -41,7 +41,7 @@ struct PendingGroup {
 }
 
 impl DecisionTracker {
-    /// Returns the pairing for an application.
+    /// Creates a tracker for an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
         let group = |name: &String| PendingGroup {
@@ -62,9 +62,9 @@ impl DecisionTracker {
     pub fn process(&mut self, event: &Event) -> Vec<Decision> {
         match event {
             Event::Decided(record) => {
-                let mut told = self.take_overdue(record.time);
-                self.push_record(record, &mut told);
-                told
+                let mut completed = self.take_overdue(record.time);
+                self.push_record(record, &mut completed);
+                completed
             }
             Event::TookOver {
                 time,
@@ -73,11 +73,11 @@ impl DecisionTracker {
                 latency,
                 ..
             } => {
-                let mut told = self.take_overdue(*time);
-                if self.is_open(*group, |open| open.number == *record) {
-                    self.close(*group, Some(*latency), &mut told);
+                let mut completed = self.take_overdue(*time);
+                if self.has_open(*group, |open| open.number == *record) {
+                    self.close(*group, Some(*latency), &mut completed);
                 }
-                told
+                completed
             }
             Event::StateChanged {
                 time,
@@ -85,15 +85,15 @@ impl DecisionTracker {
                 from,
                 to,
             } => {
-                let mut told = self.take_overdue(*time);
+                let mut completed = self.take_overdue(*time);
                 // It lost before it began, or fell asleep before it was promoted.
                 let is_lost = *from == State::Winner || *to == State::Slept;
                 if let Some(group) = self.group_of[*schema].filter(|_| is_lost)
-                    && self.is_open(group, |open| open.choice == Some(SchemaId(*schema as u32)))
+                    && self.has_open(group, |open| open.choice == Some(SchemaId(*schema as u32)))
                 {
-                    self.close(group, None, &mut told);
+                    self.close(group, None, &mut completed);
                 }
-                told
+                completed
             }
             _ => Vec::new(),
         }
@@ -101,55 +101,55 @@ impl DecisionTracker {
 
     /// Returns the selections whose takeover did not occur, in their order.
     pub fn drain(&mut self) -> Vec<Decision> {
-        let mut told = Vec::new();
+        let mut completed = Vec::new();
         for group in 0..self.groups.len() {
-            self.close(group, None, &mut told);
+            self.close(group, None, &mut completed);
         }
         self.waiting.clear();
-        told.sort_by_key(|decision| decision.number);
-        told
+        completed.sort_by_key(|decision| decision.number);
+        completed
     }
 
-    fn push_record(&mut self, record: &Record, told: &mut Vec<Decision>) {
+    fn push_record(&mut self, record: &Record, completed: &mut Vec<Decision>) {
         let number = record.group.index();
         if record.changed || self.groups[number].queued.len() >= MAX_QUEUED {
             // A choice that was not carried out gets no takeover time.
-            self.close(number, None, told);
+            self.close(number, None, completed);
         }
         // A present winner that is chosen again was about to hand over, and now does not; there is no
         // takeover to wait for.
-        let holds = |id| {
+        let is_winner = |id| {
             let mut candidates = record.candidates.iter();
             candidates.any(|candidate| candidate.id == id && candidate.state == State::Winner)
         };
         let group = &mut self.groups[number];
-        if record.changed && record.choice.is_some_and(|choice| !holds(choice)) {
+        if record.changed && record.choice.is_some_and(|choice| !is_winner(choice)) {
             group.open = Some(record.clone());
             let until = record.time.saturating_add(MAX_WAIT);
             self.waiting.push_back((number, record.number, until));
         } else if group.open.is_some() {
             group.queued.push(record.clone());
         } else {
-            told.push(self.decision(record, None));
+            completed.push(self.decision(record, None));
         }
     }
 
-    fn is_open(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
+    fn has_open(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
         self.groups[group].open.as_ref().is_some_and(which)
     }
 
     /// Completes the open selection of a group and those behind it.
-    fn close(&mut self, number: usize, takeover: Option<Nanos>, told: &mut Vec<Decision>) {
+    fn close(&mut self, number: usize, takeover: Option<Nanos>, completed: &mut Vec<Decision>) {
         let group = &mut self.groups[number];
         let Some(open) = group.open.take() else {
             return;
         };
-        let behind = std::mem::take(&mut group.queued);
-        told.push(self.decision(&open, takeover));
-        told.extend(behind.iter().map(|record| self.decision(record, None)));
+        let queued = std::mem::take(&mut group.queued);
+        completed.push(self.decision(&open, takeover));
+        completed.extend(queued.iter().map(|record| self.decision(record, None)));
         // Every selection that waited is skipped once.
         while let Some((group, number, _)) = self.waiting.front()
-            && !self.is_open(*group, |open| open.number == *number)
+            && !self.has_open(*group, |open| open.number == *number)
         {
             self.waiting.pop_front();
         }
@@ -157,11 +157,11 @@ impl DecisionTracker {
 
     /// Completes the selections that have waited too long.
     fn take_overdue(&mut self, now: Nanos) -> Vec<Decision> {
-        let mut told = Vec::new();
+        let mut completed = Vec::new();
         while let Some((group, _, _)) = self.waiting.front().filter(|(_, _, until)| *until <= now) {
-            self.close(*group, None, &mut told);
+            self.close(*group, None, &mut completed);
         }
-        told
+        completed
     }
 
     fn decision(&self, record: &Record, takeover: Option<Nanos>) -> Decision {
@@ -185,7 +185,7 @@ impl DecisionTracker {
             choice: record.choice.map(name),
             decider: record.decider.name().to_owned(),
             reason: record.reason.to_string(),
-            cause: cause_words(record.cause, name),
+            cause: cause_text(record.cause, name),
             changed: record.changed,
             takeover_us: takeover.map(|latency| latency as f64 / 1e3),
         }
@@ -212,7 +212,7 @@ fn case_name(case: Case) -> &'static str {
     }
 }
 
-fn cause_words(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
+fn cause_text(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
     match cause {
         Cause::Start => String::from("the application started"),
         Cause::Readiness(id) => format!("the readiness of {} changed", name(id)),

@@ -51,8 +51,8 @@ impl<W: Write + Send> DecisionWriter<W> {
     }
 
     fn write(&mut self, decision: &Decision) {
-        let written = serde_json::to_writer(&mut self.out, decision).map_err(std::io::Error::from);
-        if let Err(error) = written.and_then(|()| self.out.write_all(b"\n")) {
+        let result = serde_json::to_writer(&mut self.out, decision).map_err(std::io::Error::from);
+        if let Err(error) = result.and_then(|()| self.out.write_all(b"\n")) {
             self.failed.get_or_insert(error);
         }
     }

@@ -1,4 +1,4 @@
-//! The wording of events in a story.
+//! The texts of events in records.
 
 use jde_core::{Health, Nanos};
 
@@ -8,7 +8,7 @@ use super::{
 use crate::event::{Event, OperatorAction};
 
 impl RecordBuilder {
-    /// Returns the message of a single event, if it has one. Selections and takeovers have none here.
+    /// Returns the message of a single event, if it has one. Selections and takeovers have none.
     pub(super) fn describe_event(&self, event: &Event) -> Option<RunRecord> {
         let name = |schema: &usize| Some(self.schemas[*schema].clone());
         let ms = |time: Nanos| time as f64 / 1e6;
@@ -54,12 +54,12 @@ impl RecordBuilder {
                 time,
                 schema,
                 since,
-                abandoned: left,
-                retained_bytes: kept,
+                abandoned: count,
+                retained_bytes: bytes,
                 process,
             } => {
                 let text = format!(
-                    "the call that began {:.3} s ago is left behind, {left} in all; it keeps {kept} bytes of shared values; the process \
+                    "the call that began {:.3} s ago is left behind, {count} in all; it keeps {bytes} bytes of shared values; the process \
                      has {process}",
                     seconds(time.saturating_sub(*since)),
                 );
@@ -69,11 +69,11 @@ impl RecordBuilder {
                 time,
                 schema,
                 since,
-                abandoned: left,
+                abandoned: count,
                 process,
             } => {
                 let text = format!(
-                    "a call that was left behind returned after {:.3} s, and its instance ended; {left} have not returned; the process \
+                    "a call that was left behind returned after {:.3} s, and its instance ended; {count} have not returned; the process \
                      has {process}",
                     seconds(time.saturating_sub(*since)),
                 );
@@ -101,10 +101,10 @@ impl RecordBuilder {
                 between,
                 switches,
             } => {
-                let [one, other] =
+                let [first, second] =
                     between.map(|schema| schema.map_or("nobody", |schema| self.schemas[schema].as_str()));
                 let text = format!(
-                    "{} chatters between {one} and {other}: {switches} switches within a second",
+                    "{} chatters between {first} and {second}: {switches} switches within a second",
                     self.groups[*group]
                 );
                 event_record(*time, "chatters", None, text)
@@ -138,8 +138,8 @@ impl RecordBuilder {
             Event::Refused {
                 time,
                 schema,
-                description: what,
-            } => event_record(*time, "refused", name(schema), what.clone()),
+                description,
+            } => event_record(*time, "refused", name(schema), description.clone()),
             Event::Operator { time, by, action } => {
                 let touched = match action {
                     OperatorAction::Touch { number, gesture, .. } => Some(GestureRecord {

@@ -21,7 +21,7 @@ pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name};
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
 pub use resource_usage::ResourceUsage;
 
-/// One message of a story.
+/// One message of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunRecord {
     /// A selection.
@@ -78,7 +78,7 @@ impl RecordKind {
 }
 
 impl RecordBuilder {
-    /// Returns the story of an application.
+    /// Creates a builder for an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
         Self {
@@ -97,8 +97,8 @@ impl RecordBuilder {
         }
     }
 
-    /// Returns the story of an application, with every position of every drag, as a replay of all turns needs
-    /// it.
+    /// Creates a builder for an application that includes every position of every drag, as a replay of all
+    /// turns needs it.
     #[must_use]
     pub fn with_all_drags(application: &Application) -> Self {
         Self {
@@ -110,8 +110,8 @@ impl RecordBuilder {
     /// Returns the messages of an event. The message of a selection follows once the time of its takeover is
     /// known.
     pub fn process(&mut self, event: &Event) -> Vec<RunRecord> {
-        let decided = self.tracker.process(event);
-        let mut lines: Vec<_> = decided.into_iter().map(RunRecord::Decision).collect();
+        let decisions = self.tracker.process(event);
+        let mut lines: Vec<_> = decisions.into_iter().map(RunRecord::Decision).collect();
         lines.extend(self.describe_event(event));
         lines
     }
@@ -202,7 +202,7 @@ impl RunRecord {
     /// Parses a message of a kind.
     ///
     /// # Errors
-    /// It is no such message.
+    /// It is not such a message.
     pub fn parse(kind: RecordKind, json: &[u8]) -> serde_json::Result<Self> {
         Ok(match kind {
             RecordKind::Decision => Self::Decision(serde_json::from_slice(json)?),

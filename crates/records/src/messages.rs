@@ -1,4 +1,4 @@
-//! The messages of a story, as programs write, send, store and read them. Data only.
+//! The messages of a run, as programs write, send, store and read them. Data only.
 
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
@@ -22,9 +22,9 @@ pub struct Decision {
     pub choice: Option<String>,
     /// `nobody`, `father`, `arbitration-failed`, `absence-policy`, `operator`, or a policy.
     pub decider: String,
-    /// The reason, in words.
+    /// The reason, as text.
     pub reason: String,
-    /// The cause, in words.
+    /// The cause, as text.
     pub cause: String,
     /// Whether the choice differs from the one before.
     pub changed: bool,
@@ -74,7 +74,7 @@ pub struct EventRecord {
     /// The operator who acted, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// The event in words.
+    /// The description of the event.
     pub text: String,
     /// The gesture on a panel, if the event is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

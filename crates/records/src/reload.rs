@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use jde_core::Nanos;
 use serde::{Deserialize, Serialize};
 
-/// Identifies a build of a plugin, for people.
+/// Identifies a build of a plugin for users.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BuildName {
     /// The plugin's version, as its author states it.
@@ -95,7 +95,7 @@ pub struct CarriedMemory {
 }
 
 impl Replacement {
-    /// Returns the takeover in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version
+    /// Describes the takeover: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version
     /// 1); gap 31.2 ms".
     #[must_use]
     pub fn summary(&self) -> String {
@@ -122,12 +122,12 @@ impl ReloadReport {
     /// Whether every schema runs the build in the file.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        let done = |became: &ReloadOutcome| {
+        let is_done_outcome = |outcome: &ReloadOutcome| {
             matches!(
-                became,
+                outcome,
                 ReloadOutcome::Reloaded(_) | ReloadOutcome::Unchanged | ReloadOutcome::Restarted
             )
         };
-        self.schemas.iter().all(|(_, became)| done(became))
+        self.schemas.iter().all(|(_, outcome)| is_done_outcome(outcome))
     }
 }

@@ -57,7 +57,7 @@ struct Layout<'t> {
     times: Area,
     remarks: Vec<String>,
     /// The top of the remarks.
-    foot: f32,
+    remarks_top: f32,
     has_lines: bool,
     has_map: bool,
 }
@@ -67,15 +67,15 @@ impl<'t> Layout<'t> {
         let scale = size.scale();
         let (width, height) = (size.width as f32 / scale, size.height as f32 / scale);
         let remarks = remarks(analysis);
-        let foot = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
+        let remarks_top = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
         let has_lines = !analysis.traces.is_empty();
-        let has_map = !has_lines && analysis.ending.drive.has_way();
-        let most = if has_lines || has_map {
-            foot * BANDS
+        let has_map = !has_lines && analysis.ending.drive.has_path();
+        let max_height = if has_lines || has_map {
+            remarks_top * BANDS
         } else {
-            foot - HEADING - TIMES
+            remarks_top - HEADING - TIMES
         };
-        let bands = Bands::new(analysis, most);
+        let bands = Bands::new(analysis, max_height);
         let (left, right) = if bands.height() > 0.0 {
             (MARGIN + chart::NAMES, chart::NUMBERS + MARGIN)
         } else {
@@ -87,13 +87,13 @@ impl<'t> Layout<'t> {
             height,
             times: Area {
                 left,
-                top: foot - TIMES - bands.height(),
+                top: remarks_top - TIMES - bands.height(),
                 width: (width - left - right).max(40.0),
                 height: bands.height(),
             },
             bands,
             remarks,
-            foot,
+            remarks_top,
             has_lines,
             has_map,
         }
@@ -127,7 +127,7 @@ impl Picture {
             chart::time_axis(&mut drawing, times, analysis.columns);
         }
         for (number, remark) in layout.remarks.iter().enumerate() {
-            let y = layout.foot + (number as f32 + 0.5) * REMARK;
+            let y = layout.remarks_top + (number as f32 + 0.5) * REMARK;
             let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
             drawing.label(&text, SMALL, (MARGIN, y), Align::Left, ColorRole::Soft);
         }
@@ -161,11 +161,13 @@ fn heading(drawing: &mut Drawing, analysis: &Analysis, left: f32) {
 /// Notes on what the picture lacks, and why.
 fn remarks(analysis: &Analysis) -> Vec<String> {
     let mut remarks = analysis.remarks();
-    if analysis.traces.is_empty() && !analysis.ending.drive.has_way() {
-        remarks.push("the recording does not say where the robot was".to_owned());
+    if analysis.traces.is_empty() && !analysis.ending.drive.has_path() {
+        remarks.push("the recording does not contain the robot's pose".to_owned());
     }
     if !analysis.bands.iter().any(crate::analysis::Band::was_awake) {
-        remarks.push("it does not say who was in which state: it holds no selections".to_owned());
+        remarks.push(
+            "it does not contain the states of the schemas, because no selections were recorded".to_owned(),
+        );
     }
     remarks
 }

@@ -19,8 +19,8 @@ const SECOND: u64 = 1_000_000_000;
 
 /// Two schemas take turns of ten seconds for a minute while the robot moves along a line. `names` are the
 /// schemas.
-fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
-    let recorder = recorder(file, cast.then(|| told(names)));
+fn record(file: &Path, names: [&str; 2], has_hierarchy: bool) -> Recording {
+    let recorder = recorder(file, has_hierarchy.then(|| hierarchy(names)));
     let odometry = export::<Odometry>(&recorder, "odometry");
     turns(&recorder, names, |time, sequence| {
         let pose = Pose2D::new(time as f64 / 1e9 * 0.1, 0.0, 0.0);
@@ -62,7 +62,7 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
     }));
 }
 
-pub(crate) fn recorder(file: &Path, cast: Option<RecordedHierarchy>) -> Recorder {
+pub(crate) fn recorder(file: &Path, hierarchy: Option<RecordedHierarchy>) -> Recorder {
     let options = Options {
         origin: Origin {
             application: "turns".to_owned(),
@@ -70,7 +70,7 @@ pub(crate) fn recorder(file: &Path, cast: Option<RecordedHierarchy>) -> Recorder
             started: SystemTime::UNIX_EPOCH + Duration::from_secs(1000),
             folder: None,
             file: None,
-            hierarchy: cast,
+            hierarchy,
         },
         application: None,
         overwrite: true,
@@ -97,7 +97,7 @@ fn at(time: u64, sequence: u64) -> Stamps {
     }
 }
 
-fn told(names: [&str; 2]) -> RecordedHierarchy {
+fn hierarchy(names: [&str; 2]) -> RecordedHierarchy {
     RecordedHierarchy {
         lockstep: false,
         writes: true,
@@ -154,34 +154,34 @@ fn columns(columns: usize) -> Wanted {
 }
 
 /// The number of pixels of a column with a colour.
-fn found(pixels: &Pixmap, x: u32, color: ColorU8) -> usize {
+fn count_in_column(pixels: &Pixmap, x: u32, color: ColorU8) -> usize {
     let column = (0..pixels.height()).map(|y| pixels.pixel(x, y).unwrap().demultiply());
     column.filter(|pixel| *pixel == color).count()
 }
 
 #[test]
-fn a_picture_has_its_size_and_bands_the_colour_of_who_won_then() {
+fn a_picture_has_the_given_size_and_its_bands_the_colour_of_the_winner() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
-    bands_have_the_colours_of_who_won(&recording);
+    assert_bands_have_the_winners_colours(&recording);
 }
 
 #[test]
-fn without_a_path_everybody_who_won_has_a_colour_too() {
+fn without_a_path_every_winner_has_a_colour_too() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("turns.mcap");
-    let recorder = recorder(&file, Some(told(["one", "two"])));
+    let recorder = recorder(&file, Some(hierarchy(["one", "two"])));
     turns(&recorder, ["one", "two"], |_, _| ());
     recorder.finish();
     let recording = Recording::open(&file).unwrap();
-    bands_have_the_colours_of_who_won(&recording);
+    assert_bands_have_the_winners_colours(&recording);
     let page = page(&read(&recording, columns(600)), "turns.mcap");
     for tone in [ColorRole::Of(0), ColorRole::Of(1)] {
         assert!(page.contains(&format!("background:var({tone})")), "{page}");
     }
 }
 
-fn bands_have_the_colours_of_who_won(recording: &Recording) {
+fn assert_bands_have_the_winners_colours(recording: &Recording) {
     let size = Size {
         width: 1600,
         height: 1067,
@@ -196,13 +196,14 @@ fn bands_have_the_colours_of_who_won(recording: &Recording) {
         let share = (second as f32 + 0.5) / 59.9;
         let x = (area.left + area.width * share) as u32;
         let (winner, loser) = if second / 10 % 2 == 0 { (0, 1) } else { (1, 0) };
-        let [won, lost] = [winner, loser].map(|place| found(&pixels, x, ColorRole::Of(place).light()));
+        let [won, lost] =
+            [winner, loser].map(|place| count_in_column(&pixels, x, ColorRole::Of(place).light()));
         assert!(won > 10 && won > 3 * lost, "{second} s: {won} and {lost}");
     }
 }
 
 #[test]
-fn numbers_stand_in_a_chart_of_their_own() {
+fn numbers_are_drawn_in_a_chart() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], false);
     let series = Series {
@@ -234,36 +235,36 @@ fn numbers_stand_in_a_chart_of_their_own() {
     };
     let pixels = Picture::of_recording(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&pixels).unwrap();
-    assert!((0..800).any(|x| found(&pixels, x, ColorRole::Of(0).light()) > 0));
+    assert!((0..800).any(|x| count_in_column(&pixels, x, ColorRole::Of(0).light()) > 0));
 }
 
 #[test]
-fn a_stretch_counts_what_was_in_it() {
+fn a_time_range_counts_only_its_own_data() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
-    let counted = |from: u64, to: u64| {
+    let counts = |from: u64, to: u64| {
         let wanted = Wanted {
             from: Some(from * SECOND),
             to: Some(to * SECOND),
             ..columns(600)
         };
         let analysis = read(&recording, wanted);
-        let selections = analysis.groups.iter().map(|one| one.decisions).sum::<u64>();
+        let selections = analysis.groups.iter().map(|group| group.decisions).sum::<u64>();
         let page = page(&analysis, "turns.mcap");
         assert!(page.contains(&format!("of {selections} selections")), "{page}");
         (
-            analysis.troubled.iter().map(|one| one.faults).sum::<u64>(),
+            analysis.troubled.iter().map(|schema| schema.faults).sum::<u64>(),
             selections,
         )
     };
     // The only fault was at 59.9 s.
-    assert_eq!(counted(15, 45), (0, 3));
-    assert_eq!(counted(35, 60), (1, 2));
-    assert_eq!(counted(0, 60), (1, 6));
+    assert_eq!(counts(15, 45), (0, 3));
+    assert_eq!(counts(35, 60), (1, 2));
+    assert_eq!(counts(0, 60), (1, 6));
 }
 
 #[test]
-fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
+fn contacts_and_the_least_clearance_are_those_of_the_time_range() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("truth.mcap");
     let record = |first: u64| {
@@ -285,7 +286,7 @@ fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
         recorder.finish();
         Recording::open(&file).unwrap()
     };
-    let counted = |recording: &Recording, from: Option<u64>, to: u64| {
+    let counts = |recording: &Recording, from: Option<u64>, to: u64| {
         let wanted = Wanted {
             from: from.map(|from| from * SECOND),
             to: Some(to * SECOND),
@@ -295,18 +296,18 @@ fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
         (ending.collisions.unwrap(), ending.min_clearance)
     };
     let recording = record(0);
-    assert_eq!(counted(&recording, None, 60), (2, Some(0.1)));
-    assert_eq!(counted(&recording, Some(0), 20), (1, Some(0.2)));
-    assert_eq!(counted(&recording, Some(20), 40), (1, None));
-    assert_eq!(counted(&recording, Some(31), 60), (0, Some(0.1)));
+    assert_eq!(counts(&recording, None, 60), (2, Some(0.1)));
+    assert_eq!(counts(&recording, Some(0), 20), (1, Some(0.2)));
+    assert_eq!(counts(&recording, Some(20), 40), (1, None));
+    assert_eq!(counts(&recording, Some(31), 60), (0, Some(0.1)));
     // Recording started after the robot had driven for a while.
     let recording = record(20);
-    assert_eq!(counted(&recording, None, 40), (1, None));
-    assert_eq!(counted(&recording, None, 60), (1, Some(0.1)));
+    assert_eq!(counts(&recording, None, 40), (1, None));
+    assert_eq!(counts(&recording, None, 60), (1, Some(0.1)));
 }
 
 #[test]
-fn a_recording_begun_later_shows_the_targets_that_it_knows() {
+fn a_recording_that_began_later_shows_the_targets_that_it_contains() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("later.mcap");
     let recorder = recorder(&file, None);
@@ -332,10 +333,10 @@ fn a_recording_begun_later_shows_the_targets_that_it_knows() {
 }
 
 #[test]
-fn who_is_in_a_recording_is_known_also_if_it_does_not_say() {
+fn the_hierarchy_is_derived_if_the_recording_does_not_describe_it() {
     let folder = tempfile::tempdir().unwrap();
-    for cast in [true, false] {
-        let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], cast);
+    for has_hierarchy in [true, false] {
+        let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], has_hierarchy);
         let analysis = read(&recording, columns(600));
         let names: Vec<_> = analysis
             .hierarchy
@@ -351,7 +352,7 @@ fn who_is_in_a_recording_is_known_also_if_it_does_not_say() {
         );
         assert_eq!(
             analysis.hierarchy.groups[0].contract,
-            cast.then_some(SECOND / 1000)
+            has_hierarchy.then_some(SECOND / 1000)
         );
         let seconds = analysis.bands[0].time(jde_core::State::Winner) as f64 / 1e9;
         assert!((seconds - 30.0).abs() < 0.01, "{seconds}");
@@ -359,7 +360,7 @@ fn who_is_in_a_recording_is_known_also_if_it_does_not_say() {
 }
 
 #[test]
-fn r17_a_takeover_beyond_its_contract_stands_out() {
+fn r17_a_takeover_beyond_its_contract_is_highlighted() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
     let page = page(&read(&recording, columns(600)), "turns.mcap");
@@ -369,23 +370,23 @@ fn r17_a_takeover_beyond_its_contract_stands_out() {
 #[test]
 fn no_name_or_text_of_a_recording_becomes_markup() {
     let folder = tempfile::tempdir().unwrap();
-    let evil = ["<script>alert(1)</script>", "\"><img src=x onerror=alert(2)>"];
-    let recording = record(&folder.path().join("evil.mcap"), evil, true);
+    let malicious = ["<script>alert(1)</script>", "\"><img src=x onerror=alert(2)>"];
+    let recording = record(&folder.path().join("evil.mcap"), malicious, true);
     let page = page(&read(&recording, columns(600)), "<b>evil</b>.mcap");
     assert_eq!(page.matches("<script").count(), 1, "the page's own");
-    for never in ["<img", "<b>evil", "<broke>", "onerror=alert(2)>"] {
-        assert!(!page.contains(never), "{never}");
+    for forbidden in ["<img", "<b>evil", "<broke>", "onerror=alert(2)>"] {
+        assert!(!page.contains(forbidden), "{forbidden}");
     }
     assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
 }
 
 #[test]
-fn the_page_asks_nobody_for_anything() {
+fn the_page_loads_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
     let page = page(&read(&recording, columns(600)), "turns.mcap");
-    for never in ["http:", "https:", "src=", "@import", "url(//", "<link"] {
-        assert!(!page.contains(never), "{never}");
+    for forbidden in ["http:", "https:", "src=", "@import", "url(//", "<link"] {
+        assert!(!page.contains(forbidden), "{forbidden}");
     }
     assert!(page.contains("default-src 'none'"));
 }
@@ -403,11 +404,11 @@ fn a_page_does_not_grow_with_the_length_of_the_recording() {
 /// Two robots with different commanders: `one` commands `left`, `two` commands `right`.
 fn two_robots(file: &Path) -> Recording {
     let names = ["one", "two"];
-    let mut cast = told(names);
-    for (member, robot) in cast.schemas.iter_mut().zip(["left", "right"]) {
+    let mut recorded = hierarchy(names);
+    for (member, robot) in recorded.schemas.iter_mut().zip(["left", "right"]) {
         member.commands = vec![robot.to_owned()];
     }
-    cast.groups = names
+    recorded.groups = names
         .iter()
         .map(|name| RecordedGroup {
             name: format!("roots/{name}"),
@@ -416,7 +417,7 @@ fn two_robots(file: &Path) -> Recording {
             takeover_ns: None,
         })
         .collect();
-    let recorder = recorder(file, Some(cast));
+    let recorder = recorder(file, Some(recorded));
     let topics = ["left", "right"].map(|robot| {
         let about = BTreeMap::from([
             ("variable".to_owned(), format!("{robot}.truth")),
@@ -450,23 +451,26 @@ fn two_robots(file: &Path) -> Recording {
 }
 
 #[test]
-fn of_two_robots_both_ways_are_told_with_who_acted_for_each() {
+fn both_paths_of_two_robots_are_reported_with_their_actors() {
     let folder = tempfile::tempdir().unwrap();
     let recording = two_robots(&folder.path().join("two.mcap"));
     let analysis = read(&recording, columns(600));
-    let ways = &analysis.ending.drive.paths;
-    let told: Vec<_> = ways
+    let paths = &analysis.ending.drive.paths;
+    let reported: Vec<_> = paths
         .iter()
-        .map(|way| {
+        .map(|path| {
             (
-                way.robot.as_str(),
-                way.points.len(),
-                way.distance,
-                way.points[9].winner,
+                path.robot.as_str(),
+                path.points.len(),
+                path.distance,
+                path.points[9].winner,
             )
         })
         .collect();
-    assert_eq!(told, [("left", 20, 19.0, Some(0)), ("right", 20, 38.0, Some(1))]);
+    assert_eq!(
+        reported,
+        [("left", 20, 19.0, Some(0)), ("right", 20, 38.0, Some(1))]
+    );
     let page = page(&analysis, "two.mcap");
     for text in ["19.0 m<small>left</small>", "38.0 m<small>right</small>"] {
         assert!(page.contains(text), "{text}");

@@ -217,19 +217,18 @@ mod tests {
 
     #[test]
     fn standard_types_have_the_hashes_of_ros() {
-        let ours: BTreeMap<String, String> = jde_types::standard()
+        let hashes: BTreeMap<String, String> = jde_types::standard()
             .iter()
             .map(|value_type| (name(value_type), rihs01(value_type)))
             .collect();
         for (name, hash) in JAZZY {
-            assert_eq!(ours[*name], format!("RIHS01_{hash}"), "{name}");
+            assert_eq!(hashes[*name], format!("RIHS01_{hash}"), "{name}");
         }
-        let of_ros = ours.keys().filter(|name| !name.starts_with("jde_msgs/")).count();
-        assert_eq!(
-            of_ros,
-            JAZZY.len(),
-            "each type that goes by a name of ROS is compared"
-        );
+        let ros_count = hashes
+            .keys()
+            .filter(|name| !name.starts_with("jde_msgs/"))
+            .count();
+        assert_eq!(ros_count, JAZZY.len(), "each type with a ROS name is compared");
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(crate) enum Shape {
 
 /// Returns a type with these fields. Different types have different names.
 pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
-    let (mut at, mut most) = (0_usize, 1);
+    let (mut at, mut alignment) = (0_usize, 1);
     let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
         let kind = match shape {
             Shape::Text(_) => FieldKind::Scalar(Scalar::U8),
@@ -47,7 +47,7 @@ pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
             ),
         };
         at = (start + head + kind.bytes() * form.capacity()).next_multiple_of(align);
-        most = most.max(align);
+        alignment = alignment.max(align);
         Field {
             name: format!("f{number}"),
             doc: String::new(),
@@ -58,15 +58,15 @@ pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
         }
     });
     let fields: Vec<Field> = fields.collect();
-    let mut made = Type {
+    let mut value_type = Type {
         name: String::new(),
         doc: String::new(),
-        bytes: at.next_multiple_of(most).max(1),
-        align: most,
+        bytes: at.next_multiple_of(alignment).max(1),
+        align: alignment,
         fields,
     };
-    made.name = format!("random_msgs/msg/T{:016x}", made.hash());
-    made
+    value_type.name = format!("random_msgs/msg/T{:016x}", value_type.hash());
+    value_type
 }
 
 /// Generates types of up to four fields, three levels deep.

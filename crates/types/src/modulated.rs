@@ -24,7 +24,7 @@ pub unsafe trait Modulated: Copy + Send + Sync + 'static {
     /// The names of the numbers from 0 on, each ending with a NUL, if it is an enumeration.
     const CHOICES: &'static [*const c_char] = &[];
 
-    /// Returns what a value represents; `None` if it represents nothing.
+    /// Returns the modulation that a value represents; `None` if it represents none.
     fn of(wire: &Self::Wire) -> Option<Self>;
 }
 
@@ -46,10 +46,10 @@ unsafe impl Modulated for bool {
     }
 }
 
-/// Returns the value that represents `it`.
+/// Returns the value that represents a modulation.
 #[must_use]
-pub const fn wire<T: Modulated>(it: T) -> T::Wire {
+pub const fn wire<T: Modulated>(modulation: T) -> T::Wire {
     const { assert!(size_of::<T>() == size_of::<T::Wire>()) };
     // SAFETY: the sizes are equal, and the bytes are such a value by the contract of `Modulated`.
-    unsafe { mem::transmute_copy(&it) }
+    unsafe { mem::transmute_copy(&modulation) }
 }

@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_byte_but_0_is_true() {
+    fn every_byte_except_0_is_true() {
         assert!(Flag(0xff).get());
         assert_eq!(Flag(2), Flag::TRUE);
     }

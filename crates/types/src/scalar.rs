@@ -11,7 +11,7 @@ use crate::part::{Part, Shape, field};
 use crate::value::{Value, structure};
 use crate::{Flag, Text};
 
-macro_rules! alone {
+macro_rules! single_value {
     ($ty:ty, [$($generic:tt)*], $name:expr, $doc:expr) => {
         // SAFETY: its one field covers it, and every byte pattern is valid because it is a `Part`.
         unsafe impl<$($generic)*> Value for $ty {
@@ -30,8 +30,8 @@ macro_rules! scalars {
         unsafe impl Part for $ty {
             const SHAPE: Shape = Shape::scalar(raw::$kind);
         }
-        alone!($ty, [], name(concat!("std_msgs/msg/", $name, "\0")), c"A number by itself.");
-        alone!([$ty; N], [const N: usize], name(concat!("jde_msgs/msg/", $name, "Array\0")), c"A fixed number of numbers.");
+        single_value!($ty, [], name(concat!("std_msgs/msg/", $name, "\0")), c"A number by itself.");
+        single_value!([$ty; N], [const N: usize], name(concat!("jde_msgs/msg/", $name, "Array\0")), c"A fixed number of numbers.");
     )* };
 }
 
@@ -55,5 +55,5 @@ scalars! {
     f64, F64, "Float64";
 }
 
-alone!(Flag, [], c"std_msgs/msg/Bool", c"True or false by itself.");
-alone!(Text<N>, [const N: usize], c"std_msgs/msg/String", c"A text by itself.");
+single_value!(Flag, [], c"std_msgs/msg/Bool", c"True or false by itself.");
+single_value!(Text<N>, [const N: usize], c"std_msgs/msg/String", c"A text by itself.");

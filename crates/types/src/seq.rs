@@ -96,13 +96,13 @@ impl<T: Part, const N: usize> Seq<T, N> {
     /// If they do not fit.
     pub fn extend_from_slice(&mut self, items: &[T]) -> Result<(), TooLong> {
         let (length, total) = (self.len(), self.len() + items.len());
-        let Some(room) = self.items.get_mut(length..total) else {
+        let Some(free) = self.items.get_mut(length..total) else {
             return Err(TooLong {
                 length: total,
                 capacity: N,
             });
         };
-        room.copy_from_slice(items);
+        free.copy_from_slice(items);
         self.length = total as u32;
         Ok(())
     }
@@ -201,14 +201,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_length_that_lies_is_the_capacity() {
+    fn a_length_above_the_capacity_counts_as_the_capacity() {
         let mut seq = Seq {
             length: u32::MAX,
             spare: u32::MAX,
             items: [1.0_f32; 8],
         };
         assert_eq!((seq.len(), seq.as_slice().len(), seq.iter().count()), (8, 8, 8));
-        assert_eq!(seq.push(2.0), Err(2.0), "it is full");
+        assert_eq!(seq.push(2.0), Err(2.0), "the sequence is full");
         assert!(seq.extend_from_slice(&[2.0]).is_err());
         seq.as_mut_slice()[7] = 3.0;
         assert_eq!(seq[7], 3.0);

@@ -148,7 +148,7 @@ impl fmt::Display for TooLong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} do not fit where there is room for {}",
+            "{} do not fit into a capacity of {}",
             self.length, self.capacity
         )
     }
@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_length_that_lies_is_the_capacity_and_what_is_not_utf8_is_not_shown() {
+    fn an_invalid_length_is_the_capacity_and_invalid_utf8_ends_the_text() {
         let text = Text {
             length: u32::MAX,
             bytes: *b"ab\xffd",

@@ -14,19 +14,19 @@ use jde_abi::{describe, raw, read};
 /// ```
 /// use jde_types::{Pose2D, Seq, Text, Value};
 ///
-/// /// Landmarks seen from where the robot is.
+/// /// Landmarks as seen from the robot.
 /// #[derive(Clone, Copy, Value)]
 /// #[repr(C)]
 /// #[value(name = "my_msgs/msg/Landmarks")]
 /// pub struct Landmarks {
-///     /// Where each stands, in the frame of the base.
+///     /// The pose of each landmark, in the frame of the base.
 ///     pub places: Seq<Pose2D, 16>,
-///     /// How far the farthest is.
+///     /// The distance of the farthest landmark.
 ///     #[value(unit = "m")]
 ///     pub farthest: f64,
-///     /// What they are.
-///     pub what: Text<24>,
-///     /// How many were lost since the last one.
+///     /// The kind of landmarks.
+///     pub kind: Text<24>,
+///     /// The number of landmarks lost since the last value.
 ///     pub lost: u32,
 /// }
 ///
@@ -47,7 +47,7 @@ use jde_abi::{describe, raw, read};
 /// #[derive(Clone, Copy, jde_types::Value)]
 /// #[repr(C)]
 /// struct Gap {
-///     small: u8, // three bytes that C leaves: put a `Padding<3>` there
+///     small: u8, // followed by three bytes of alignment: add a `Padding<3>`
 ///     large: u32,
 /// }
 /// ```

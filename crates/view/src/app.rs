@@ -143,7 +143,7 @@ impl App {
             Page::Open(workspace) => {
                 next = workspace
                     .show(ui, &style, &mut self.settings)
-                    .map(|leave| match leave {
+                    .map(|navigation| match navigation {
                         Navigation::Away => Next::Start(None),
                         Navigation::For(about) => Next::Chosen(Selection::Application(about)),
                     });
@@ -179,13 +179,13 @@ impl App {
     }
 
     fn connect(&mut self, ctx: &egui::Context, name: String) {
-        let (reach, repaint, asked) = (self.opening.reach.clone(), ctx.clone(), name.clone());
-        self.look_for(
+        let (reach, repaint, requested) = (self.opening.reach.clone(), ctx.clone(), name.clone());
+        self.start_opening(
             ctx,
             name.split('@').next().unwrap_or_default().to_owned(),
             move |_| {
                 let session = Client::connect(&reach)
-                    .and_then(|client| client.application(Some(&asked)))
+                    .and_then(|client| client.application(Some(&requested)))
                     .and_then(|remote| Session::open(remote, repaint))
                     .map_err(|error| error.to_string())?;
                 Ok((session, None))
@@ -195,14 +195,14 @@ impl App {
 
     fn play(&mut self, ctx: &egui::Context, file: PathBuf) {
         let (program, repaint) = (self.opening.player.clone(), ctx.clone());
-        self.look_for(ctx, file.display().to_string(), move |cancelled| {
+        self.start_opening(ctx, file.display().to_string(), move |cancelled| {
             let (player, remote) = Player::start(&program, &file, cancelled)?;
             let session = Session::open(remote, repaint).map_err(|error| error.to_string())?;
             Ok((session, Some(player)))
         });
     }
 
-    fn look_for(
+    fn start_opening(
         &mut self,
         ctx: &egui::Context,
         name: String,

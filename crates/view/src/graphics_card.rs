@@ -16,10 +16,10 @@ impl DeviceLoss {
     /// Registers for the loss and the errors of a card.
     pub(crate) fn watch(&self, ctx: &egui::Context, card: &RenderState) {
         let (lost, again) = (self.clone(), ctx.clone());
-        card.device.set_device_lost_callback(move |reason, words| {
+        card.device.set_device_lost_callback(move |reason, message| {
             // `Destroyed` occurs when any window closes.
             if reason != wgpu::DeviceLostReason::Destroyed {
-                lost.note(&again, words);
+                lost.note(&again, message);
             }
         });
         let (lost, again) = (self.clone(), ctx.clone());
@@ -35,8 +35,8 @@ impl DeviceLoss {
     }
 
     /// Keeps the first reason; later ones follow from it.
-    fn note(&self, ctx: &egui::Context, words: String) {
-        if self.0.set(words).is_ok() {
+    fn note(&self, ctx: &egui::Context, message: String) {
+        if self.0.set(message).is_ok() {
             ctx.request_repaint();
         }
     }
@@ -64,12 +64,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_card_refuses_is_kept_as_the_reason_and_is_no_panic() {
+    fn the_first_error_of_the_card_is_kept_as_the_reason() {
         let card = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
         let (ctx, lost) = (egui::Context::default(), DeviceLoss::default());
         lost.watch(&ctx, &card);
         assert_eq!(lost.reason(), None);
-        let most = card.device.limits().max_texture_dimension_2d;
+        let limit = card.device.limits().max_texture_dimension_2d;
         let texture = |width| {
             card.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("far too wide"),
@@ -85,10 +85,10 @@ mod tests {
                 view_formats: &[],
             })
         };
-        texture(2 * most);
-        let reason = lost.reason().expect("it was refused").to_owned();
+        texture(2 * limit);
+        let reason = lost.reason().expect("the texture was refused").to_owned();
         assert!(reason.contains("far too wide"), "{reason}");
-        texture(3 * most);
-        assert_eq!(lost.reason(), Some(reason.as_str()), "the first counts");
+        texture(3 * limit);
+        assert_eq!(lost.reason(), Some(reason.as_str()), "the first reason is kept");
     }
 }

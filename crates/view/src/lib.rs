@@ -47,19 +47,19 @@ pub struct Opening {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// There is no display.
-    #[error("there is no screen here: neither WAYLAND_DISPLAY nor DISPLAY is set")]
+    #[error("there is no screen: neither WAYLAND_DISPLAY nor DISPLAY is set")]
     NoScreen,
     /// No graphics adapter can draw windows.
     #[error(
-        "no graphics card here can draw windows: {0}; install its driver, or Mesa's, which does without one (apt install \
+        "no graphics card can draw windows: {0}; install its driver, or Mesa's software renderer (apt install \
          mesa-vulkan-drivers)"
     )]
     NoCard(String),
     /// The graphics device was lost, or reported an error.
-    #[error("the graphics card draws no more: {0}; open the windows again, they are as they were left")]
+    #[error("the graphics card failed: {0}; open the windows again, their layout is saved")]
     Lost(String),
     /// The display, or the window on it, disappeared.
-    #[error("the screen is gone, or took the window away; open it again, it is as it was left ({0})")]
+    #[error("the screen or its window disappeared; open the window again, its layout is saved ({0})")]
     Taken(String),
     /// The display refused to open a window.
     #[error("cannot open a window: {0}")]

@@ -21,12 +21,12 @@ impl Picture {
     /// # Errors
     /// Why the sample is not an image that can be shown.
     pub(crate) fn read(sample: &Sample) -> Result<Self, String> {
-        let bytes = sample.bytes.as_deref().ok_or("there is none")?;
+        let bytes = sample.bytes.as_deref().ok_or("it has no value")?;
         let fields = Fields(&sample.value_type, bytes);
-        let number = |name: &str| fields.number(name).ok_or("it is no picture");
+        let number = |name: &str| fields.number(name).ok_or("it is not an image");
         let (width, height, step) = (number("width")?, number("height")?, number("step")?);
-        let encoding = fields.several("encoding").ok_or("it is no picture")?;
-        let pixels = fields.several("data").ok_or("it is no picture")?;
+        let encoding = fields.bytes_of("encoding").ok_or("it is not an image")?;
+        let pixels = fields.bytes_of("data").ok_or("it is not an image")?;
         let (depth, order) = match encoding {
             b"rgb8" => (3, [0, 1, 2]),
             b"bgr8" => (3, [2, 1, 0]),
@@ -36,16 +36,16 @@ impl Picture {
                 return Err(format!("its pixels are `{other}`: expected rgb8, bgr8 or mono8"));
             }
         };
-        let row = width.checked_mul(depth).ok_or("it is no picture")?;
+        let row = width.checked_mul(depth).ok_or("it is not an image")?;
         // The last row needs no padding.
-        let whole = step
+        let total = step
             .checked_mul(height.saturating_sub(1))
             .and_then(|rows| rows.checked_add(row))
-            .ok_or("it is no picture")?;
-        if width == 0 || height == 0 || step < row || pixels.len() < whole {
+            .ok_or("it is not an image")?;
+        if width == 0 || height == 0 || step < row || pixels.len() < total {
             let length = pixels.len();
             return Err(format!(
-                "its {length} bytes are no {width} × {height} pixels in rows of {step}"
+                "its {length} bytes are not {width} × {height} pixels in rows of {step}"
             ));
         }
         let mut rgba = Vec::with_capacity(4 * width * height);
@@ -69,16 +69,16 @@ impl Picture {
     }
 }
 
-/// Checks that an image fits on a graphics card with at most `most` pixels per side.
+/// Checks that an image fits on a graphics card with at most `limit` pixels per side.
 ///
 /// # Errors
 /// A message with both sizes.
-pub(crate) fn fits([width, height]: [usize; 2], most: usize) -> Result<(), String> {
-    if width.max(height) <= most {
+pub(crate) fn fits([width, height]: [usize; 2], limit: usize) -> Result<(), String> {
+    if width.max(height) <= limit {
         return Ok(());
     }
     Err(format!(
-        "{width} × {height} pixels are too large for this graphics card, which takes {most} × {most}"
+        "{width} × {height} pixels are too large for this graphics card, which takes {limit} × {limit}"
     ))
 }
 
@@ -100,7 +100,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The bytes of a text or of a sequence of bytes.
-    fn several(&self, name: &str) -> Option<&'a [u8]> {
+    fn bytes_of(&self, name: &str) -> Option<&'a [u8]> {
         let field = self.of(name)?;
         let (Form::Text {
             capacity,
@@ -138,7 +138,7 @@ mod tests {
         for (name, part) in [("encoding", encoding.as_bytes()), ("data", data)] {
             let field = field(name).expect(name);
             put(field.offset, part);
-            let length = field.form.length_offset().expect("its length varies");
+            let length = field.form.length_offset().expect("the length varies");
             put(length, &(part.len() as u32).to_ne_bytes());
         }
         Sample {
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_are_read_in_every_encoding_and_between_rows_there_may_be_room() {
+    fn pixels_are_read_in_every_encoding_and_rows_may_be_padded() {
         let colors = [1, 2, 3, 4, 5, 6, 0, 7, 8, 9, 10, 11, 12];
         let read = |encoding| Picture::read(&sample([2, 2], 7, encoding, &colors)).expect(encoding);
         let rgb = [1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 255, 10, 11, 12, 255];
@@ -169,22 +169,22 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_refused_in_words() {
+    fn an_invalid_image_is_refused_with_a_message() {
         for (size, step, encoding, bytes, reason) in [
-            ([2, 2], 6, "rgb8", 11, "its 11 bytes are no 2 × 2 pixels"),
+            ([2, 2], 6, "rgb8", 11, "its 11 bytes are not 2 × 2 pixels"),
             ([2, 2], 5, "rgb8", 12, "in rows of 5"),
-            ([0, 2], 6, "rgb8", 12, "no 0 × 2 pixels"),
+            ([0, 2], 6, "rgb8", 12, "not 0 × 2 pixels"),
             ([2, 2], 8, "yuv422", 12, "its pixels are `yuv422`"),
-            ([u32::MAX, u32::MAX], u32::MAX, "rgb8", 12, "no "),
+            ([u32::MAX, u32::MAX], u32::MAX, "rgb8", 12, "not "),
         ] {
             let refused = Picture::read(&sample(size, step, encoding, &vec![0; bytes]));
-            let refused = refused.expect_err("it is refused");
+            let refused = refused.expect_err("the image is refused");
             assert!(refused.contains(reason), "{refused}");
         }
     }
 
     #[test]
-    fn a_picture_fits_if_no_side_is_longer_than_the_card_takes() {
+    fn a_picture_fits_if_no_side_exceeds_the_limit() {
         assert_eq!(fits([4096, 1], 4096), Ok(()));
         assert!(fits([1, 4097], 4096).unwrap_err().contains("1 × 4097 pixels"));
     }

@@ -14,18 +14,18 @@ use jde_link::{Client, Folders, Reach, Remote};
 
 /// Longest time until a client can connect to a recording. The player reads a long recording completely
 /// first.
-const BEGIN: Duration = Duration::from_secs(600);
+const START_TIMEOUT: Duration = Duration::from_secs(600);
 /// Pause between two attempts to connect.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// How many of the last lines of the player's standard error are kept.
-const LAST: usize = 20;
+const KEPT_LINES: usize = 20;
 
 /// A recording that plays.
 pub(crate) struct Player {
     /// Ends at the end of its standard input, which stays open for as long as this process lives.
     child: Child,
     /// Reads its standard error, so that the player never blocks on a full pipe. Returns the last lines.
-    words: Option<JoinHandle<String>>,
+    messages: Option<JoinHandle<String>>,
     file: PathBuf,
 }
 
@@ -43,7 +43,7 @@ impl Player {
         // Gives each player of this process a unique name.
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let [program, arguments @ ..] = program else {
-            return Err("nothing here plays recordings".to_owned());
+            return Err("no player for recordings is configured".to_owned());
         };
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!("view-{}-{count}", std::process::id());
@@ -57,17 +57,17 @@ impl Player {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|error| format!("{} cannot be started: {error}", program.display()))?;
-        let said = child.stderr.take();
+        let stderr = child.stderr.take();
         let mut player = Self {
-            words: said.map(|said| thread::spawn(move || last_words(said))),
+            messages: stderr.map(|stderr| thread::spawn(move || last_lines(stderr))),
             child,
             file: file.to_owned(),
         };
         let reach = Reach::Local(Folders::of_user());
         let begun = Instant::now();
-        while begun.elapsed() < BEGIN {
-            if let Some(words) = player.ended() {
-                return Err(words);
+        while begun.elapsed() < START_TIMEOUT {
+            if let Some(messages) = player.ended() {
+                return Err(messages);
             }
             if cancelled.load(Ordering::Relaxed) {
                 return Err(format!("{} was not opened", file.display()));
@@ -76,12 +76,12 @@ impl Player {
             if let Ok(remote) = client.application(Some(&name)) {
                 return Ok((player, remote));
             }
-            thread::sleep(LOOK);
+            thread::sleep(POLL_INTERVAL);
         }
         Err(format!(
-            "{} cannot be looked into after {} s",
+            "{} cannot be opened after {} s",
             file.display(),
-            BEGIN.as_secs()
+            START_TIMEOUT.as_secs()
         ))
     }
 
@@ -93,9 +93,9 @@ impl Player {
     /// Its last lines of standard error, or its exit status if it wrote none. `None` while it runs.
     fn ended(&mut self) -> Option<String> {
         let status = self.child.try_wait().ok()??;
-        let words = self.words.take().and_then(|words| words.join().ok());
-        Some(match words {
-            Some(words) if !words.is_empty() => words,
+        let messages = self.messages.take().and_then(|messages| messages.join().ok());
+        Some(match messages {
+            Some(messages) if !messages.is_empty() => messages,
             _ => format!("{} was not played: {status}", self.file.display()),
         })
     }
@@ -109,11 +109,11 @@ impl Drop for Player {
     }
 }
 
-/// Reads to the end of the stream. Returns the last [`LAST`] lines.
-fn last_words(said: ChildStderr) -> String {
+/// Reads to the end of the stream. Returns the last [`KEPT_LINES`] lines.
+fn last_lines(stderr: ChildStderr) -> String {
     let mut last = VecDeque::new();
-    for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
-        if last.len() == LAST {
+    for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+        if last.len() == KEPT_LINES {
             last.pop_front();
         }
         last.push_back(String::from_utf8_lossy(&line).into_owned());
@@ -130,25 +130,25 @@ mod tests {
     }
 
     #[test]
-    fn the_last_words_of_one_that_says_much_and_fails_are_told() {
+    fn the_last_lines_of_a_failed_player_are_reported() {
         // More than a pipe holds: the player would block if its standard error were not read.
         let program = shell("seq 100000 >&2; echo 'it is no recording' >&2; exit 2");
-        let came = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(false));
-        let words = came.err().expect("it does not play");
-        assert_eq!(words.lines().count(), LAST);
-        assert!(words.ends_with("100000\nit is no recording"), "{words}");
+        let result = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(false));
+        let messages = result.err().expect("the player fails");
+        assert_eq!(messages.lines().count(), KEPT_LINES);
+        assert!(messages.ends_with("100000\nit is no recording"), "{messages}");
         let silent = Player::start(&shell("exit 3"), Path::new("x.mcap"), &AtomicBool::new(false));
-        assert!(silent.is_err_and(|words| words.starts_with("x.mcap was not played: exit status: 3")));
+        assert!(silent.is_err_and(|messages| messages.starts_with("x.mcap was not played: exit status: 3")));
     }
 
     #[test]
-    fn one_that_nobody_waits_for_any_more_is_ended() {
-        let folder = tempfile::tempdir().expect("a folder");
+    fn a_cancelled_player_is_killed() {
+        let folder = tempfile::tempdir().expect("the folder is created");
         let ended = folder.path().join("ended");
         // `cat` ends only with its input.
         let program = shell(&format!("cat; touch {}", ended.display()));
-        let came = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(true));
-        assert!(came.is_err_and(|words| words == "x.mcap was not opened"));
-        assert!(!ended.exists(), "it was killed");
+        let result = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(true));
+        assert!(result.is_err_and(|messages| messages == "x.mcap was not opened"));
+        assert!(!ended.exists(), "the player was killed");
     }
 }

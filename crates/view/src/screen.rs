@@ -12,16 +12,16 @@ use std::thread;
 /// The message of a panic in winit on this thread. Other panics continue.
 pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
     let reason = Arc::new(OnceLock::new());
-    let (told, ours) = (Arc::clone(&reason), thread::current().id());
+    let (first_reason, this_thread) = (Arc::clone(&reason), thread::current().id());
     let before = Arc::new(panic::take_hook());
-    let others = Arc::clone(&before);
+    let previous = Arc::clone(&before);
     panic::set_hook(Box::new(move |info| {
-        let of_screen = info.location().is_some_and(|place| is_of_screen(place.file()));
-        if of_screen && thread::current().id() == ours {
+        let from_winit = info.location().is_some_and(|place| is_from_winit(place.file()));
+        if from_winit && thread::current().id() == this_thread {
             // The first panic has the cause; later ones follow from it.
-            let _ = told.set(words(info));
+            let _ = first_reason.set(message(info));
         } else {
-            others(info);
+            previous(info);
         }
     }));
     let ended = panic::catch_unwind(AssertUnwindSafe(show));
@@ -33,7 +33,7 @@ pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
 }
 
 /// Whether a source file belongs to winit.
-fn is_of_screen(file: &str) -> bool {
+fn is_from_winit(file: &str) -> bool {
     let parts = Path::new(file).components();
     parts.into_iter().any(|part| match part {
         Component::Normal(name) => name
@@ -43,9 +43,9 @@ fn is_of_screen(file: &str) -> bool {
     })
 }
 
-fn words(info: &PanicHookInfo<'_>) -> String {
-    let words = info.payload_as_str().unwrap_or("it gave no reason");
-    let first = words.lines().next().unwrap_or_default();
+fn message(info: &PanicHookInfo<'_>) -> String {
+    let message = info.payload_as_str().unwrap_or("the panic has no message");
+    let first = message.lines().next().unwrap_or_default();
     let unwrapped = "called `Result::unwrap()` on an `Err` value: ";
     first.strip_prefix(unwrapped).unwrap_or(first).to_owned()
 }
@@ -55,15 +55,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_the_library_of_windows_panics_over_is_a_reason() {
-        assert!(is_of_screen(
+    fn only_panics_in_winit_become_errors() {
+        assert!(is_from_winit(
             "/home/ana/.cargo/registry/src/index/winit-0.30.13/src/platform_impl/linux/x11/window.rs"
         ));
-        assert!(is_of_screen("vendor/winit/src/event_loop.rs"));
-        assert!(!is_of_screen("crates/view/src/app.rs"));
-        assert!(!is_of_screen("/registry/egui-winit-0.37.0/src/lib.rs"));
+        assert!(is_from_winit("vendor/winit/src/event_loop.rs"));
+        assert!(!is_from_winit("crates/view/src/app.rs"));
+        assert!(!is_from_winit("/registry/egui-winit-0.37.0/src/lib.rs"));
         assert_eq!(hold(|| 7), Ok(7));
-        let panic = panic::catch_unwind(|| hold(|| panic!("ours"))).expect_err("it is not swallowed");
-        assert_eq!(panic.downcast_ref::<&str>(), Some(&"ours"));
+        let panic = panic::catch_unwind(|| hold(|| panic!("other"))).expect_err("the panic continues");
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&"other"));
     }
 }

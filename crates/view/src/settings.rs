@@ -1,8 +1,8 @@
 //! The user's settings for all applications, and the saved layout of each: files in the user's configuration
 //! folder.
 //!
-//! A file that cannot be parsed is renamed and logged. A file that cannot be written is logged, and its content
-//! is not saved.
+//! A file that cannot be parsed is renamed and logged. A file that cannot be written is logged, and its
+//! content is not saved.
 
 use std::fs;
 use std::io;
@@ -88,14 +88,14 @@ impl SettingsStore {
         let path = self.path(name)?;
         let text = fs::read_to_string(&path).ok()?;
         match serde_json::from_str(&text) {
-            Ok(kept) => Some(kept),
+            Ok(saved) => Some(saved),
             Err(error) => {
-                let aside = path.with_extension("unreadable");
-                let _ = fs::rename(&path, &aside);
+                let renamed = path.with_extension("unreadable");
+                let _ = fs::rename(&path, &renamed);
                 tracing::warn!(
                     "{} cannot be read ({error}) and is now {}",
                     path.display(),
-                    aside.display()
+                    renamed.display()
                 );
                 None
             }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_chosen_is_there_at_the_next_start() {
+    fn saved_settings_are_read_at_the_next_start() {
         let folder = tempfile::tempdir().unwrap();
         let store = SettingsStore::at(Some(folder.path().join("deep/down")));
         let chosen = Settings {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_frame_is_as_large_as_its_window_whatever_the_zoom() {
+    fn the_first_frame_fills_its_window_at_every_zoom() {
         let ctx = egui::Context::default();
         let chosen = Settings {
             zoom: 2.0,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_read_is_put_aside_and_not_lost() {
+    fn an_unreadable_file_is_renamed_and_not_lost() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("settings.json"), "{ zoom").unwrap();
         let store = SettingsStore::at(Some(folder.path().to_owned()));

@@ -124,7 +124,7 @@ fn a_mistake_that_a_macro_finds_is_the_only_error() {
         std::fs::write(path, code).unwrap();
     }
     project.replace("src/lib.rs", "#[import(trigger)]", "#[import(triger)]");
-    check_only_error(&project, "here may stand trigger, optional");
+    check_only_error(&project, "expected one of trigger, optional");
 }
 
 fn check_only_error(project: &Project, error: &str) {

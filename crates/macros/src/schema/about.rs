@@ -30,24 +30,24 @@ impl About {
         let mut kind = None;
         let mut period_ns = None;
         let mut budget_ns = 0;
-        let mut place = input.ident.span();
+        let mut span = input.ident.span();
         for attribute in input
             .attrs
             .iter()
             .filter(|attribute| attribute.path().is_ident("schema"))
         {
-            place = attribute.span();
+            span = attribute.span();
             attribute.parse_nested_meta(|meta| {
-                let mut is = |this| match kind.replace(this) {
+                let mut set_kind = |new_kind| match kind.replace(new_kind) {
                     None => Ok(()),
-                    Some(_) => Err(meta.error("a schema is of one kind: motor, perceptive or driver")),
+                    Some(_) => Err(meta.error("a schema has exactly one kind: motor, perceptive or driver")),
                 };
                 if meta.path.is_ident("motor") {
-                    is(Kind::Motor)
+                    set_kind(Kind::Motor)
                 } else if meta.path.is_ident("perceptive") {
-                    is(Kind::Perceptive)
+                    set_kind(Kind::Perceptive)
                 } else if meta.path.is_ident("driver") {
-                    is(Kind::Driver)
+                    set_kind(Kind::Driver)
                 } else if meta.path.is_ident("period") {
                     period_ns = Some(duration(&meta.value()?.parse()?)?);
                     Ok(())
@@ -68,14 +68,14 @@ impl About {
         }
         let Some(kind) = kind else {
             return Err(Error::new(
-                place,
-                "say what kind of schema this is: #[schema(motor, period = \"75ms\")], or perceptive, or driver",
+                span,
+                "state the kind of the schema: #[schema(motor, period = \"75ms\")], or perceptive, or driver",
             ));
         };
         let Some(period_ns) = period_ns else {
             return Err(Error::new(
-                place,
-                "say how often it iterates by default: period = \"75ms\"",
+                span,
+                "state the default period of its iterations: period = \"75ms\"",
             ));
         };
         Ok(Self {

@@ -22,10 +22,7 @@ pub(super) struct Field {
 }
 
 /// The role of a field.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "a handful live for the length of a compilation"
-)]
+#[allow(clippy::large_enum_variant, reason = "only a few exist during a compilation")]
 pub(super) enum Role {
     Memory,
     Import {
@@ -92,12 +89,12 @@ impl Field {
             value: None,
         };
         let mut attributes = field.attrs.iter().filter_map(kind_of);
-        let (outer, argument) = last_segment(&field.ty);
-        let Some((attribute, (keyword, wanted, allowed))) = attributes.next() else {
-            if let Some((keyword, ..)) = KINDS.iter().find(|kind| kind.1 == outer) {
+        let (type_name, argument) = last_segment(&field.ty);
+        let Some((attribute, (keyword, expected, allowed))) = attributes.next() else {
+            if let Some((keyword, ..)) = KINDS.iter().find(|kind| kind.1 == type_name) {
                 return Err(Error::new_spanned(
                     &field.ty,
-                    format!("a field of type `{outer}` needs the attribute #[{keyword}]"),
+                    format!("a field of type `{type_name}` needs the attribute #[{keyword}]"),
                 ));
             }
             return Ok(this);
@@ -105,22 +102,22 @@ impl Field {
         if let Some((second, _)) = attributes.next() {
             return Err(Error::new_spanned(
                 second,
-                "a field has one attribute that says what it is",
+                "a field has only one attribute for its role",
             ));
         }
-        let named = KINDS.iter().find(|kind| kind.0 == keyword && kind.1 == outer);
-        let (_, wanted, allowed) = named.copied().unwrap_or((keyword, wanted, allowed));
-        if outer != wanted {
-            let generic = if wanted == "Child" { "" } else { "<...>" };
+        let matching = KINDS.iter().find(|kind| kind.0 == keyword && kind.1 == type_name);
+        let (_, expected, allowed) = matching.copied().unwrap_or((keyword, expected, allowed));
+        if type_name != expected {
+            let generic = if expected == "Child" { "" } else { "<...>" };
             return Err(Error::new_spanned(
                 &field.ty,
-                format!("a field with #[{keyword}] has the type `{wanted}{generic}`"),
+                format!("a field with #[{keyword}] has the type `{expected}{generic}`"),
             ));
         }
         if keyword != "child" && argument.is_none() {
             return Err(Error::new_spanned(
                 &field.ty,
-                format!("say what type of value: `{wanted}<LaserScan>`, say"),
+                format!("state the type of the value, such as `{expected}<LaserScan>`"),
             ));
         }
         this.value = argument;
@@ -130,7 +127,7 @@ impl Field {
             this.name = name.value();
         }
         this.unit = unit(options.unit.as_ref())?;
-        this.role = role(keyword, wanted == MANY, attribute, options)?;
+        this.role = role(keyword, expected == MANY, attribute, options)?;
         Ok(this)
     }
 
@@ -162,13 +159,13 @@ impl Field {
             quote!(0 #(| derived::raw::#set)*)
         };
         let constant = |value: &Expr| {
-            let place = value.span();
+            let span = value.span();
             let value = if is_text(value) {
-                quote_spanned!(place => <#ty>::new(#value))
+                quote_spanned!(span => <#ty>::new(#value))
             } else {
                 quote!(#value)
             };
-            quote_spanned!(place => { const INITIAL: #ty = #value; &INITIAL })
+            quote_spanned!(span => { const INITIAL: #ty = #value; &INITIAL })
         };
         let bound = |bound: &Option<Expr>| match bound {
             Some(bound) => quote!((#bound) as f64),
@@ -186,15 +183,15 @@ impl Field {
                 max,
                 fixed,
             } => {
-                let place = default.span();
+                let span = default.span();
                 let value = if is_text(default) {
-                    quote_spanned!(place => <#ty>::new(#default))
+                    quote_spanned!(span => <#ty>::new(#default))
                 } else {
                     quote!(#default)
                 };
-                let within = within(ty, &value, place, min.as_ref(), max.as_ref());
-                let default = quote_spanned! { place => {
-                    #within
+                let range_assertions = range_assertions(ty, &value, span, min.as_ref(), max.as_ref());
+                let default = quote_spanned! { span => {
+                    #range_assertions
                     const INITIAL: <#ty as derived::Modulated>::Wire = derived::wire::<#ty>(#value);
                     &INITIAL
                 } };
@@ -253,33 +250,33 @@ impl Field {
 
 /// Generates assertions that a default is within its limits and that the limits are in order. Each points to
 /// the mistake.
-fn within(
+fn range_assertions(
     ty: &Type,
     value: &TokenStream,
-    place: Span,
+    span: Span,
     min: Option<&Expr>,
     max: Option<&Expr>,
 ) -> TokenStream {
-    let mut asserted = TokenStream::new();
+    let mut assertions = TokenStream::new();
     if let (Some(min), Some(max)) = (min, max) {
-        asserted.extend(quote_spanned! { max.span() =>
+        assertions.extend(quote_spanned! { max.span() =>
             #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
             const _: () = ::core::assert!((#min) as f64 <= (#max) as f64, "`max` is below `min`");
         });
     }
     if let Some(min) = min {
-        asserted.extend(quote_spanned! { place =>
+        assertions.extend(quote_spanned! { span =>
             #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
             const _: () = { const IT: #ty = #value; ::core::assert!(IT as f64 >= (#min) as f64, "the default is below `min`") };
         });
     }
     if let Some(max) = max {
-        asserted.extend(quote_spanned! { place =>
+        assertions.extend(quote_spanned! { span =>
             #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
             const _: () = { const IT: #ty = #value; ::core::assert!(IT as f64 <= (#max) as f64, "the default is above `max`") };
         });
     }
-    asserted
+    assertions
 }
 
 fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> Result<Role> {
@@ -292,7 +289,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
         "export" => Role::Export,
         "modulation" => Role::Modulation {
             default: options.default.ok_or_else(|| {
-                missing("a modulation always has a value; say which until somebody writes it: default = ...")
+                missing("a modulation always has a value; state the initial one: default = ...")
             })?,
             min: options.min,
             max: options.max,
@@ -301,9 +298,9 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
         "command" => {
             let neutral = options
                 .neutral
-                .ok_or_else(|| missing("say which value stops the actuator: neutral = ..."))?;
+                .ok_or_else(|| missing("state the value that stops the actuator: neutral = ..."))?;
             let validity = options.validity.ok_or_else(|| {
-                missing("say how long a command is in force without being repeated: validity = \"500ms\"")
+                missing("state how long a command is in force without being repeated: validity = \"500ms\"")
             })?;
             Role::Command {
                 neutral,
@@ -331,7 +328,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
         _ => Role::Modulates {
             child: options
                 .child
-                .ok_or_else(|| missing("say which child's modulation this is: child = \"...\""))?,
+                .ok_or_else(|| missing("state the child that has this modulation: child = \"...\""))?,
             optional: options.optional,
         },
     })

@@ -25,13 +25,13 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     if let Fields::Unnamed(fields) = &data.fields {
         return Err(Error::new_spanned(
             fields,
-            "a schema has named fields, for its ports have names",
+            "a schema has named fields, because its ports have names",
         ));
     }
     if !input.generics.params.is_empty() {
         return Err(Error::new_spanned(
             &input.generics,
-            "a schema has no generic parameters, for each type has one name",
+            "a schema has no generic parameters, because each type has one name",
         ));
     }
     let about = About::of(input)?;
@@ -39,7 +39,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     check(&about, &fields)?;
 
     let children: Vec<&Field> = fields.iter().filter(|field| field.is_child()).collect();
-    let place = |name: &str| children.iter().position(|child| child.name == name);
+    let position = |name: &str| children.iter().position(|child| child.name == name);
     let mut ports = Vec::new();
     let mut roles = Vec::new();
     let mut values = Vec::new();
@@ -55,8 +55,8 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
             Role::Modulates { child, .. } => {
                 let number = ports.len() as u32;
                 let shown = format!("{}.{}", child.value(), field.name);
-                ports.push(field.port_table(place(&child.value())));
-                // SAFETY (of what is written here): the table above has this number, this kind and this type.
+                ports.push(field.port_table(position(&child.value())));
+                // SAFETY (of the generated code): the table above has this number, this kind and this type.
                 quote!(unsafe { <#ty>::new(&PORTS, #number, #shown) })
             }
             Role::Import { .. }
@@ -66,7 +66,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
             | Role::Actuator { .. } => {
                 let (number, name) = (ports.len() as u32, &field.name);
                 ports.push(field.port_table(None));
-                // SAFETY (of what is written here): the table above has this number, this kind and this type.
+                // SAFETY (of the generated code): the table above has this number, this kind and this type.
                 quote!(unsafe { <#ty>::new(&PORTS, #number, #name) })
             }
         };
@@ -108,7 +108,7 @@ fn implementation(
     quote! {
         const _: () = {
             use ::jde_schema::derived;
-            #[allow(unused_imports, reason = "it is used by schemas without an arbitration or an ability of their own")]
+            #[allow(unused_imports, reason = "only schemas without an arbitration or an ability use it")]
             use derived::Without as _;
 
             static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
@@ -141,12 +141,12 @@ fn implementation(
     }
 }
 
-/// Refuses what the host would refuse later.
+/// Refuses mistakes that the host would otherwise refuse at loading.
 fn check(about: &About, fields: &[Field]) -> Result<()> {
     let mut seen: Vec<(String, &Field)> = Vec::new();
     let last = fields.iter().rfind(|field| field.is_child());
     for field in fields {
-        let wrong = |what: String| Err(Error::new(field.span, what));
+        let wrong = |message: String| Err(Error::new(field.span, message));
         match &field.role {
             Role::Command { .. } if about.kind != Kind::Driver => {
                 return wrong(
@@ -162,17 +162,17 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                 );
             }
             Role::Child { many: true, .. } if !last.is_some_and(|last| std::ptr::eq(last, field)) => {
-                return wrong("`Children` come last: the application numbers them from there on".into());
+                return wrong("`Children` must be last: the application numbers them from there on".into());
             }
             Role::Modulation { .. } if jde_abi::read::RESERVED.contains(&field.name.as_str()) => {
                 return wrong(format!(
-                    "application files give `{}` a meaning of its own; choose another name for this modulation",
+                    "`{}` is reserved in application files; choose another name for this modulation",
                     field.name
                 ));
             }
             Role::Export | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
                 return wrong(String::from(
-                    "every schema has a variable `period` of its own; choose another name",
+                    "every schema already has a variable `period`; choose another name",
                 ));
             }
             Role::Modulates { child, .. } => {
@@ -183,13 +183,13 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                     .collect();
                 if !known.contains(&child.value().as_str()) {
                     let known = if known.is_empty() {
-                        "it has none".to_owned()
+                        "it has no children".to_owned()
                     } else {
-                        known.join(", ")
+                        format!("children: {}", known.join(", "))
                     };
                     return Err(Error::new(
                         child.span(),
-                        format!("there is no child `{}` here ({known})", child.value()),
+                        format!("there is no child `{}` ({known})", child.value()),
                     ));
                 }
             }
@@ -206,7 +206,7 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
             .iter()
             .find(|(other, first)| *other == space && first.name == field.name)
         {
-            let mut error = Error::new(field.span, format!("two are called `{}`", field.name));
+            let mut error = Error::new(field.span, format!("two have the name `{}`", field.name));
             error.combine(Error::new(first.span, "the other one"));
             return Err(error);
         }

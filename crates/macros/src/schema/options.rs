@@ -39,11 +39,11 @@ impl Options {
         let option = meta.path.get_ident().map(ToString::to_string).unwrap_or_default();
         if !self.allowed.contains(&option.as_str()) {
             return Err(meta.error(format!(
-                "unknown option; here may stand {}",
+                "unknown option; expected one of {}",
                 self.allowed.join(", ")
             )));
         }
-        let twice = match option.as_str() {
+        let is_duplicate = match option.as_str() {
             "name" => self.name.replace(meta.value()?.parse()?).is_some(),
             "unit" => self.unit.replace(meta.value()?.parse()?).is_some(),
             "group" => self.group.replace(meta.value()?.parse()?).is_some(),
@@ -58,8 +58,8 @@ impl Options {
             "fixed" => std::mem::replace(&mut self.fixed, true),
             _ => std::mem::replace(&mut self.perceptive, true),
         };
-        if twice {
-            return Err(meta.error("this option stands here twice"));
+        if is_duplicate {
+            return Err(meta.error("this option occurs twice"));
         }
         Ok(())
     }

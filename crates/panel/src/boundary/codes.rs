@@ -57,7 +57,9 @@ impl Color {
     pub fn code(self) -> u32 {
         match self {
             Self::Ink(ink) => code(&INKS, &ink),
-            Self::Exact([red, green, blue, opaque]) => u32::from_be_bytes([opaque.max(1), red, green, blue]),
+            Self::Exact([red, green, blue, opacity]) => {
+                u32::from_be_bytes([opacity.max(1), red, green, blue])
+            }
         }
     }
 }
@@ -67,9 +69,9 @@ pub(super) fn words(code: u32) -> Result<Words, Broken> {
 }
 
 pub(super) fn color(widget: &str, code: u32) -> Result<Color, Broken> {
-    let [opaque, red, green, blue] = code.to_be_bytes();
-    if opaque > 0 {
-        return Ok(Color::Exact([red, green, blue, opaque]));
+    let [opacity, red, green, blue] = code.to_be_bytes();
+    if opacity > 0 {
+        return Ok(Color::Exact([red, green, blue, opacity]));
     }
     match meaning(&INKS, code) {
         Some(ink) => Ok(Color::Ink(ink)),

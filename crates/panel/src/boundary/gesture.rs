@@ -69,7 +69,8 @@ pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Result<Option<(Strin
     // SAFETY: the caller's contract.
     let table = unsafe { table("a gesture", gesture) }?;
     // SAFETY: as above.
-    let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("a gesture", one) });
+    let [widget, by, key] =
+        [table.widget, table.by, table.key].map(|pointer| unsafe { text("a gesture", pointer) });
     let (widget, by, key) = (widget?, by?, key?);
     let Some(touch) = touch(&table, key) else {
         return Ok(None);

@@ -69,11 +69,11 @@ unsafe fn within(drawing: *mut raw::Drawing, step: impl FnOnce(&mut Builder) -> 
     if builder.broken().is_some() {
         return raw::BAD_ARGUMENT;
     }
-    let done = catch_unwind(AssertUnwindSafe(|| step(builder)));
-    match done.unwrap_or_else(|_| wrong("", "drawing it panicked, which is a fault of jde")) {
+    let result = catch_unwind(AssertUnwindSafe(|| step(builder)));
+    match result.unwrap_or_else(|_| wrong("", "drawing it panicked, which is a fault of jde")) {
         Ok(()) => raw::OK,
-        Err(why) => {
-            builder.refuse(why);
+        Err(reason) => {
+            builder.refuse(reason);
             raw::BAD_ARGUMENT
         }
     }

@@ -11,7 +11,7 @@ use crate::{Area, Broken, Item, Wants};
 /// # Safety
 /// The pointers of the table follow the rules of `raw`.
 pub(super) unsafe fn read(widget: &raw::Widget) -> Result<Item, Broken> {
-    // SAFETY: the caller's contract, here and below.
+    // SAFETY: the caller's contract, as for the calls below.
     let id = unsafe { text("a widget", widget.id) }?;
     // SAFETY: as above.
     let label = unsafe { text(&id, widget.label) }?;
@@ -112,10 +112,10 @@ pub(super) unsafe fn read(widget: &raw::Widget) -> Result<Item, Broken> {
             wants,
         },
         other => {
-            let known = raw::WIDGET_SCENE;
+            let last = raw::WIDGET_SCENE;
             return wrong(
                 &name,
-                format!("its kind is {other}, and this host knows 0 to {known}"),
+                format!("its kind is {other}, and this host knows 0 to {last}"),
             );
         }
     })
@@ -131,14 +131,14 @@ unsafe fn texts(name: &str, widget: &raw::Widget) -> Result<Vec<String>, Broken>
     // SAFETY: the caller's contract.
     let all = unsafe { array(name, widget.texts, count) }?;
     let mut bytes = 0;
-    let texts = all.iter().map(|one| {
+    let texts = all.iter().map(|pointer| {
         // SAFETY: the caller's contract.
-        let one = unsafe { text(name, *one) }?;
-        bytes += one.len();
+        let text = unsafe { text(name, *pointer) }?;
+        bytes += text.len();
         if bytes > MOST_BYTES {
             return Err(Broken::Huge(bytes));
         }
-        Ok(one)
+        Ok(text)
     });
     texts.collect()
 }
@@ -158,8 +158,8 @@ unsafe fn pixels(name: &str, widget: &raw::Widget) -> Result<Vec<u8>, Broken> {
 }
 
 fn area([left, lower, right, upper]: [f64; 4]) -> Option<Area> {
-    let none = [left, lower, right, upper] == [0.0; 4];
-    (!none).then_some(Area {
+    let is_empty = [left, lower, right, upper] == [0.0; 4];
+    (!is_empty).then_some(Area {
         least: [left, lower],
         greatest: [right, upper],
     })

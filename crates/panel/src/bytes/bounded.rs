@@ -32,11 +32,11 @@ pub(crate) fn list<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ite
             BUDGET.set(self.0);
         }
     }
-    let room = Budget {
+    let budget = Budget {
         items: MOST_ITEMS,
         points: MOST_POINTS,
     };
-    let _restore = Restore(BUDGET.replace(Some(room)));
+    let _restore = Restore(BUDGET.replace(Some(budget)));
     items(deserializer)
 }
 
@@ -58,15 +58,15 @@ pub(crate) fn points<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
 pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<String>>, D::Error> {
     #[derive(Deserialize)]
     struct Row(#[serde(deserialize_with = "items")] Vec<String>);
-    let left = || BUDGET.get().map(|room| room.items);
-    let mut before = left();
+    let remaining_items = || BUDGET.get().map(|budget| budget.items);
+    let mut previous = remaining_items();
     let rows = Counted(
         || {
             // The cells of a row are already counted.
-            if left() == before {
+            if remaining_items() == previous {
                 charge(1, 0)?;
             }
-            before = left();
+            previous = remaining_items();
             Ok(())
         },
         PhantomData::<Row>,
@@ -76,18 +76,18 @@ pub(crate) fn cells<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Ve
 }
 
 /// Returns the error that the decoder reported as a text.
-pub(super) fn broken(said: String) -> Broken {
-    let known = [Broken::Items, Broken::Points];
-    let known = known.into_iter().find(|broken| broken.to_string() == said);
-    known.unwrap_or(Broken::Bytes(said))
+pub(super) fn broken(message: String) -> Broken {
+    let limits = [Broken::Items, Broken::Points];
+    let limits = limits.into_iter().find(|broken| broken.to_string() == message);
+    limits.unwrap_or(Broken::Bytes(message))
 }
 
 fn charge(items: usize, points: usize) -> Result<(), Broken> {
-    let Some(room) = BUDGET.get() else {
+    let Some(budget) = BUDGET.get() else {
         return Ok(());
     };
-    let items = room.items.checked_sub(items).ok_or(Broken::Items)?;
-    let points = room.points.checked_sub(points).ok_or(Broken::Points)?;
+    let items = budget.items.checked_sub(items).ok_or(Broken::Items)?;
+    let points = budget.points.checked_sub(points).ok_or(Broken::Points)?;
     BUDGET.set(Some(Budget { items, points }));
     Ok(())
 }

@@ -19,7 +19,7 @@ const MAX_DEPTH: usize = 48;
 #[must_use]
 pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
     let mut bytes = Vec::new();
-    ciborium::into_writer(value, &mut bytes).expect("a vector takes every byte");
+    ciborium::into_writer(value, &mut bytes).expect("writing to a vector cannot fail");
     bytes
 }
 
@@ -33,7 +33,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
         return Err(Broken::Encoded(bytes.len()));
     }
     ciborium::de::from_reader_with_recursion_limit(bytes, MAX_DEPTH).map_err(|error| match error {
-        ciborium::de::Error::Semantic(_, said) => bounded::broken(said),
+        ciborium::de::Error::Semantic(_, message) => bounded::broken(message),
         error => Broken::Bytes(error.to_string()),
     })
 }

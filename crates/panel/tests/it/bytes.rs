@@ -36,7 +36,7 @@ fn gestures() -> Vec<Gesture> {
 }
 
 #[test]
-fn what_was_encoded_is_what_is_decoded() {
+fn decoding_inverts_encoding() {
     let list = common::all();
     assert_eq!(check(&list), Ok(()));
     assert_eq!(decode::<List>(&encode(&list)), Ok(list));
@@ -48,11 +48,14 @@ fn what_was_encoded_is_what_is_decoded() {
 #[test]
 fn json_has_the_same_form() {
     let list = common::all();
-    let json = serde_json::to_string(&list).expect("it has a form in JSON");
-    assert_eq!(serde_json::from_str::<List>(&json).expect("it is one"), list);
+    let json = serde_json::to_string(&list).expect("it can be written as JSON");
+    assert_eq!(
+        serde_json::from_str::<List>(&json).expect("the JSON is a list"),
+        list
+    );
     let clicked = &gestures()[4];
     assert_eq!(
-        serde_json::to_value(clicked).expect("it has a form in JSON"),
+        serde_json::to_value(clicked).expect("it can be written as JSON"),
         serde_json::json!({
             "widget": "field",
             "touch": { "clicked": { "at": [0.1 + 0.2, -2.0, 1e300], "button": "middle" } }
@@ -67,15 +70,17 @@ fn the_documentation_shows_a_list_and_a_gesture() {
         .split("```json")
         .skip(1)
         .filter_map(|rest| rest.split("```").next());
-    let list: List = serde_json::from_str(blocks.next().expect("a list")).expect("it is one");
+    let list: List =
+        serde_json::from_str(blocks.next().expect("there is a list")).expect("the JSON is a list");
     assert_eq!(check(&list), Ok(()));
     assert_eq!(list.items.len(), 3);
-    let gesture: Gesture = serde_json::from_str(blocks.next().expect("a gesture")).expect("it is one");
+    let gesture: Gesture =
+        serde_json::from_str(blocks.next().expect("there is a gesture")).expect("the JSON is a gesture");
     assert_eq!(gesture.clicked("field"), Some([1.2, 3.4, 0.0]));
 }
 
 #[test]
-fn more_bytes_than_any_list_has_are_not_looked_at() {
+fn more_bytes_than_the_limit_are_refused_at_once() {
     let zeros = vec![0; MOST_ENCODED + 1];
     assert_eq!(decode::<List>(&zeros), Err(Broken::Encoded(MOST_ENCODED + 1)));
 }
@@ -86,7 +91,7 @@ fn bytes_nested_without_end_are_refused() {
     assert!(matches!(decode::<List>(&nested), Err(Broken::Bytes(_))));
 }
 
-fn of(items: Vec<Item>) -> Vec<u8> {
+fn encoded(items: Vec<Item>) -> Vec<u8> {
     encode(&List { time: 0, items })
 }
 
@@ -113,7 +118,7 @@ fn line(points: usize) -> Item {
 }
 
 #[test]
-fn a_list_with_too_much_in_it_is_refused_before_it_is_built() {
+fn an_oversized_list_is_refused_while_it_is_decoded() {
     let empty = |rows: usize| table(0, vec![Vec::new(); rows]);
     let rows = vec![Item::Row { items: Vec::new() }; MOST_ITEMS + 1];
     let options = Item::Choice {
@@ -130,19 +135,19 @@ fn a_list_with_too_much_in_it_is_refused_before_it_is_built() {
         vec![table(MOST_ITEMS, Vec::new())],
         vec![options],
     ] {
-        assert_eq!(decode::<List>(&of(items)), Err(Broken::Items));
+        assert_eq!(decode::<List>(&encoded(items)), Err(Broken::Items));
     }
     assert_eq!(
-        decode::<List>(&of(vec![line(MOST_POINTS / 2), line(MOST_POINTS / 2 + 1)])),
+        decode::<List>(&encoded(vec![line(MOST_POINTS / 2), line(MOST_POINTS / 2 + 1)])),
         Err(Broken::Points)
     );
 }
 
 #[test]
-fn the_largest_lists_that_can_be_shown_are_read() {
-    let one = Item::Row { items: Vec::new() };
+fn the_largest_allowed_lists_are_decoded() {
+    let row = Item::Row { items: Vec::new() };
     for items in [
-        vec![one.clone(); MOST_ITEMS],
+        vec![row.clone(); MOST_ITEMS],
         vec![table(1, vec![vec![String::new()]; MOST_ITEMS - 2])],
         vec![table(0, vec![Vec::new(); MOST_ITEMS - 1])],
         vec![line(MOST_POINTS)],
@@ -150,18 +155,18 @@ fn the_largest_lists_that_can_be_shown_are_read() {
         let list = List { time: 0, items };
         assert_eq!(check(&list), Ok(()));
         assert_eq!(decode::<List>(&encode(&list)).as_ref(), Ok(&list));
-        let json = serde_json::to_string(&list).expect("it has a form in JSON");
+        let json = serde_json::to_string(&list).expect("it can be written as JSON");
         assert_eq!(serde_json::from_str::<List>(&json).ok().as_ref(), Some(&list));
     }
     // The counts of one list affect neither the next list nor a single widget.
-    let bytes = encode(&one);
+    let bytes = encode(&row);
     for _ in 0..=MOST_ITEMS {
-        assert_eq!(decode::<Item>(&bytes).as_ref(), Ok(&one));
+        assert_eq!(decode::<Item>(&bytes).as_ref(), Ok(&row));
     }
 }
 
 #[test]
-fn no_gesture_commands_a_terminal() {
+fn a_gesture_with_control_characters_is_refused() {
     let key = |key: &str| Touch::Key {
         key: key.to_owned(),
         down: true,
@@ -176,34 +181,34 @@ fn no_gesture_commands_a_terminal() {
             widget: widget.to_owned(),
             touch,
         };
-        let said = gesture.check().expect_err("it would").to_string();
-        assert!(said.ends_with("a name with control characters"), "{said}");
-        assert!(!said.contains(char::is_control), "{said:?}");
+        let message = gesture.check().expect_err("the gesture is refused").to_string();
+        assert!(message.ends_with("a name with control characters"), "{message}");
+        assert!(!message.contains(char::is_control), "{message:?}");
     }
 }
 
 #[test]
-fn what_was_found_by_fuzzing_holds() {
+fn the_checks_hold_for_the_fuzzing_corpus() {
     let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     let mut files = 0;
     for (target, check) in [("list", checks::list as fn(&[u8])), ("gesture", checks::gesture)] {
-        for file in std::fs::read_dir(corpus.join(target)).expect("a folder of the corpus") {
-            check(&std::fs::read(file.expect("a file").path()).expect("its bytes"));
+        for file in std::fs::read_dir(corpus.join(target)).expect("the corpus has the folder") {
+            check(&std::fs::read(file.expect("the entry can be read").path()).expect("the file can be read"));
             files += 1;
         }
     }
-    assert!(files >= 2, "the corpus is there");
+    assert!(files >= 2, "the corpus has files");
 }
 
 proptest! {
     #[test]
-    fn bytes_that_nobody_meant_are_refused_in_words(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
+    fn the_checks_hold_for_random_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
         checks::list(&bytes);
         checks::gesture(&bytes);
     }
 
     #[test]
-    fn a_list_with_some_bytes_changed_is_refused_or_another(
+    fn the_checks_hold_for_a_list_with_changed_bytes(
         changes in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..8),
         cut in any::<proptest::sample::Index>(),
     ) {

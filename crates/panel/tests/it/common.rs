@@ -61,7 +61,7 @@ pub(crate) fn shapes() -> Vec<Shape> {
         },
         Shape::Label {
             at: [1.0, 1.0],
-            text: "söme\nwords".to_owned(),
+            text: "söme\ntext".to_owned(),
             color: INKS[6].into(),
         },
         Shape::Line {
@@ -120,7 +120,7 @@ pub(crate) fn solids() -> Vec<Solid> {
         },
         Solid::Label {
             at: [1.0; 3],
-            text: "up here".to_owned(),
+            text: "upper label".to_owned(),
             color: Color::Ink(Ink::Good),
         },
     ]

@@ -50,9 +50,9 @@ fn line(points: Vec<[f64; 2]>) -> Shape {
 
 /// Checks a list whole, and while it is built widget by widget.
 #[track_caller]
-fn said(items: Vec<Item>) -> Result<(), Broken> {
+fn checked(items: Vec<Item>) -> Result<(), Broken> {
     let list = List { time: 0, items };
-    let whole = check(&list);
+    let result = check(&list);
     let mut builder = Builder::new();
     for item in list.items {
         let opens = matches!(
@@ -65,51 +65,51 @@ fn said(items: Vec<Item>) -> Result<(), Broken> {
         );
         let added = builder.add(item);
         if added.is_ok() && opens {
-            builder.end().expect("it was begun");
+            builder.end().expect("the widget was begun");
         }
     }
-    assert_eq!(builder.finish(0).map(drop), whole);
-    whole
+    assert_eq!(builder.finish(0).map(drop), result);
+    result
 }
 
 #[track_caller]
-fn refused(items: Vec<Item>, words: &str) {
-    let broken = said(items).expect_err("it is refused");
-    assert_eq!(broken.to_string(), words);
+fn assert_refused(items: Vec<Item>, message: &str) {
+    let broken = checked(items).expect_err("the list is refused");
+    assert_eq!(broken.to_string(), message);
 }
 
 #[test]
 fn a_list_with_everything_passes() {
-    assert_eq!(said(common::all().items), Ok(()));
+    assert_eq!(checked(common::all().items), Ok(()));
 }
 
 #[test]
-fn ids_are_there_and_different() {
-    refused(vec![button("")], "``: a widget of this kind needs an id");
-    refused(vec![button("go"), button("go")], "`go`: two widgets have this id");
+fn ids_are_present_and_unique() {
+    assert_refused(vec![button("")], "``: a widget of this kind needs an id");
+    assert_refused(vec![button("go"), button("go")], "`go`: two widgets have this id");
     let row = Item::Row {
         items: vec![button("go")],
     };
-    refused(vec![row, button("go")], "`go`: two widgets have this id");
+    assert_refused(vec![row, button("go")], "`go`: two widgets have this id");
 }
 
 #[test]
-fn texts_have_a_length() {
-    assert_eq!(said(vec![text(&"a".repeat(MOST_TEXT))]), Ok(()));
-    refused(
+fn the_length_of_a_text_is_limited() {
+    assert_eq!(checked(vec![text(&"a".repeat(MOST_TEXT))]), Ok(()));
+    assert_refused(
         vec![text(&"a".repeat(MOST_TEXT + 1))],
         "`a text`: a text has 4097 bytes, and 4096 are allowed",
     );
     let long = "a".repeat(MOST_TEXT + 1);
     let name = "a".repeat(40);
-    refused(
+    assert_refused(
         vec![button(&long)],
         &format!("`{name}`: a text has 4097 bytes, and 4096 are allowed"),
     );
 }
 
 #[test]
-fn texts_and_pixels_together_have_a_size() {
+fn the_total_size_of_texts_and_pixels_is_limited() {
     let image = |id: &str, rows| Item::Image {
         id: id.to_owned(),
         width: 1024,
@@ -118,18 +118,18 @@ fn texts_and_pixels_together_have_a_size() {
         pixels: vec![0; rows as usize * 4096],
         wants: Wants::default(),
     };
-    assert!(matches!(said(vec![image("a", 2049)]), Err(Broken::Huge(_))));
+    assert!(matches!(checked(vec![image("a", 2049)]), Err(Broken::Huge(_))));
     assert!(matches!(
-        said(vec![image("a", 1024), image("b", 1024)]),
+        checked(vec![image("a", 1024), image("b", 1024)]),
         Err(Broken::Huge(_))
     ));
-    assert_eq!(said(vec![image("a", 2047)]), Ok(()));
+    assert_eq!(checked(vec![image("a", 2047)]), Ok(()));
     let texts = vec![text(&"a".repeat(MOST_TEXT)); MOST_BYTES / MOST_TEXT + 1];
-    assert!(matches!(said(texts), Err(Broken::Huge(_))));
+    assert!(matches!(checked(texts), Err(Broken::Huge(_))));
 }
 
 #[test]
-fn images_have_as_many_pixels_as_they_say() {
+fn the_pixels_of_an_image_match_its_size() {
     let image = |width, height, channels, bytes| Item::Image {
         id: "seen".to_owned(),
         width,
@@ -139,46 +139,46 @@ fn images_have_as_many_pixels_as_they_say() {
         wants: Wants::default(),
     };
     let short = "`seen`: it has not as many pixels as its width and height say";
-    refused(vec![image(2, 2, 3, 11)], short);
-    refused(vec![image(0, 2, 3, 0)], short);
-    refused(vec![image(u32::MAX, u32::MAX, 4, 0)], short);
-    refused(vec![image(2, 2, 2, 8)], "`seen`: a pixel has 1, 3 or 4 bytes");
+    assert_refused(vec![image(2, 2, 3, 11)], short);
+    assert_refused(vec![image(0, 2, 3, 0)], short);
+    assert_refused(vec![image(u32::MAX, u32::MAX, 4, 0)], short);
+    assert_refused(vec![image(2, 2, 2, 8)], "`seen`: a pixel has 1, 3 or 4 bytes");
     let wide = "`seen`: it is 5000 × 2 pixels, and 4096 to a side are allowed";
-    refused(vec![image(5000, 2, 1, 10_000)], wide);
-    assert_eq!(said(vec![image(MOST_SIDE, 1, 1, MOST_SIDE as usize)]), Ok(()));
+    assert_refused(vec![image(5000, 2, 1, 10_000)], wide);
+    assert_eq!(checked(vec![image(MOST_SIDE, 1, 1, MOST_SIDE as usize)]), Ok(()));
 }
 
 #[test]
-fn widgets_shapes_cells_and_options_are_counted() {
-    assert_eq!(said(vec![text(""); MOST_ITEMS]), Ok(()));
-    let many = "it has more than 20000 widgets and shapes";
-    refused(vec![text(""); MOST_ITEMS + 1], many);
-    refused(vec![canvas(vec![line(Vec::new()); MOST_ITEMS])], many);
+fn the_number_of_widgets_shapes_cells_and_options_is_limited() {
+    assert_eq!(checked(vec![text(""); MOST_ITEMS]), Ok(()));
+    let too_many = "it has more than 20000 widgets and shapes";
+    assert_refused(vec![text(""); MOST_ITEMS + 1], too_many);
+    assert_refused(vec![canvas(vec![line(Vec::new()); MOST_ITEMS])], too_many);
     let table = Item::Table {
         id: "table".to_owned(),
         columns: vec![String::new(); 2],
         rows: vec![vec![String::new(); 2]; MOST_ITEMS / 2],
     };
-    refused(vec![table], many);
+    assert_refused(vec![table], too_many);
     let choice = Item::Choice {
         id: "mode".to_owned(),
         label: String::new(),
         options: vec![String::new(); MOST_ITEMS],
         chosen: 0,
     };
-    refused(vec![choice], many);
+    assert_refused(vec![choice], too_many);
 }
 
 #[test]
-fn points_are_counted() {
+fn the_number_of_points_is_limited() {
     let flat = |count| canvas(vec![line(vec![[0.0; 2]; count])]);
-    assert_eq!(said(vec![flat(MOST_POINTS)]), Ok(()));
-    refused(vec![flat(MOST_POINTS + 1)], "it has more than 400000 points");
+    assert_eq!(checked(vec![flat(MOST_POINTS)]), Ok(()));
+    assert_refused(vec![flat(MOST_POINTS + 1)], "it has more than 400000 points");
     let mesh = Solid::Mesh {
         corners: vec![[0.0; 3]; MOST_POINTS + 2],
         color: Color::Ink(Ink::Plain),
     };
-    refused(vec![scene(vec![mesh])], "it has more than 400000 points");
+    assert_refused(vec![scene(vec![mesh])], "it has more than 400000 points");
 }
 
 #[test]
@@ -206,16 +206,18 @@ fn the_largest_list_that_passes_can_be_sent() {
 }
 
 #[test]
-fn rows_and_groups_have_a_depth() {
+fn the_depth_of_rows_and_groups_is_limited() {
     let nested = |depth| (0..depth).fold(text(""), |inner, _| Item::Row { items: vec![inner] });
-    assert_eq!(said(vec![nested(8)]), Ok(()));
-    refused(
+    assert_eq!(checked(vec![nested(8)]), Ok(()));
+    assert_refused(
         vec![nested(9)],
         "rows and groups stand more than 8 deep in each other",
     );
     let mut builder = Builder::new();
     for _ in 0..9 {
-        builder.add(Item::Row { items: Vec::new() }).expect("so deep");
+        builder
+            .add(Item::Row { items: Vec::new() })
+            .expect("the depth is allowed");
     }
     assert_eq!(builder.add(Item::Row { items: Vec::new() }), Err(Broken::Deep));
 }
@@ -228,8 +230,8 @@ fn numbers_are_finite_and_sizes_not_negative() {
             value: number,
             unit: String::new(),
         };
-        refused(vec![value], &format!("`speed`: a number is {number}"));
-        refused(
+        assert_refused(vec![value], &format!("`speed`: a number is {number}"));
+        assert_refused(
             vec![canvas(vec![line(vec![[0.0, number]])])],
             &format!("`field`: a number is {number}"),
         );
@@ -244,9 +246,9 @@ fn numbers_are_finite_and_sizes_not_negative() {
                 points: vec![[number, 0.0]],
             }],
         };
-        refused(vec![plot], &format!("`plot`: a number is {number}"));
+        assert_refused(vec![plot], &format!("`plot`: a number is {number}"));
         for solid in broken_solids(number) {
-            refused(
+            assert_refused(
                 vec![scene(vec![solid])],
                 &format!("`space`: a number is {number}"),
             );
@@ -258,7 +260,7 @@ fn numbers_are_finite_and_sizes_not_negative() {
         filled: false,
         stroke: Stroke::default(),
     };
-    refused(vec![canvas(vec![circle])], "`field`: a size is -1");
+    assert_refused(vec![canvas(vec![circle])], "`field`: a size is -1");
     for width in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let arrow = Shape::Arrow {
             from: [0.0; 2],
@@ -268,7 +270,7 @@ fn numbers_are_finite_and_sizes_not_negative() {
                 ..Stroke::default()
             },
         };
-        refused(
+        assert_refused(
             vec![canvas(vec![arrow])],
             &format!("`field`: a line of width {width}"),
         );
@@ -293,7 +295,7 @@ fn broken_solids(number: f64) -> Vec<Solid> {
 }
 
 #[test]
-fn what_contradicts_itself_is_refused() {
+fn contradictory_widgets_are_refused() {
     let slider = |least, greatest| Item::Slider {
         id: "ahead".to_owned(),
         label: String::new(),
@@ -303,11 +305,11 @@ fn what_contradicts_itself_is_refused() {
         unit: String::new(),
     };
     assert_eq!(
-        said(vec![slider(1.0, 1.0)]),
+        checked(vec![slider(1.0, 1.0)]),
         Ok(()),
-        "what it is at may lie outside"
+        "the value may be out of range"
     );
-    refused(
+    assert_refused(
         vec![slider(2.0, 1.0)],
         "`ahead`: its least value is above its greatest",
     );
@@ -318,14 +320,14 @@ fn what_contradicts_itself_is_refused() {
             options: vec![String::new(); options],
             chosen: 2,
         };
-        refused(vec![choice], "`mode`: what is chosen is none of its options");
+        assert_refused(vec![choice], "`mode`: what is chosen is none of its options");
     }
     let table = Item::Table {
         id: "table".to_owned(),
         columns: vec![String::new(); 2],
         rows: vec![vec![String::new()]],
     };
-    refused(
+    assert_refused(
         vec![table],
         "`table`: a row has not as many texts as there are columns",
     );
@@ -333,7 +335,7 @@ fn what_contradicts_itself_is_refused() {
         corners: vec![[0.0; 3]; 4],
         color: Color::Ink(Ink::Plain),
     };
-    refused(
+    assert_refused(
         vec![scene(vec![mesh])],
         "`space`: a mesh has three corners to a triangle",
     );
@@ -348,54 +350,57 @@ fn what_contradicts_itself_is_refused() {
             shapes: Vec::new(),
             wants: Wants::default(),
         };
-        refused(vec![empty], "`field`: its area is empty");
+        assert_refused(vec![empty], "`field`: its area is empty");
     }
 }
 
 #[test]
-fn what_stands_in_the_wrong_place_is_refused() {
-    let say = |steps: &dyn Fn(&mut Builder)| {
+fn content_in_the_wrong_place_is_refused() {
+    let refusal = |steps: &dyn Fn(&mut Builder)| {
         let mut builder = Builder::new();
         steps(&mut builder);
-        builder.finish(0).expect_err("it is refused").to_string()
+        builder.finish(0).expect_err("the list is refused").to_string()
     };
     let shape = || line(Vec::new());
     assert_eq!(
-        say(&|b| drop(b.shape(shape()))),
+        refusal(&|b| drop(b.shape(shape()))),
         "``: a shape of a canvas outside of one"
     );
     assert_eq!(
-        say(&|b| {
-            b.add(canvas(Vec::new())).expect("a canvas");
+        refusal(&|b| {
+            b.add(canvas(Vec::new())).expect("a canvas is allowed");
             assert_eq!((b.holds(), b.inside()), (Holds::Shapes, "field"));
             drop(b.add(text("inside")));
         }),
         "`field`: no widget can stand inside it"
     );
     assert_eq!(
-        say(&|b| {
-            b.add(scene(Vec::new())).expect("a scene");
+        refusal(&|b| {
+            b.add(scene(Vec::new())).expect("a scene is allowed");
             drop(b.shape(shape()));
         }),
         "`space`: a shape of a canvas outside of one"
     );
-    assert_eq!(say(&|b| drop(b.end())), "``: an end of nothing that was begun");
     assert_eq!(
-        say(&|b| drop(b.add(canvas(Vec::new())))),
+        refusal(&|b| drop(b.end())),
+        "``: an end of nothing that was begun"
+    );
+    assert_eq!(
+        refusal(&|b| drop(b.add(canvas(Vec::new())))),
         "`field`: it was begun and not ended"
     );
 }
 
 #[test]
-fn after_the_first_mistake_nothing_counts_and_its_reason_stays() {
+fn after_the_first_error_nothing_is_accepted_and_its_reason_is_kept() {
     let mut builder = Builder::new();
-    builder.add(button("go")).expect("the first");
-    let twice = builder.add(button("go")).expect_err("the second");
+    builder.add(button("go")).expect("the first is accepted");
+    let duplicate = builder.add(button("go")).expect_err("the second is refused");
     for _ in 0..3 {
-        assert_eq!(builder.add(text("more")), Err(twice.clone()));
-        assert_eq!(builder.end(), Err(twice.clone()));
+        assert_eq!(builder.add(text("more")), Err(duplicate.clone()));
+        assert_eq!(builder.end(), Err(duplicate.clone()));
     }
     builder.refuse(Broken::Deep);
-    assert_eq!(builder.broken(), Some(&twice));
-    assert_eq!(builder.finish(0), Err(twice));
+    assert_eq!(builder.broken(), Some(&duplicate));
+    assert_eq!(builder.finish(0), Err(duplicate));
 }

@@ -34,7 +34,7 @@ fn widget(kind: u32) -> raw::Widget {
     }
 }
 
-fn named(kind: u32) -> raw::Widget {
+fn widget_with_id(kind: u32) -> raw::Widget {
     raw::Widget {
         id: c"it".as_ptr(),
         ..widget(kind)
@@ -59,11 +59,11 @@ fn shape(kind: u32, points: &[f64], count: u32) -> raw::Shape {
 }
 
 /// A plugin's calls of a pen.
-struct Hand(*const raw::Pen);
+struct PenCalls(*const raw::Pen);
 
-impl Hand {
+impl PenCalls {
     fn add(&self, widget: *const raw::Widget) -> i32 {
-        // SAFETY: the pen is lent; the test is about what is wrong with the widget.
+        // SAFETY: the pen is lent. The tests pass invalid widgets.
         unsafe { ((*self.0).add)((*self.0).drawing, widget) }
     }
 
@@ -78,46 +78,46 @@ impl Hand {
     }
 }
 
-fn drawn(draw: impl FnOnce(&Hand)) -> Result<List, String> {
-    let ((), list) = lend_pen(7, |pen| draw(&Hand(pen)));
+fn drawn(draw: impl FnOnce(&PenCalls)) -> Result<List, String> {
+    let ((), list) = lend_pen(7, |pen| draw(&PenCalls(pen)));
     list.map_err(|broken| broken.to_string())
 }
 
 /// Checks that one widget is refused, and so is a valid one after it.
 #[track_caller]
-fn refused(wrong: *const raw::Widget, reason: &str) {
-    let said = drawn(|hand| {
-        assert_eq!(hand.add(wrong), raw::BAD_ARGUMENT);
-        assert_eq!(hand.add(&widget(raw::WIDGET_TEXT)), raw::BAD_ARGUMENT);
-        assert_eq!(hand.end(), raw::BAD_ARGUMENT);
+fn assert_refused(invalid: *const raw::Widget, reason: &str) {
+    let result = drawn(|pen| {
+        assert_eq!(pen.add(invalid), raw::BAD_ARGUMENT);
+        assert_eq!(pen.add(&widget(raw::WIDGET_TEXT)), raw::BAD_ARGUMENT);
+        assert_eq!(pen.end(), raw::BAD_ARGUMENT);
     });
-    assert_eq!(said, Err(reason.to_owned()));
+    assert_eq!(result, Err(reason.to_owned()));
 }
 
 /// Checks that one shape is refused in a widget of that kind.
 #[track_caller]
-fn refused_in(around: u32, wrong: *const raw::Shape, reason: &str) {
-    let said = drawn(|hand| {
-        assert_eq!(hand.add(&named(around)), raw::OK);
-        assert_eq!(hand.shape(wrong), raw::BAD_ARGUMENT);
+fn assert_shape_refused(container: u32, invalid: *const raw::Shape, reason: &str) {
+    let result = drawn(|pen| {
+        assert_eq!(pen.add(&widget_with_id(container)), raw::OK);
+        assert_eq!(pen.shape(invalid), raw::BAD_ARGUMENT);
     });
-    assert_eq!(said, Err(reason.to_owned()));
+    assert_eq!(result, Err(reason.to_owned()));
 }
 
 #[test]
-fn a_list_is_what_was_added() {
-    let list = drawn(|hand| {
+fn a_list_contains_what_was_added() {
+    let list = drawn(|pen| {
         let mut text = widget(raw::WIDGET_TEXT);
         text.label = c"hello".as_ptr();
         text.number = raw::WORDS_GOOD;
-        assert_eq!(hand.add(&text), raw::OK);
-        assert_eq!(hand.add(&named(raw::WIDGET_CANVAS)), raw::OK);
+        assert_eq!(pen.add(&text), raw::OK);
+        assert_eq!(pen.add(&widget_with_id(raw::WIDGET_CANVAS)), raw::OK);
         let mut line = shape(raw::SHAPE_LINE, &[0.0, 1.0, 2.0, 3.0], 2);
         line.color = 0x8010_2030;
-        assert_eq!(hand.shape(&line), raw::OK);
-        assert_eq!(hand.end(), raw::OK);
+        assert_eq!(pen.shape(&line), raw::OK);
+        assert_eq!(pen.end(), raw::OK);
     })
-    .expect("nothing is wrong with it");
+    .expect("the list is valid");
     assert_eq!(list.time, 7);
     let [
         Item::Text { text, .. },
@@ -137,52 +137,55 @@ fn a_list_is_what_was_added() {
 }
 
 #[test]
-fn what_is_no_table_is_refused() {
-    refused(
+fn an_invalid_table_is_refused() {
+    assert_refused(
         ptr::null(),
         "`a widget`: the pointer to its table is null or not aligned",
     );
-    refused(
+    assert_refused(
         ptr::without_provenance(1),
         "`a widget`: the pointer to its table is null or not aligned",
     );
     let mut small = widget(raw::WIDGET_TEXT);
     small.size -= 1;
-    refused(
+    assert_refused(
         &small,
         "`a widget`: a table says it has 127 bytes, and this ABI needs 128",
     );
     assert_eq!(size_of::<raw::Widget>(), 128);
     let mut larger = widget(raw::WIDGET_TEXT);
     larger.size += 8;
-    drawn(|hand| assert_eq!(hand.add(&larger), raw::OK)).expect("tables grow");
+    drawn(|pen| assert_eq!(pen.add(&larger), raw::OK)).expect("a larger table is accepted");
 }
 
 #[test]
-fn kinds_words_and_colors_that_nobody_knows_are_refused() {
-    refused(&named(13), "`it`: its kind is 13, and this host knows 0 to 12");
+fn unknown_kinds_text_styles_and_colors_are_refused() {
+    assert_refused(
+        &widget_with_id(13),
+        "`it`: its kind is 13, and this host knows 0 to 12",
+    );
     let mut words = widget(raw::WIDGET_TEXT);
     words.number = 7;
-    refused(&words, "`a text`: there are no words 7");
+    assert_refused(&words, "`a text`: there are no words 7");
     let mut ink = shape(raw::SHAPE_LINE, &[], 0);
     ink.color = 8;
-    refused_in(raw::WIDGET_CANVAS, &ink, "`it`: there is no ink 8");
-    refused_in(
+    assert_shape_refused(raw::WIDGET_CANVAS, &ink, "`it`: there is no ink 8");
+    assert_shape_refused(
         raw::WIDGET_CANVAS,
         &shape(raw::SHAPE_MESH, &[], 0),
         "`it`: a canvas has no shape of kind 10",
     );
-    refused_in(
+    assert_shape_refused(
         raw::WIDGET_SCENE,
         &shape(raw::SHAPE_ROBOT, &[], 0),
         "`it`: a scene has no shape of kind 6",
     );
-    refused_in(
+    assert_shape_refused(
         raw::WIDGET_PLOT,
         &shape(raw::SHAPE_POINTS, &[], 0),
         "`it`: a plot holds nothing but lines",
     );
-    refused_in(
+    assert_shape_refused(
         raw::WIDGET_GROUP,
         &shape(raw::SHAPE_LINE, &[], 0),
         "`it`: a shape outside of a plot, canvas or scene",
@@ -192,42 +195,42 @@ fn kinds_words_and_colors_that_nobody_knows_are_refused() {
 #[test]
 fn texts_that_are_not_utf8_are_refused() {
     let bytes: [c_char; 2] = [-1, 0];
-    let mut text = named(raw::WIDGET_BUTTON);
+    let mut text = widget_with_id(raw::WIDGET_BUTTON);
     text.label = bytes.as_ptr();
-    refused(&text, "`it`: a text is not UTF-8");
+    assert_refused(&text, "`it`: a text is not UTF-8");
 }
 
 #[test]
-fn counts_are_looked_at_before_what_they_count() {
-    let mut choice = named(raw::WIDGET_CHOICE);
+fn counts_are_checked_before_their_elements() {
+    let mut choice = widget_with_id(raw::WIDGET_CHOICE);
     choice.text_count = 2;
-    refused(&choice, "`it`: a pointer to 2 elements is null or not aligned");
+    assert_refused(&choice, "`it`: a pointer to 2 elements is null or not aligned");
     choice.texts = ptr::without_provenance(8);
     choice.text_count = MOST_ITEMS as u32 + 1;
-    refused(&choice, "it has more than 20000 widgets and shapes");
-    let mut image = named(raw::WIDGET_IMAGE);
+    assert_refused(&choice, "it has more than 20000 widgets and shapes");
+    let mut image = widget_with_id(raw::WIDGET_IMAGE);
     (image.width, image.height, image.channels) = (u32::MAX, u32::MAX, u32::MAX);
     image.pixels = ptr::without_provenance(8);
-    refused(
+    assert_refused(
         &image,
         &format!(
             "its texts and pixels have {} bytes, and 8388608 are allowed",
             usize::MAX
         ),
     );
-    let mut table = named(raw::WIDGET_TABLE);
+    let mut table = widget_with_id(raw::WIDGET_TABLE);
     let cells = [c"a".as_ptr(); 3];
     (table.texts, table.text_count, table.number) = (cells.as_ptr(), 3, 2);
-    refused(&table, "`it`: 3 texts do not fill 2 columns");
+    assert_refused(&table, "`it`: 3 texts do not fill 2 columns");
     table.number = 0;
-    refused(&table, "`it`: 3 texts do not fill 0 columns");
+    assert_refused(&table, "`it`: 3 texts do not fill 0 columns");
 
     let mut line = shape(raw::SHAPE_LINE, &[], MOST_POINTS as u32 + 1);
     line.points = ptr::without_provenance(8);
-    refused_in(raw::WIDGET_CANVAS, &line, "it has more than 400000 points");
+    assert_shape_refused(raw::WIDGET_CANVAS, &line, "it has more than 400000 points");
     line.point_count = 1;
     line.points = ptr::without_provenance(4);
-    refused_in(
+    assert_shape_refused(
         raw::WIDGET_CANVAS,
         &line,
         "`it`: a pointer to 2 elements is null or not aligned",
@@ -235,21 +238,21 @@ fn counts_are_looked_at_before_what_they_count() {
 }
 
 #[test]
-fn shapes_have_as_many_points_as_their_kind() {
+fn shapes_have_the_number_of_points_of_their_kind() {
     for (kind, count, needed) in [
         (raw::SHAPE_ARROW, 1, 2),
         (raw::SHAPE_LABEL, 2, 1),
         (raw::SHAPE_CIRCLE, 0, 1),
         (raw::SHAPE_ROBOT, 2, 1),
     ] {
-        refused_in(
+        assert_shape_refused(
             raw::WIDGET_CANVAS,
             &shape(kind, &[0.0; 6], count),
             &format!("`it`: a shape has {count} points, and its kind has {needed}"),
         );
     }
     for kind in [raw::SHAPE_BOX, raw::SHAPE_SPHERE, raw::SHAPE_CYLINDER] {
-        refused_in(
+        assert_shape_refused(
             raw::WIDGET_SCENE,
             &shape(kind, &[0.0; 6], 2),
             "`it`: a shape has 2 points, and its kind has 1",
@@ -258,15 +261,15 @@ fn shapes_have_as_many_points_as_their_kind() {
 }
 
 #[test]
-fn a_closed_line_in_space_comes_back_to_its_first_point() {
-    let list = drawn(|hand| {
-        hand.add(&named(raw::WIDGET_SCENE));
+fn a_closed_line_in_space_ends_at_its_first_point() {
+    let list = drawn(|pen| {
+        pen.add(&widget_with_id(raw::WIDGET_SCENE));
         let mut line = shape(raw::SHAPE_LINE, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0], 3);
         line.flags = raw::CLOSED;
-        hand.shape(&line);
-        hand.end();
+        pen.shape(&line);
+        pen.end();
     })
-    .expect("nothing is wrong with it");
+    .expect("the list is valid");
     let Item::Scene { solids, .. } = &list.items[0] else {
         panic!("{list:#?}")
     };
@@ -278,7 +281,7 @@ fn a_closed_line_in_space_comes_back_to_its_first_point() {
 }
 
 #[test]
-fn no_pen_draws_without_its_drawing() {
+fn a_pen_without_its_drawing_is_refused() {
     let ((), list) = lend_pen(0, |pen| {
         // SAFETY: the pen is lent, and its functions check for null first.
         unsafe {
@@ -287,11 +290,11 @@ fn no_pen_draws_without_its_drawing() {
             assert_eq!(((*pen).shape)(ptr::null_mut(), ptr::null()), raw::BAD_ARGUMENT);
         }
     });
-    assert_eq!(list, Ok(List::default()), "nobody's list was broken by that");
+    assert_eq!(list, Ok(List::default()), "no list was broken");
 }
 
 #[test]
-fn colors_and_words_are_numbers_and_back() {
+fn colors_have_distinct_numbers() {
     for ink in [
         Ink::Plain,
         Ink::Faint,
@@ -308,12 +311,12 @@ fn colors_and_words_are_numbers_and_back() {
     assert_eq!(
         Color::Exact([1, 2, 3, 0]).code(),
         0x0101_0203,
-        "never taken for an ink"
+        "the number is never that of an ink"
     );
 }
 
 #[test]
-fn a_gesture_that_was_lent_is_the_one_that_is_read() {
+fn a_lent_gesture_is_read_unchanged() {
     let (at, button) = ([1.0, 2.0, 3.0], Button::Secondary);
     for touch in [
         Touch::Pressed,
@@ -346,14 +349,14 @@ fn a_gesture_that_was_lent_is_the_one_that_is_read() {
     };
     // SAFETY: as above.
     let read = lend_gesture("", &broken, |table| unsafe { read_gesture(table) });
-    let (_, gesture) = read.expect("a gesture").expect("a known one");
-    assert_eq!(gesture.widget, "fi", "up to the first NUL");
+    let (_, gesture) = read.expect("the table is valid").expect("the gesture is known");
+    assert_eq!(gesture.widget, "fi", "the name ends at the first NUL");
     // SAFETY: null is checked.
     assert!(unsafe { read_gesture(ptr::null()) }.is_err());
 }
 
 #[test]
-fn gestures_of_later_versions_mean_nothing_yet() {
+fn gestures_of_later_versions_are_ignored() {
     let read = |kind: u32, button: u32| {
         let table = raw::Gesture {
             size: size_of::<raw::Gesture>() as u32,
@@ -372,12 +375,12 @@ fn gestures_of_later_versions_mean_nothing_yet() {
         // SAFETY: the table lives for the call.
         unsafe { read_gesture(&raw const table) }.map(|known| known.map(|(_, gesture)| gesture.touch))
     };
-    assert_eq!(read(99, 0), Ok(None), "a kind");
-    assert_eq!(read(raw::TOUCH_CLICKED, 99), Ok(None), "a button");
+    assert_eq!(read(99, 0), Ok(None), "unknown kind");
+    assert_eq!(read(raw::TOUCH_CLICKED, 99), Ok(None), "unknown button");
     assert_eq!(read(raw::TOUCH_DRAGGED, 99), Ok(None));
     assert_eq!(
         read(raw::TOUCH_PRESSED, 99),
         Ok(Some(Touch::Pressed)),
-        "made without one"
+        "a press has no button"
     );
 }

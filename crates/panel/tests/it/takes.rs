@@ -3,13 +3,13 @@
 use crate::common;
 use jde_panel::{Button, Gesture, Item, List, Touch, Wants};
 
-fn said(list: &List, widget: &str, touch: Touch) -> String {
+fn result(list: &List, widget: &str, touch: Touch) -> String {
     let gesture = Gesture {
         widget: widget.to_owned(),
         touch,
     };
     match list.takes(&gesture) {
-        Ok(()) => "taken".to_owned(),
+        Ok(()) => "accepted".to_owned(),
         Err(broken) => broken.to_string(),
     }
 }
@@ -51,7 +51,7 @@ fn list(enabled: bool) -> List {
 }
 
 #[test]
-fn what_is_offered_is_taken() {
+fn offered_gestures_are_accepted() {
     for (widget, touch) in [
         ("now", Touch::Pressed),
         ("on", Touch::Toggled(true)),
@@ -63,12 +63,12 @@ fn what_is_offered_is_taken() {
         ("field", drag()),
         ("space", key()),
     ] {
-        assert_eq!(said(&list(true), widget, touch), "taken", "{widget}");
+        assert_eq!(result(&list(true), widget, touch), "accepted", "{widget}");
     }
 }
 
 #[test]
-fn what_is_not_offered_is_refused_with_the_reason() {
+fn other_gestures_are_refused_with_the_reason() {
     let wrong = "it is not a widget of which this can be done";
     for (widget, touch, reason) in [
         ("gone", Touch::Pressed, "the panel shows no such widget now"),
@@ -92,12 +92,15 @@ fn what_is_not_offered_is_refused_with_the_reason() {
             "it is a picture: it can be clicked, dragged or given keys",
         ),
     ] {
-        assert_eq!(said(&list(false), widget, touch), format!("`{widget}`: {reason}"));
+        assert_eq!(
+            result(&list(false), widget, touch),
+            format!("`{widget}`: {reason}")
+        );
     }
 }
 
 #[test]
-fn every_widget_is_found_wherever_it_stands() {
+fn every_widget_is_found_at_every_depth() {
     let list = list(true);
     let ids: Vec<_> = list.walk().filter_map(Item::id).collect();
     let known = [
@@ -107,6 +110,6 @@ fn every_widget_is_found_wherever_it_stands() {
     assert_eq!(ids, known);
     let rows = list.walk().filter(|item| matches!(item, Item::Row { .. }));
     assert_eq!(rows.count(), 3);
-    let deaf = list.walk().find(|item| item.id() == Some("empty"));
-    assert!(matches!(deaf, Some(Item::Canvas { wants, .. }) if *wants == Wants::default()));
+    let canvas = list.walk().find(|item| item.id() == Some("empty"));
+    assert!(matches!(canvas, Some(Item::Canvas { wants, .. }) if *wants == Wants::default()));
 }

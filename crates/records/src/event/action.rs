@@ -1,4 +1,4 @@
-//! The actions of operators (R14), and their wording.
+//! The actions of operators (R14), and their descriptions.
 
 use jde_core::{Nanos, Operator};
 use jde_panel::Gesture;
@@ -20,7 +20,7 @@ pub enum OperatorAction {
         /// The schema.
         schema: usize,
     },
-    /// Has another build take over.
+    /// Replaces the build of a schema by another one.
     Reload {
         /// The schema.
         schema: usize,
@@ -40,7 +40,7 @@ pub enum OperatorAction {
         schema: usize,
         /// The modulation's name.
         variable: String,
-        /// The value, in words.
+        /// The value, as text.
         value: String,
     },
     /// A gesture on a widget of a schema's panel.
@@ -71,7 +71,7 @@ impl OperatorAction {
         }
     }
 
-    /// Returns the action in words, given the schema's name: "played goon", "set vff.gain to 0.5".
+    /// Describes the action, given the schema's name: "played goon", "set vff.gain to 0.5".
     #[must_use]
     pub fn description(&self, name: &str) -> String {
         match self {

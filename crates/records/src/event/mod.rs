@@ -212,12 +212,12 @@ pub enum Outcome {
     TimeUp,
     /// It was asked to stop.
     Stopped,
-    /// It could not continue; the reason in words.
+    /// It could not continue, for this reason.
     Broken(String),
 }
 
 impl Outcome {
-    /// The outcomes with fixed words.
+    /// The outcomes with fixed texts.
     const FIXED_MESSAGES: [(Self, &str); 4] = [
         (Self::Done, "the mission is done"),
         (Self::Failed, "the mission failed"),
@@ -225,24 +225,22 @@ impl Outcome {
         (Self::Stopped, "it was asked to stop"),
     ];
 
-    /// Returns the outcome in words, as stories write it.
+    /// Returns the outcome as text, as records contain it.
     #[must_use]
     pub fn message(&self) -> &str {
-        let plain = Self::FIXED_MESSAGES.iter().find(|(outcome, _)| outcome == self);
-        match (plain, self) {
-            (Some((_, words)), _) => words,
+        let fixed = Self::FIXED_MESSAGES.iter().find(|(outcome, _)| outcome == self);
+        match (fixed, self) {
+            (Some((_, text)), _) => text,
             (None, Self::Broken(reason)) => reason,
             (None, Self::Done | Self::Failed | Self::TimeUp | Self::Stopped) => "it ended",
         }
     }
 
-    /// Parses the words of a story.
+    /// Parses the text of an outcome in a record.
     #[must_use]
-    pub fn parse(words: &str) -> Self {
-        let plain = Self::FIXED_MESSAGES
-            .into_iter()
-            .find(|(_, known)| *known == words);
-        plain.map_or_else(|| Self::Broken(words.to_owned()), |(outcome, _)| outcome)
+    pub fn parse(text: &str) -> Self {
+        let fixed = Self::FIXED_MESSAGES.into_iter().find(|(_, known)| *known == text);
+        fixed.map_or_else(|| Self::Broken(text.to_owned()), |(outcome, _)| outcome)
     }
 }
 

@@ -1,5 +1,5 @@
 //! The state of every schema and group at one instant, as the oscilloscope shows it. Data only. The JSON form
-//! has the names of the fields, and enumerations as words, such as `"winner"`, `"motor"`, `"ok"` or
+//! has the names of the fields, and enumerations as names, such as `"winner"`, `"motor"`, `"ok"` or
 //! `{"faulted": "why"}`. Times are in ns.
 
 mod names;
@@ -104,7 +104,7 @@ pub struct Hold {
     pub by: String,
 }
 
-/// What an operator can impose on a schema.
+/// The kinds of an operator's action on a schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HoldKind {
@@ -123,7 +123,7 @@ pub enum HoldKind {
 }
 
 impl HoldKind {
-    /// Returns the word for it: "stopped", "forced".
+    /// Returns its name: "stopped", "forced".
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -188,7 +188,7 @@ pub struct Switch {
     pub to: Option<usize>,
     /// The decider.
     pub decider: String,
-    /// The reason, in words.
+    /// The reason, as text.
     pub reason: String,
     /// Time from the cause to the winner's first iteration, ns.
     pub latency: Option<Nanos>,
@@ -269,15 +269,15 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_that_was_sent_is_the_one_that_arrives() {
-        let sent = serde_json::to_string(&snapshot()).expect("it has a form in JSON");
-        let read: Snapshot = serde_json::from_str(&sent).expect("it is one");
+    fn a_snapshot_survives_json() {
+        let sent = serde_json::to_string(&snapshot()).expect("it can be written as JSON");
+        let read: Snapshot = serde_json::from_str(&sent).expect("the JSON is a snapshot");
         assert_eq!(read, snapshot());
     }
 
     #[test]
-    fn json_says_states_health_kinds_and_holds_in_words() {
-        let sent = serde_json::to_value(snapshot()).expect("it has a form in JSON");
+    fn json_has_states_health_kinds_and_holds_as_names() {
+        let sent = serde_json::to_value(snapshot()).expect("it can be written as JSON");
         let schemas = &sent["schemas"];
         assert_eq!(schemas[0]["state"], "winner");
         assert_eq!(schemas[0]["kind"], "motor");

@@ -4,7 +4,7 @@ use jde_abi::describe::Kind;
 use jde_core::{Health, State};
 use serde::{Deserialize, Serialize};
 
-/// [`Kind`] in words.
+/// The names of [`Kind`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Kind", rename_all = "kebab-case")]
 pub(super) enum KindName {
@@ -13,7 +13,7 @@ pub(super) enum KindName {
     Driver,
 }
 
-/// [`State`] in words.
+/// The names of [`State`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "State", rename_all = "kebab-case")]
 pub(super) enum StateName {
@@ -23,7 +23,7 @@ pub(super) enum StateName {
     Winner,
 }
 
-/// [`Health`] in words.
+/// The names of [`Health`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Health", rename_all = "kebab-case")]
 pub(super) enum HealthName {

@@ -87,9 +87,9 @@ fn kind(state: State) -> Option<usize> {
     }
 }
 
-/// Reads a state as recordings write it; unknown words mean SLEPT.
-pub(crate) fn state(word: &str) -> State {
-    match word {
+/// Reads a state as recordings write it; unknown names mean SLEPT.
+pub(crate) fn state(name: &str) -> State {
+    match name {
         "winner" => State::Winner,
         "ready" => State::Ready,
         "checking" => State::Checking,
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn states_add_up_by_column_and_in_all() {
+    fn states_are_summed_by_column_and_in_total() {
         let columns = Columns::new(0, 10_000, 5);
         let mut band = Band::new(columns);
         band.change(columns, 1000, State::Checking, State::Ready);
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_before_the_stretch_counts_for_its_state_alone() {
+    fn a_state_from_before_the_time_range_counts_but_its_win_does_not() {
         let columns = Columns::new(5000, 10_000, 5);
         let mut band = Band::new(columns);
         band.change(columns, 1000, State::Slept, State::Winner);

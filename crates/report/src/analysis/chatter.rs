@@ -12,10 +12,10 @@ use super::durations::Durations;
 /// Most pairs that are counted separately.
 const MOST_PAIRS: usize = 1000;
 /// Urgencies are stored as whole billionths.
-const FINE: f64 = 1e9;
+const URGENCY_SCALE: f64 = 1e9;
 /// Advised dwell as a multiple of the time that nine in ten winners stayed; none of those could have switched
 /// there and back in it.
-const TIMES: f64 = 2.0;
+const DWELL_FACTOR: f64 = 2.0;
 
 /// Two schemas that alternate, in the order of their names; `None` for no winner.
 type Pair = (Option<String>, Option<String>);
@@ -44,7 +44,7 @@ pub(crate) struct Advice {
     /// The advised value: s, or an urgency.
     pub(crate) value: f64,
     /// The bound that nine in ten did not exceed.
-    pub(crate) most: f64,
+    pub(crate) bound: f64,
     /// The number of observations.
     pub(crate) count: u64,
 }
@@ -71,7 +71,7 @@ impl ChatterStatistics {
             self.stays.add(stay);
         }
         if let Some(margin) = margin(decision) {
-            self.margins.add((margin * FINE) as Nanos);
+            self.margins.add((margin * URGENCY_SCALE) as Nanos);
         }
         if self.pairs.len() < MOST_PAIRS || self.pairs.contains_key(&pair) {
             *self.pairs.entry(pair).or_default() += 1;
@@ -85,26 +85,26 @@ impl ChatterStatistics {
     }
 
     /// Whether a policy would have helped: policies settle only collisions (R4).
-    pub(crate) fn is_for_a_policy(&self) -> bool {
+    pub(crate) fn would_a_policy_help(&self) -> bool {
         2 * self.collisions >= self.switches
     }
 
     /// The advised dwell of a winner, s.
     pub(crate) fn dwell(&self) -> Option<Advice> {
-        let most = self.stays.quantile(0.9)? / 1e9;
+        let bound = self.stays.quantile(0.9)? / 1e9;
         Some(Advice {
-            value: rounded_up(TIMES * most),
-            most,
+            value: rounded_up(DWELL_FACTOR * bound),
+            bound,
             count: self.stays.count(),
         })
     }
 
     /// The advised hysteresis of urgency; none if no winner won by urgency.
     pub(crate) fn hysteresis(&self) -> Option<Advice> {
-        let most = self.margins.quantile(0.9)? / FINE;
+        let bound = self.margins.quantile(0.9)? / URGENCY_SCALE;
         Some(Advice {
-            value: rounded_up(most),
-            most,
+            value: rounded_up(bound),
+            bound,
             count: self.margins.count(),
         })
     }
@@ -173,18 +173,22 @@ mod tests {
     }
 
     #[test]
-    fn a_collision_that_goes_to_and_fro_is_advised_a_dwell_and_a_hysteresis() {
+    fn chattering_collisions_yield_an_advised_dwell_and_hysteresis() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..50_u64 {
             let decision = switch(turn % 2 == 0, "collision", Some((0.50, 0.58)));
             chatter.add_switch(turn * 120 * MS, &decision);
         }
-        assert_eq!((chatter.spells, chatter.switches), (1, 46), "the fifth begins it");
+        assert_eq!(
+            (chatter.spells, chatter.switches),
+            (1, 46),
+            "chattering begins with the fifth switch"
+        );
         assert_eq!(chatter.between(), Some((Some("goon"), Some("vff"))));
-        assert!(chatter.is_for_a_policy());
-        let dwell = chatter.dwell().expect("it has stays");
+        assert!(chatter.would_a_policy_help());
+        let dwell = chatter.dwell().expect("there are stays");
         assert!(
-            (dwell.most - 0.12).abs() < 0.003 && (0.23..=0.25).contains(&dwell.value),
+            (dwell.bound - 0.12).abs() < 0.003 && (0.23..=0.25).contains(&dwell.value),
             "{dwell:?}"
         );
         let hysteresis = chatter.hysteresis().expect("urgencies decided");
@@ -192,17 +196,17 @@ mod tests {
     }
 
     #[test]
-    fn who_is_alone_each_time_is_helped_by_no_policy() {
+    fn no_policy_would_help_where_one_candidate_alone_is_ready() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..20_u64 {
             chatter.add_switch(turn * 100 * MS, &switch(turn % 2 == 0, "alone", None));
         }
-        assert!(!chatter.is_for_a_policy());
+        assert!(!chatter.would_a_policy_help());
         assert_eq!(chatter.hysteresis(), None);
     }
 
     #[test]
-    fn four_switches_a_second_are_no_chattering_and_turns_are_none() {
+    fn four_switches_a_second_and_round_robin_are_not_chattering() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..40_u64 {
             chatter.add_switch(turn * 250 * MS, &switch(turn % 2 == 0, "collision", None));
@@ -217,8 +221,8 @@ mod tests {
     #[test]
     fn values_are_rounded_up_to_two_digits() {
         let rounded = [0.2341, 12.01, 0.24, 0.0].map(rounded_up);
-        for (is, ought) in rounded.into_iter().zip([0.24, 13.0, 0.24, 0.0]) {
-            assert!((is - ought).abs() < 1e-9, "{is}");
+        for (value, expected) in rounded.into_iter().zip([0.24, 13.0, 0.24, 0.0]) {
+            assert!((value - expected).abs() < 1e-9, "{value}");
         }
     }
 }

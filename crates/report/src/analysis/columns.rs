@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stretch_covers_its_columns_and_parts_of_those_at_its_ends() {
+    fn a_time_range_covers_its_columns_and_parts_of_those_at_its_ends() {
         let columns = Columns::new(1000, 11_000, 10);
         let covered: Vec<_> = columns.covered(2500, 5000).collect();
         assert_eq!(covered, [(1, 0.5), (2, 1.0), (3, 1.0)]);

@@ -5,16 +5,16 @@
 #[derive(Clone, Debug)]
 pub(crate) struct Decimated<T> {
     items: Vec<T>,
-    most: usize,
+    capacity: usize,
     step: u64,
     seen: u64,
 }
 
 impl<T> Decimated<T> {
-    pub(crate) fn new(most: usize) -> Self {
+    pub(crate) fn new(capacity: usize) -> Self {
         Self {
             items: Vec::new(),
-            most: most.max(2),
+            capacity: capacity.max(2),
             step: 1,
             seen: 0,
         }
@@ -22,7 +22,7 @@ impl<T> Decimated<T> {
 
     pub(crate) fn add(&mut self, item: T) {
         if self.seen.is_multiple_of(self.step) {
-            if self.items.len() == self.most {
+            if self.items.len() == self.capacity {
                 let mut place = 0_usize;
                 self.items.retain(|_| {
                     place += 1;
@@ -52,7 +52,7 @@ mod tests {
     use super::Decimated;
 
     #[test]
-    fn it_stays_short_and_even() {
+    fn the_list_stays_bounded_and_evenly_spaced() {
         for count in [0, 1, 9, 10, 11, 1000, 12_345_u64] {
             let mut list = Decimated::new(10);
             (0..count).for_each(|item| list.add(item));

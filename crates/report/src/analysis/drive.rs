@@ -13,7 +13,7 @@ use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
 use super::decimated::Decimated;
-use super::robot::{Known, Robot};
+use super::robot::{Robot, TruthRange};
 use crate::map::{Drive, Obstacle, RobotPath, Takeover, Target};
 
 /// Most takeovers stored: more than a picture can show.
@@ -66,7 +66,7 @@ pub(crate) struct DriveSummary {
 
 impl DriveCollector {
     pub(crate) fn new(recording: &Recording) -> Self {
-        let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
+        let metadata = |key: &str| recording.metadata("jde").and_then(|metadata| metadata.get(key));
         let (topics, robots) = Topics::of(recording);
         Self {
             topics,
@@ -78,8 +78,8 @@ impl DriveCollector {
             found: BTreeMap::new(),
             world: None,
             radius: None,
-            folder: said("folder").map(PathBuf::from),
-            seed: said("seed").and_then(|seed| seed.parse().ok()).unwrap_or(0),
+            folder: metadata("folder").map(PathBuf::from),
+            seed: metadata("seed").and_then(|seed| seed.parse().ok()).unwrap_or(0),
         }
     }
 
@@ -119,7 +119,7 @@ impl DriveCollector {
     }
 
     /// Records that an actor took over, for the robots that satisfy `acts`.
-    pub(crate) fn took_over(&mut self, to: usize, acts: impl Fn(&str) -> bool) {
+    pub(crate) fn add_takeover(&mut self, to: usize, acts: impl Fn(&str) -> bool) {
         let robots = self.robots.iter().filter(|robot| acts(&robot.name));
         let poses: Vec<Pose2D> = robots.filter_map(|robot| robot.pose).collect();
         for Pose2D { x, y, .. } in &poses {
@@ -134,22 +134,22 @@ impl DriveCollector {
     }
 
     /// The owner of the mission that is followed.
-    pub(crate) fn of_mission(&self) -> Option<&str> {
+    pub(crate) fn mission_owner(&self) -> Option<&str> {
         let topic = self.topics.mission.as_deref()?;
-        Some(named(topic.rsplit_once('/')?.0))
+        Some(schema_name(topic.rsplit_once('/')?.0))
     }
 
-    /// Completes the drive. `winners` are the schemas that won for any time. `led` is the robot of the
+    /// Completes the drive. `winners` are the schemas that won for any time. `led_robot` is the robot of the
     /// mission; the first robot if unknown.
     pub(crate) fn finish(
         mut self,
         title: String,
         schema_names: Vec<String>,
         winners: Vec<usize>,
-        led: Option<&str>,
+        led_robot: Option<&str>,
     ) -> DriveSummary {
         let mut remarks = Vec::new();
-        let targets = self.targets(led);
+        let targets = self.targets(led_robot);
         if let Some(step) = self
             .robots
             .iter()
@@ -157,15 +157,18 @@ impl DriveCollector {
             .max()
             .filter(|step| *step > 1)
         {
-            remarks.push(format!("of the path every {step}th place is shown"));
+            remarks.push(format!("only every {step}th point of the path is shown"));
         }
-        if let (others @ 1.., Some(owner)) = (self.topics.other_missions, self.of_mission()) {
-            remarks.push(format!("of {} missions that of {owner} is shown", others + 1));
+        if let (others @ 1.., Some(owner)) = (self.topics.other_missions, self.mission_owner()) {
+            remarks.push(format!(
+                "of {} missions, only that of {owner} is shown",
+                others + 1
+            ));
         }
         if !self.topics.left_out.is_empty() {
             let names = self.topics.left_out.join(", ");
             remarks.push(format!(
-                "the way of {names} is not drawn: nothing says where that is beside the others"
+                "the path of {names} is not drawn, because its position relative to the other robots is not known"
             ));
         }
         let truths: Vec<_> = self
@@ -175,7 +178,7 @@ impl DriveCollector {
             .collect();
         let has_truth = !truths.is_empty();
         let mut scans = Vec::new();
-        let ways = self.robots.into_iter().map(|robot| {
+        let paths = self.robots.into_iter().map(|robot| {
             scans.extend(robot.scans.into_items().into_iter().flatten());
             RobotPath {
                 robot: robot.name,
@@ -187,7 +190,7 @@ impl DriveCollector {
             title,
             schema_names,
             winners,
-            paths: ways.filter(|way| !way.points.is_empty()).collect(),
+            paths: paths.filter(|path| !path.points.is_empty()).collect(),
             takeovers: self.takeovers.into_items(),
             takeover_count: self.takeover_count,
             targets,
@@ -203,30 +206,31 @@ impl DriveCollector {
                     .unwrap_or_else(|| RobotConfig::default().radius);
             }
             Some((_, Ok(_))) => remarks.push(
-                "walls are not drawn: the recording has no ground truth that says where the robot was among them".to_owned(),
+                "walls are not drawn, because the recording has no ground truth of the robot's pose"
+                    .to_owned(),
             ),
-            Some((path, Err(why))) => remarks.push(format!(
-                "walls are not drawn: the world {} cannot be read any more: {why}",
+            Some((path, Err(reason))) => remarks.push(format!(
+                "walls are not drawn: the world {} can no longer be read: {reason}",
                 path.display()
             )),
             None => {}
         }
         if drive.shapes.is_empty() {
             drive.scans = scans;
-            if !drive.scans.is_empty() && drive.has_way() {
-                remarks.push("dots are what the laser saw, a scan a second at most".to_owned());
+            if !drive.scans.is_empty() && drive.has_path() {
+                remarks.push("dots are laser measurements, at most one scan per second".to_owned());
             }
         }
         let nearest = truths
             .iter()
-            .min_by(|one, other| one.last.min_clearance.total_cmp(&other.last.min_clearance));
+            .min_by(|a, b| a.last.min_clearance.total_cmp(&b.last.min_clearance));
         DriveSummary {
             mission: self.mission,
             collisions: has_truth.then(|| {
-                let contacts = truths.iter().map(Known::collisions);
+                let contacts = truths.iter().map(TruthRange::collisions);
                 contacts.fold(0, u64::saturating_add)
             }),
-            min_clearance: nearest.and_then(Known::min_clearance),
+            min_clearance: nearest.and_then(TruthRange::min_clearance),
             drive,
             remarks,
         }
@@ -248,11 +252,11 @@ impl DriveCollector {
     }
 
     /// The targets in the frame of the path; those of the route if there is one.
-    fn targets(&self, led: Option<&str>) -> Vec<Target> {
-        let of = |led: &str| self.robots.iter().find(|robot| robot.name == led);
-        let robot = led.and_then(of).or(self.robots.first());
+    fn targets(&self, led_robot: Option<&str>) -> Vec<Target> {
+        let of = |led_robot: &str| self.robots.iter().find(|robot| robot.name == led_robot);
+        let robot = led_robot.and_then(of).or(self.robots.first());
         let anchor = robot.and_then(|robot| robot.anchor.as_ref());
-        // Without any place the mission counts something else.
+        // Without any position, the mission does not consist of places.
         if self.found.is_empty() {
             return Vec::new();
         }
@@ -299,7 +303,7 @@ impl DriveCollector {
 /// Reads a world from a path that the recording names. Refuses anything but a regular file.
 fn load(path: &Path, seed: u64) -> Result<World, String> {
     match std::fs::metadata(path) {
-        Ok(about) if !about.is_file() => Err("it is no file".to_owned()),
+        Ok(about) if !about.is_file() => Err("it is not a regular file".to_owned()),
         Ok(_) => World::load(path, seed).map_err(|error| error.to_string()),
         Err(error) => Err(error.to_string()),
     }
@@ -328,7 +332,7 @@ impl Topics {
         };
         // Schemas that correct odometry publish it as well. A robot is a schema that takes commands.
         let (own, mut others): (Vec<_>, Vec<_>) = odometries.iter().partition(|topic| commanded(topic));
-        let mut named_by: Vec<&String> = if !truths.is_empty() {
+        let mut naming_topics: Vec<&String> = if !truths.is_empty() {
             truths.iter().collect()
         } else if !own.is_empty() {
             others.clear();
@@ -347,44 +351,46 @@ impl Topics {
         } else {
             left_out.append(&mut others);
         }
-        if named_by.is_empty() {
-            named_by = lasers.iter().take(1).collect();
+        if naming_topics.is_empty() {
+            naming_topics = lasers.iter().take(1).collect();
         }
-        let alone = named_by.len() == 1;
+        let is_single = naming_topics.len() == 1;
         // The robot's own topic of a kind; for a single robot, any topic of that kind.
         let of = |robot: &str, topics: &[String]| {
             let own = topics.iter().find(|topic| owner(topic) == owner(robot));
-            own.or(topics.first().filter(|_| alone)).cloned()
+            own.or(topics.first().filter(|_| is_single)).cloned()
         };
-        let count = named_by.len();
-        let robots = named_by.iter().map(|topic| Robot {
+        let count = naming_topics.len();
+        let robots = naming_topics.iter().map(|topic| Robot {
             truth_topic: of(topic, &truths),
             odometry_topic: of(topic, &odometries),
             laser_topic: of(topic, &lasers),
-            ..Robot::new(named(&owner(topic).unwrap_or_default()), count)
+            ..Robot::new(schema_name(&owner(topic).unwrap_or_default()), count)
         });
         let robots = robots.collect();
         let missions = all(&definition::name(&Mission::describe()));
         let mission = missions.first().cloned();
-        let of_mission = mission.as_deref().and_then(owner);
+        let mission_owner = mission.as_deref().and_then(owner);
         let routes = all(&definition::name(&Route::describe()));
         let variable = |name: &str, unit: &str| {
             let mut fits = recording.channels().filter(|channel| {
-                let said = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-                said("access") == "modulation" && said("unit") == unit && said("variable").ends_with(name)
+                let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
+                metadata("access") == "modulation"
+                    && metadata("unit") == unit
+                    && metadata("variable").ends_with(name)
             });
             fits.next().cloned()
         };
         let world = variable(".world", "path");
         let topics = Self {
-            route: routes.into_iter().find(|topic| owner(topic) == of_mission),
+            route: routes.into_iter().find(|topic| owner(topic) == mission_owner),
             radius: world.as_ref().and_then(|_| variable(".radius", "m")),
             world,
             mission,
             other_missions: missions.len().saturating_sub(1),
             left_out: left_out
                 .into_iter()
-                .map(|topic| named(&owner(topic).unwrap_or_default()).to_owned())
+                .map(|topic| schema_name(&owner(topic).unwrap_or_default()).to_owned())
                 .collect(),
         };
         (topics, robots)
@@ -392,7 +398,7 @@ impl Topics {
 }
 
 /// The name of the schema that owns the topics below a prefix.
-fn named(owner: &str) -> &str {
+fn schema_name(owner: &str) -> &str {
     owner.trim_start_matches('/')
 }
 
@@ -429,24 +435,24 @@ mod tests {
     use crate::analysis::robot::MAX_POINTS;
 
     #[test]
-    fn distance_and_takeovers_count_also_where_they_are_thinned() {
+    fn distance_and_takeovers_count_dropped_points_too() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("empty.mcap");
         crate::tests::recorder(&file, None).finish();
         let mut collector = DriveCollector::new(&Recording::open(&file).unwrap());
         collector.robots.push(Robot::new("robot", 1));
         let columns = Columns::new(0, 1_000_000, 100);
-        let nobody = |_: &str| None;
+        let no_actor = |_: &str| None;
         for step in 0..=100_000_u64 {
-            collector.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), nobody);
-            collector.took_over(0, |_| true);
+            collector.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), no_actor);
+            collector.add_takeover(0, |_| true);
         }
         // The pose is lost for a moment.
-        collector.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), nobody);
-        collector.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), nobody);
+        collector.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), no_actor);
+        collector.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), no_actor);
         let ending = collector.finish(String::new(), Vec::new(), Vec::new(), None);
-        let way = &ending.drive.paths[0];
-        assert!(way.points.len() <= MAX_POINTS && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
-        assert_eq!((way.distance, ending.drive.takeover_count), (100_002.0, 100_001));
+        let path = &ending.drive.paths[0];
+        assert!(path.points.len() <= MAX_POINTS && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
+        assert_eq!((path.distance, ending.drive.takeover_count), (100_002.0, 100_001));
     }
 }

@@ -46,13 +46,13 @@ impl Durations {
         (self.count > 0).then_some(self.worst as f64)
     }
 
-    /// The duration that a share `part` of all does not exceed, ns; none without durations.
-    pub(crate) fn quantile(&self, part: f64) -> Option<f64> {
-        let wanted = (self.count as f64 * part).ceil().max(1.0) as u64;
+    /// The duration that this share of all does not exceed, ns; none without durations.
+    pub(crate) fn quantile(&self, share: f64) -> Option<f64> {
+        let rank = (self.count as f64 * share).ceil().max(1.0) as u64;
         let mut seen = 0;
         let bin = self.bins.iter().position(|count| {
             seen += count;
-            seen >= wanted
+            seen >= rank
         })?;
         // The geometric middle of the bin.
         Some(((bin as f64 + 0.5) / BINS).exp2().min(self.worst as f64))
@@ -69,16 +69,16 @@ mod tests {
         for ms in 1..=1000_u64 {
             durations.add(ms * 1_000_000);
         }
-        for part in [0.01, 0.5, 0.9, 0.99, 1.0] {
-            let found = durations.quantile(part).unwrap() / 1e9;
-            assert!((found / part - 1.0).abs() < 0.022, "{part}: {found}");
+        for share in [0.01, 0.5, 0.9, 0.99, 1.0] {
+            let found = durations.quantile(share).unwrap() / 1e9;
+            assert!((found / share - 1.0).abs() < 0.022, "{share}: {found}");
         }
         assert_eq!(durations.mean(), Some(500.5e6));
         assert_eq!(durations.worst(), Some(1e9));
     }
 
     #[test]
-    fn none_has_no_quantile_and_nothing_no_duration() {
+    fn no_durations_have_no_quantile_and_a_zero_duration_counts() {
         assert_eq!(Durations::default().quantile(0.5), None);
         let mut durations = Durations::default();
         durations.add(0);

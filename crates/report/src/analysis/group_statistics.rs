@@ -11,7 +11,7 @@ use super::columns::Columns;
 use super::durations::Durations;
 
 /// The time window for the highest rate of switches, ns.
-const BUSY: Nanos = 1_000_000_000;
+const BUSY_WINDOW: Nanos = 1_000_000_000;
 /// Switches of a recording that are stored completely: so many of the first, and of the last.
 const FIRST: usize = 4000;
 const LAST: usize = 1000;
@@ -53,8 +53,8 @@ pub(crate) struct Switches {
 /// Two schemas that take over from each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Alternation {
-    pub(crate) one: String,
-    pub(crate) other: String,
+    pub(crate) first_schema: String,
+    pub(crate) second_schema: String,
     /// The number of takeovers in either direction.
     pub(crate) switches: u64,
 }
@@ -76,7 +76,7 @@ impl GroupStatistics {
     }
 
     /// Records a selection of this group.
-    pub(crate) fn decided(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
+    pub(crate) fn add_decision(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
         self.decisions += 1;
         if let Some(count) = self.cases.get_mut(&decision.case) {
             *count += 1;
@@ -112,22 +112,25 @@ impl GroupStatistics {
         while self
             .recent
             .front()
-            .is_some_and(|first| first.saturating_add(BUSY) < time)
+            .is_some_and(|first| first.saturating_add(BUSY_WINDOW) < time)
         {
             self.recent.pop_front();
         }
-        if self.busiest.is_none_or(|(most, _)| self.recent.len() > most) {
+        if self.busiest.is_none_or(|(count, _)| self.recent.len() > count) {
             self.busiest = Some((self.recent.len(), time));
         }
     }
 
     /// The pairs of schemas that alternate, the most frequent first.
     pub(crate) fn pairs(&self) -> Vec<Alternation> {
-        let pairs = self.pairs.iter().map(|((one, other), switches)| Alternation {
-            one: one.clone(),
-            other: other.clone(),
-            switches: *switches,
-        });
+        let pairs = self
+            .pairs
+            .iter()
+            .map(|((first_schema, second_schema), switches)| Alternation {
+                first_schema: first_schema.clone(),
+                second_schema: second_schema.clone(),
+                switches: *switches,
+            });
         let mut pairs: Vec<_> = pairs.collect();
         pairs.sort_by_key(|pair| std::cmp::Reverse(pair.switches));
         pairs
@@ -179,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contest_counts_switches_pairs_and_the_busiest_second() {
+    fn statistics_count_switches_pairs_and_the_busiest_second() {
         let columns = Columns::new(0, 10_000_000_000, 10);
         let mut statistics = GroupStatistics::new(columns);
         let steps = [
@@ -191,7 +194,7 @@ mod tests {
             (9_000, Some("vff"), None, None),
         ];
         for (ms, before, choice, took) in steps {
-            statistics.decided(columns, ms * 1_000_000, &switch(ms, before, choice, took));
+            statistics.add_decision(columns, ms * 1_000_000, &switch(ms, before, choice, took));
         }
         assert_eq!((statistics.decisions, statistics.switches), (6, 5));
         assert_eq!(statistics.marks, [1, 2, 1, 0, 0, 0, 0, 0, 0, 1]);
@@ -199,8 +202,8 @@ mod tests {
         assert_eq!(statistics.worst, Some((1_000_000_000, "vff".to_owned())));
         assert_eq!(statistics.takeovers.count(), 3);
         let pair = Alternation {
-            one: "goon".to_owned(),
-            other: "vff".to_owned(),
+            first_schema: "goon".to_owned(),
+            second_schema: "vff".to_owned(),
             switches: 3,
         };
         assert_eq!(statistics.pairs(), [pair]);

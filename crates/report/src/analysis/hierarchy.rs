@@ -58,10 +58,12 @@ pub(crate) enum Row {
 
 impl Hierarchy {
     /// Reads a recording's description of its schemas.
-    pub(crate) fn new(cast: Option<&RecordedHierarchy>) -> Self {
+    pub(crate) fn new(recorded: Option<&RecordedHierarchy>) -> Self {
         let mut hierarchy = Self::default();
-        let Some(cast) = cast else { return hierarchy };
-        for member in &cast.schemas {
+        let Some(recorded) = recorded else {
+            return hierarchy;
+        };
+        for member in &recorded.schemas {
             if let Some(place) = hierarchy.schema(&member.name) {
                 let schema = &mut hierarchy.schemas[place];
                 schema.type_name.clone_from(&member.type_name);
@@ -70,11 +72,11 @@ impl Hierarchy {
                 hierarchy.commanded.extend(member.commands.iter().cloned());
             }
         }
-        for troupe in &cast.groups {
-            if let Some(place) = hierarchy.group(&troupe.name) {
-                hierarchy.groups[place].policy = troupe.policy.clone().unwrap_or_default();
-                hierarchy.groups[place].contract = troupe.takeover_ns;
-                for member in &troupe.members {
+        for group in &recorded.groups {
+            if let Some(place) = hierarchy.group(&group.name) {
+                hierarchy.groups[place].policy = group.policy.clone().unwrap_or_default();
+                hierarchy.groups[place].contract = group.takeover_ns;
+                for member in &group.members {
                     hierarchy.join(place, member);
                 }
             }
@@ -102,7 +104,7 @@ impl Hierarchy {
     }
 
     /// The index of a selection's group. All its candidates become members.
-    pub(crate) fn decided(&mut self, decision: &Decision) -> Option<usize> {
+    pub(crate) fn add_decision(&mut self, decision: &Decision) -> Option<usize> {
         let group = self.group(&decision.group)?;
         if PolicyKind::named(&decision.decider).is_some() && self.groups[group].policy != decision.decider {
             self.groups[group].policy.clone_from(&decision.decider);
@@ -131,21 +133,25 @@ impl Hierarchy {
 
     /// Whether a schema acts for a robot: it commands the robot, or the commander is unknown.
     pub(crate) fn acts_for(&self, schema: usize, robot: &str) -> bool {
-        !self.commanded.contains(robot) || self.schemas[schema].commands.iter().any(|own| own == robot)
+        !self.commanded.contains(robot)
+            || self.schemas[schema]
+                .commands
+                .iter()
+                .any(|commanded| commanded == robot)
     }
 
     /// The robot that a schema or one of its descendants commands; none if unknown.
-    pub(crate) fn led_by(&self, name: &str) -> Option<String> {
-        let mut below = vec![self.find(name)?];
+    pub(crate) fn robot_of(&self, name: &str) -> Option<String> {
+        let mut pending = vec![self.find(name)?];
         // Each schema is examined once, since the file may describe a cycle.
         for place in 0..self.schemas.len() {
-            let schema = *below.get(place)?;
+            let schema = *pending.get(place)?;
             if let Some(robot) = self.schemas[schema].commands.first() {
                 return Some(robot.clone());
             }
             let groups: Vec<usize> = self.groups_of(schema).collect();
             let members = groups.iter().flat_map(|group| &self.groups[*group].members);
-            below.extend(members.copied());
+            pending.extend(members.copied());
         }
         None
     }
@@ -177,8 +183,8 @@ impl Hierarchy {
                 continue;
             }
             rows.push(Row::Schema(*member, depth + 1));
-            for own in self.groups_of(*member) {
-                self.rows_of(own, depth + 2, shown, rows);
+            for group in self.groups_of(*member) {
+                self.rows_of(group, depth + 2, shown, rows);
             }
         }
     }
@@ -235,11 +241,11 @@ mod tests {
     }
 
     #[test]
-    fn children_stand_below_their_fathers_whatever_was_told_first() {
+    fn children_follow_their_fathers_in_any_order_of_selections() {
         let mut hierarchy = Hierarchy::default();
         hierarchy.schema("pioneer");
-        hierarchy.decided(&decision("example/base", &["stop", "goon"]));
-        hierarchy.decided(&decision("roots", &["example"]));
+        hierarchy.add_decision(&decision("example/base", &["stop", "goon"]));
+        hierarchy.add_decision(&decision("roots", &["example"]));
         let names = hierarchy.rows().into_iter().map(|row| match row {
             Row::Group(group, depth) => (hierarchy.groups[group].name.as_str(), depth),
             Row::Schema(schema, depth) => (hierarchy.schemas[schema].name.as_str(), depth),
@@ -260,10 +266,10 @@ mod tests {
     }
 
     #[test]
-    fn a_father_of_himself_is_shown_once() {
+    fn a_cycle_of_fathers_is_shown_once() {
         let mut hierarchy = Hierarchy::default();
-        hierarchy.decided(&decision("a/base", &["b"]));
-        hierarchy.decided(&decision("b/base", &["a"]));
+        hierarchy.add_decision(&decision("a/base", &["b"]));
+        hierarchy.add_decision(&decision("b/base", &["a"]));
         assert_eq!(hierarchy.rows().len(), 4);
     }
 }

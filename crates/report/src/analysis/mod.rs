@@ -139,7 +139,7 @@ impl Analysis {
     /// Whether there is nothing to draw: no path, no states and no numbers.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        !self.ending.drive.has_way()
+        !self.ending.drive.has_path()
             && !self.bands.iter().any(Band::was_awake)
             && self.traces.iter().all(|(_, trace)| trace.range().is_none())
     }
@@ -211,7 +211,7 @@ impl Reader {
             let stem = recording.path().file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         });
-        let cast = RecordedHierarchy::of_recording(recording);
+        let hierarchy = RecordedHierarchy::of_recording(recording);
         let mut series: HashMap<String, Vec<usize>> = HashMap::new();
         for (number, wanted) in wanted.series.iter().enumerate() {
             series.entry(wanted.topic.clone()).or_default().push(number);
@@ -219,9 +219,9 @@ impl Reader {
         let mut periods = HashMap::new();
         let mut exports = BTreeMap::new();
         for channel in recording.channels() {
-            let said = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-            if let Some((owner, name)) = said("variable").rsplit_once('.') {
-                match (said("access"), name) {
+            let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
+            if let Some((owner, name)) = metadata("variable").rsplit_once('.') {
+                match (metadata("access"), name) {
                     ("modulation", "period") => {
                         periods.insert(channel.topic.clone(), owner.to_owned());
                     }
@@ -244,7 +244,7 @@ impl Reader {
                 title,
                 columns,
                 coarse,
-                hierarchy: Hierarchy::new(cast.as_ref()),
+                hierarchy: Hierarchy::new(hierarchy.as_ref()),
                 bands: Vec::new(),
                 timings: Vec::new(),
                 periods: Vec::new(),
@@ -255,7 +255,7 @@ impl Reader {
                 ending: DriveSummary::default(),
                 traces,
                 has_turns: false,
-                lockstep: cast.map(|cast| cast.lockstep),
+                lockstep: hierarchy.map(|hierarchy| hierarchy.lockstep),
             },
             start,
             first,
@@ -272,8 +272,8 @@ impl Reader {
 
     /// The share of the recording read when a message arrives.
     fn share(&self, log_time: u64) -> f64 {
-        let whole = self.last.saturating_sub(self.first).max(1);
-        (log_time.saturating_sub(self.first) as f64 / whole as f64).min(1.0)
+        let total = self.last.saturating_sub(self.first).max(1);
+        (log_time.saturating_sub(self.first) as f64 / total as f64).min(1.0)
     }
 
     fn message(&mut self, message: &Message) {
@@ -282,12 +282,12 @@ impl Reader {
             return;
         }
         // Values in force at the beginning were written before it.
-        let happens = self.analysis.columns.has(time) && message.publish_time >= self.first;
+        let in_range = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
         if let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic) {
             // A line of a newer version that cannot be read is skipped.
             if let Ok(line) = RunRecord::parse(kind, &message.data) {
-                self.line(time, line, happens);
+                self.line(time, line, in_range);
             }
             return;
         }
@@ -303,18 +303,18 @@ impl Reader {
         if let Some(owner) = self.periods.get(topic).cloned() {
             self.period(&owner, message);
         }
-        if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| happens) {
+        if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| in_range) {
             work.add_start(self.analysis.coarse, time);
         }
-        let (hierarchy, acting, alone) = (&self.analysis.hierarchy, &self.acting, self.drive.is_alone());
+        let (hierarchy, acting, is_alone) = (&self.analysis.hierarchy, &self.acting, self.drive.is_alone());
         let acting_for = |robot: &str| {
             let mut acting = acting.iter().copied();
-            acting.find(|schema| alone || hierarchy.acts_for(*schema, robot))
+            acting.find(|schema| is_alone || hierarchy.acts_for(*schema, robot))
         };
         self.drive.message(columns, time, message, acting_for);
     }
 
-    fn line(&mut self, time: Nanos, line: RunRecord, happens: bool) {
+    fn line(&mut self, time: Nanos, line: RunRecord, in_range: bool) {
         let columns = self.analysis.columns;
         let retracted = line.retracted_variable().map(str::to_owned);
         match line {
@@ -325,23 +325,23 @@ impl Reader {
                 self.grow();
                 let (from, to) = (band::state(&change.from), band::state(&change.to));
                 self.analysis.bands[schema].change(columns, time, from, to);
-                self.won(schema, to);
+                self.update_acting(schema, to);
             }
             RunRecord::Decision(decision) => {
-                let Some(group) = self.analysis.hierarchy.decided(&decision) else {
+                let Some(group) = self.analysis.hierarchy.add_decision(&decision) else {
                     return;
                 };
                 self.grow();
-                self.learn(&decision);
-                if happens {
-                    self.analysis.groups[group].decided(columns, time, &decision);
+                self.take_states_of(&decision);
+                if in_range {
+                    self.analysis.groups[group].add_decision(columns, time, &decision);
                     if decision.changed {
                         let to = decision.choice.as_deref();
                         let to = to.and_then(|name| self.analysis.hierarchy.find(name));
                         if let Some(to) = to.filter(|to| self.analysis.hierarchy.is_actor(*to)) {
-                            let (hierarchy, alone) = (&self.analysis.hierarchy, self.drive.is_alone());
+                            let (hierarchy, is_alone) = (&self.analysis.hierarchy, self.drive.is_alone());
                             self.drive
-                                .took_over(to, |robot| alone || hierarchy.acts_for(to, robot));
+                                .add_takeover(to, |robot| is_alone || hierarchy.acts_for(to, robot));
                         }
                         self.analysis.switches.add(decision);
                     }
@@ -349,12 +349,12 @@ impl Reader {
             }
             RunRecord::Event(happening) => {
                 if let Some(variable) = retracted {
-                    let of_it = |(series, _): &&mut (Series, Trace)| series.variable == variable;
-                    for (_, trace) in self.analysis.traces.iter_mut().filter(of_it) {
+                    let is_retracted = |(series, _): &&mut (Series, Trace)| series.variable == variable;
+                    for (_, trace) in self.analysis.traces.iter_mut().filter(is_retracted) {
                         trace.add(columns, time, None);
                     }
                 }
-                if happens {
+                if in_range {
                     SchemaProblems::count(&mut self.analysis.troubled, &happening);
                     self.analysis.events.add(happening);
                 }
@@ -363,7 +363,7 @@ impl Reader {
     }
 
     /// Takes the state of a schema from a selection if it is not known otherwise.
-    fn learn(&mut self, decision: &jde_records::Decision) {
+    fn take_states_of(&mut self, decision: &jde_records::Decision) {
         let columns = self.analysis.columns;
         for candidate in &decision.candidates {
             if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)
@@ -371,13 +371,13 @@ impl Reader {
             {
                 let state = band::state(&candidate.state);
                 self.analysis.bands[schema].change(columns, columns.from, state, state);
-                self.won(schema, state);
+                self.update_acting(schema, state);
             }
         }
     }
 
     /// Updates the acting schemas after a change of state.
-    fn won(&mut self, schema: usize, state: State) {
+    fn update_acting(&mut self, schema: usize, state: State) {
         let hierarchy = &self.analysis.hierarchy;
         let Some(group) = hierarchy.schemas[schema].group else {
             return;
@@ -393,11 +393,11 @@ impl Reader {
         let mut acting = Vec::new();
         // Bounded by the number of schemas, since the file may describe a cycle.
         for _ in 0..=hierarchy.schemas.len() {
-            let (act, lead): (Vec<_>, Vec<_>) = winning
+            let (actors, fathers): (Vec<_>, Vec<_>) = winning
                 .into_iter()
                 .partition(|schema| hierarchy.is_actor(*schema));
-            acting.extend(act);
-            let groups = lead.into_iter().flat_map(|father| hierarchy.groups_of(father));
+            acting.extend(actors);
+            let groups = fathers.into_iter().flat_map(|father| hierarchy.groups_of(father));
             winning = groups.filter_map(|group| self.winners[group]).collect();
             if winning.is_empty() || acting.len() > hierarchy.schemas.len() {
                 break;
@@ -459,16 +459,16 @@ impl Reader {
             trace.finish(columns);
         }
         // Without turns, a schema's most frequent export indicates its period.
-        let mut most: HashMap<String, SchemaTiming> = HashMap::new();
+        let mut most_frequent: HashMap<String, SchemaTiming> = HashMap::new();
         for (owner, work) in self.exports.into_values() {
-            let known = most.get(&owner).map_or(0, |known| known.periods.count());
-            if work.periods.count() > known {
-                most.insert(owner, work);
+            let known_count = most_frequent.get(&owner).map_or(0, |known| known.periods.count());
+            if work.periods.count() > known_count {
+                most_frequent.insert(owner, work);
             }
         }
         for (schema, work) in analysis.hierarchy.schemas.iter().zip(&mut analysis.timings) {
             if work.cycles == 0
-                && let Some(published) = most.remove(&schema.name)
+                && let Some(published) = most_frequent.remove(&schema.name)
             {
                 *work = published;
             }
@@ -481,13 +481,13 @@ impl Reader {
         let winners = schemas
             .filter(|schema| analysis.hierarchy.is_actor(*schema))
             .collect();
-        let led = self
+        let led_robot = self
             .drive
-            .of_mission()
-            .and_then(|owner| analysis.hierarchy.led_by(owner));
+            .mission_owner()
+            .and_then(|owner| analysis.hierarchy.robot_of(owner));
         analysis.ending = self
             .drive
-            .finish(analysis.title.clone(), names, winners, led.as_deref());
+            .finish(analysis.title.clone(), names, winners, led_robot.as_deref());
         self.analysis
     }
 }

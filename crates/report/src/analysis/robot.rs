@@ -22,7 +22,7 @@ pub(super) struct Robot {
     pub(super) truth_topic: Option<String>,
     pub(super) odometry_topic: Option<String>,
     pub(super) laser_topic: Option<String>,
-    pub(super) truth: Option<Known>,
+    pub(super) truth: Option<TruthRange>,
     pub(super) odometry: Option<Pose2D>,
     pub(super) pose: Option<Pose2D>,
     /// The robot's first known place, in the frame of the ground truth and in that of the odometry.
@@ -36,7 +36,7 @@ pub(super) struct Robot {
 }
 
 /// Ground truth of a robot. Its counts begin at the start of the robot.
-pub(super) struct Known {
+pub(super) struct TruthRange {
     /// The last one before the reported time; none if the application started within it.
     pub(super) before: Option<Truth>,
     pub(super) last: Truth,
@@ -78,7 +78,7 @@ impl Robot {
         let topic = Some(&message.channel.topic);
         if self.truth_topic.as_ref() == topic {
             if let Some(truth) = read::<Truth>(message) {
-                self.known(columns, time, message, truth);
+                self.add_truth(columns, time, message, truth);
                 self.at(columns, time, truth.pose, acting);
             }
         } else if self.odometry_topic.as_ref() == topic {
@@ -98,15 +98,15 @@ impl Robot {
         }
     }
 
-    fn known(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
-        let known = self.truth.get_or_insert_with(|| Known {
+    fn add_truth(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
+        let range = self.truth.get_or_insert_with(|| TruthRange {
             // Only the first value of all has nothing before it.
             before: (message.sequence > 1).then_some(truth),
             last: truth,
         });
-        known.last = truth;
+        range.last = truth;
         if time < columns.from {
-            known.before = Some(truth);
+            range.before = Some(truth);
         }
     }
 
@@ -121,8 +121,8 @@ impl Robot {
         if columns.has(time) {
             // An invalid pose is not drawn and adds no distance.
             if is_placed(&[pose.x, pose.y]) {
-                let from = self.place.replace(pose).unwrap_or(pose);
-                self.distance += (pose.x - from.x).hypot(pose.y - from.y);
+                let previous = self.place.replace(pose).unwrap_or(pose);
+                self.distance += (pose.x - previous.x).hypot(pose.y - previous.y);
             }
             self.path.add(PathPoint {
                 time: time as f64 / 1e9,
@@ -135,15 +135,15 @@ impl Robot {
     }
 
     fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) {
-        let due = self.scanned.is_none_or(|last| time >= last.saturating_add(SCAN));
-        let (true, true, Some(robot)) = (due, columns.has(time), self.pose) else {
+        let is_due = self.scanned.is_none_or(|last| time >= last.saturating_add(SCAN));
+        let (true, true, Some(robot)) = (is_due, columns.has(time), self.pose) else {
             return;
         };
         let Some(scan) = read::<LaserScan>(message) else {
             return;
         };
         self.scanned = Some(time);
-        let seen = scan.ranges.iter().enumerate().filter(|(_, range)| {
+        let hits = scan.ranges.iter().enumerate().filter(|(_, range)| {
             (scan.range_min..=scan.range_max).contains(*range) && **range < scan.range_max
         });
         let place = |(beam, range): (usize, &f32)| {
@@ -153,11 +153,11 @@ impl Robot {
             let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
             (place.x, place.y)
         };
-        self.scans.add(seen.map(place).collect());
+        self.scans.add(hits.map(place).collect());
     }
 }
 
-impl Known {
+impl TruthRange {
     pub(super) fn collisions(&self) -> u64 {
         let before = self.before.map_or(0, |before| before.collisions);
         self.last.collisions.saturating_sub(before)
@@ -165,7 +165,7 @@ impl Known {
 
     pub(super) fn min_clearance(&self) -> Option<f64> {
         let least = self.last.min_clearance;
-        let is_of_now = self.before.is_none_or(|before| least < before.min_clearance);
-        (is_of_now && least.is_finite()).then_some(least)
+        let in_range = self.before.is_none_or(|before| least < before.min_clearance);
+        (in_range && least.is_finite()).then_some(least)
     }
 }

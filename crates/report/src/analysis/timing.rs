@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_goes_from_iteration_to_iteration_and_over_no_pause() {
+    fn a_period_is_the_time_between_two_iterations_without_a_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = SchemaTiming::new(columns);
         for (ms, acts) in [
@@ -130,12 +130,12 @@ mod tests {
     }
 
     #[test]
-    fn r12_a_look_that_a_value_calls_for_is_no_pause() {
+    fn r12_a_check_triggered_by_a_value_is_not_a_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = SchemaTiming::new(columns);
         let (any, first) = (Turn::ANY, Turn::FIRST);
         let turns = [
-            // A takeover between two deadlines; no rhythm yet.
+            // A takeover between two deadlines; no period yet.
             (60, first, true),
             (75, any, true),
             (100, first, false),
@@ -143,7 +143,7 @@ mod tests {
             (150, any, true),
             (175, first, false),
             (225, any, true),
-            // The schema loses and regains its place.
+            // The schema loses and wins again.
             (250, first, false),
             (275, first, true),
             (300, any, true),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn r4_a_father_that_arbitrates_keeps_its_rhythm() {
+    fn r4_a_father_that_arbitrates_keeps_its_period() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = SchemaTiming::new(columns);
         let other = |kind| Turn {

@@ -40,7 +40,7 @@ impl Trace {
             && let Some(value) = value
         {
             self.count += 1;
-            self.see(columns.column(time), value);
+            self.add_to_cell(columns.column(time), value);
         }
         self.now = value.map(|value| (value, time));
     }
@@ -60,7 +60,7 @@ impl Trace {
         let ranges = self.cells.iter().flatten();
         ranges
             .map(|cell| (cell.least, cell.greatest))
-            .reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
     /// Extends the present value up to a time.
@@ -70,11 +70,11 @@ impl Trace {
             return;
         }
         for column in columns.column(since)..=columns.column(until) {
-            self.see(column, value);
+            self.add_to_cell(column, value);
         }
     }
 
-    fn see(&mut self, column: usize, value: f64) {
+    fn add_to_cell(&mut self, column: usize, value: f64) {
         let cell = self.cells[column].get_or_insert(Cell {
             first: value,
             least: value,
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_keeps_its_extremes_however_many_values_it_has() {
+    fn a_column_keeps_the_extremes_of_all_its_values() {
         let columns = Columns::new(0, 10_000, 2);
         let mut trace = Trace::new(columns);
         for (time, value) in [(0, 1.0), (1000, 9.0), (2000, -3.0), (4000, 2.0), (9000, 4.0)] {
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_holds_and_where_there_is_none_is_a_gap() {
+    fn a_value_holds_until_the_next_and_a_missing_value_is_a_gap() {
         let columns = Columns::new(0, 10_000, 5);
         let mut trace = Trace::new(columns);
         trace.add(columns, 2500, Some(7.0));
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_in_force_at_the_beginning_counts_and_what_comes_after_the_end_does_not() {
+    fn a_value_in_force_at_the_beginning_counts_and_a_later_one_than_the_end_does_not() {
         let columns = Columns::new(4000, 8000, 2);
         let mut trace = Trace::new(columns);
         trace.add(columns, 1000, Some(5.0));

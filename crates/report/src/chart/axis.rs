@@ -6,16 +6,16 @@ use crate::drawing::{Align, ColorRole, Drawing, Line};
 use crate::round::round_up;
 
 /// Least distance between two grid lines, units.
-const APART: f32 = 90.0;
+const MIN_DISTANCE: f32 = 90.0;
 /// Steps of minutes and hours, s.
-const LONG: [f64; 12] = [
+const LONG_STEPS: [f64; 12] = [
     60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
 
 /// The times of the grid lines, s, with their labels.
 fn times(columns: Columns, width: f32) -> Vec<(f64, String)> {
-    let least = columns.seconds() * f64::from((APART / width).min(1.0));
-    let long = LONG.into_iter().find(|step| *step >= least);
+    let least = columns.seconds() * f64::from((MIN_DISTANCE / width).min(1.0));
+    let long = LONG_STEPS.into_iter().find(|step| *step >= least);
     let step = match long {
         Some(step) if least > 50.0 => step,
         _ => round_up(least),
@@ -82,8 +82,8 @@ fn digits(step: f64) -> usize {
 
 /// The numbers on an axis of `length` units between `least` and `greatest`, with their labels.
 pub(super) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, String)> {
-    let most = (length / 34.0).clamp(1.0, 8.0);
-    let step = round_up((greatest - least) / f64::from(most));
+    let max_count = (length / 34.0).clamp(1.0, 8.0);
+    let step = round_up((greatest - least) / f64::from(max_count));
     let first = (least / step).ceil() as i64;
     let last = (greatest / step).floor() as i64;
     let digits = digits(step);
@@ -121,18 +121,18 @@ pub(crate) fn number(value: f64) -> String {
 
 /// A time in seconds, in a suitable unit: "400 µs", "15.3 ms", "2.5 s", "3 min 20 s", "2 h 5 min".
 pub(crate) fn seconds(time: f64) -> String {
-    let whole = time.round() as u64;
+    let rounded = time.round() as u64;
     match time {
-        time if time < 0.999_5e-3 => format!("{} µs", three(time * 1e6)),
-        time if time < 0.999_5 => format!("{} ms", three(time * 1e3)),
-        time if time < 119.95 => format!("{} s", three(time)),
-        time if time < 3599.5 => format!("{} min {} s", whole / 60, whole % 60),
-        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+        time if time < 0.999_5e-3 => format!("{} µs", three_digits(time * 1e6)),
+        time if time < 0.999_5 => format!("{} ms", three_digits(time * 1e3)),
+        time if time < 119.95 => format!("{} s", three_digits(time)),
+        time if time < 3599.5 => format!("{} min {} s", rounded / 60, rounded % 60),
+        _ => format!("{} h {} min", rounded / 3600, rounded % 3600 / 60),
     }
 }
 
 /// Three digits, or all before the decimal point.
-fn three(value: f64) -> String {
+fn three_digits(value: f64) -> String {
     let digits = match value.abs() {
         size if size >= 99.95 => 0,
         size if size >= 9.995 => 1,
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_stand_at_round_times_that_are_far_enough_apart() {
+    fn grid_lines_are_at_round_times_with_a_minimum_distance() {
         let texts = |seconds: u64, width| {
             let columns = Columns::new(0, seconds * 1_000_000_000, 100);
             let times = times(columns, width);
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_at_an_axis_are_round() {
+    fn axis_numbers_are_round() {
         let texts = |least, greatest| {
             let numbers = numbers(least, greatest, 150.0);
             numbers.into_iter().map(|(_, text)| text).collect::<Vec<_>>()
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_numbers_have_the_unit_and_digits_that_suit_them() {
+    fn times_and_numbers_have_suitable_units_and_digits() {
         let times = [0.000_4, 0.015_32, 0.1, 2.5, 200.0, 7500.0].map(seconds);
         assert_eq!(
             times,

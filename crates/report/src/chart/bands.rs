@@ -40,22 +40,22 @@ pub(crate) struct Bands<'t> {
 
 impl<'t> Bands<'t> {
     /// The rows of an analysis within this height; none if there are no schemas.
-    pub(crate) fn new(analysis: &'t Analysis, most: f32) -> Self {
+    pub(crate) fn new(analysis: &'t Analysis, max_height: f32) -> Self {
         let mut rows = analysis.hierarchy.rows();
-        let fit = (most / LOWEST) as usize;
+        let capacity = (max_height / LOWEST) as usize;
         let all = rows.len();
-        if all > fit {
+        if all > capacity {
             // Schemas that never were awake are dropped first.
             rows.retain(|row| match row {
                 Row::Schema(schema, _) => analysis.bands[*schema].was_awake(),
                 Row::Group(..) => true,
             });
-            rows.truncate(fit);
+            rows.truncate(capacity);
         }
         Self {
             analysis,
             left_out: all - rows.len(),
-            row: (most / rows.len().max(1) as f32).clamp(LOWEST, HIGHEST),
+            row: (max_height / rows.len().max(1) as f32).clamp(LOWEST, HIGHEST),
             rows,
         }
     }
@@ -73,7 +73,7 @@ impl<'t> Bands<'t> {
                 height: self.row,
                 ..area
             };
-            drawing.note(Some(self.words(*row)));
+            drawing.note(Some(self.tooltip(*row)));
             match *row {
                 Row::Group(group, depth) => self.group(drawing, row_area, group, depth, palette),
                 Row::Schema(schema, depth) => self.schema(drawing, row_area, schema, depth, palette),
@@ -83,7 +83,7 @@ impl<'t> Bands<'t> {
     }
 
     /// The tooltip of a row.
-    fn words(&self, row: Row) -> String {
+    fn tooltip(&self, row: Row) -> String {
         let analysis = self.analysis;
         match row {
             Row::Group(group, _) => {
@@ -97,9 +97,9 @@ impl<'t> Bands<'t> {
                     ("READY", State::Ready),
                     ("CHECKING", State::Checking),
                 ];
-                let times = times.map(|(word, state)| {
+                let times = times.map(|(name, state)| {
                     let time = super::seconds(band.time(state) as f64 / 1e9);
-                    format!("{word} {time}")
+                    format!("{name} {time}")
                 });
                 format!(
                     "{}: {}",
@@ -116,22 +116,22 @@ impl<'t> Bands<'t> {
             &self.analysis.bands[schema],
         );
         let acts = self.analysis.hierarchy.is_actor(schema);
-        let own = if acts {
+        let color = if acts {
             palette.tone(Some(schema))
         } else {
             ColorRole::Edge
         };
         let layers = [
             (State::Checking, CHECKING, ColorRole::Edge.faded(0.7)),
-            (State::Ready, READY, own.faded(0.5)),
-            (State::Winner, WINNER, own.faded(1.0)),
+            (State::Ready, READY, color.faded(0.5)),
+            (State::Winner, WINNER, color.faded(1.0)),
         ];
         for (state, height, ink) in layers {
             layer(drawing, area, band.shares(state), height, ink);
         }
         self.name(drawing, area, name, depth, ColorRole::Ink);
-        let whole = self.analysis.columns.to - self.analysis.columns.from;
-        let share = band.time(State::Winner) as f64 / whole as f64;
+        let total = self.analysis.columns.to - self.analysis.columns.from;
+        let share = band.time(State::Winner) as f64 / total as f64;
         if band.was_awake() {
             self.number(drawing, area, &percent(share));
         }
@@ -142,7 +142,7 @@ impl<'t> Bands<'t> {
             &self.analysis.hierarchy.groups[group],
             &self.analysis.groups[group],
         );
-        let wide = area.width / self.analysis.columns.count as f32;
+        let column_width = area.width / self.analysis.columns.count as f32;
         let (top, height) = (area.top + area.height * 0.62, area.height * 0.2);
         for member in &about.members {
             let ink = match self.analysis.hierarchy.is_actor(*member) {
@@ -151,9 +151,9 @@ impl<'t> Bands<'t> {
             };
             for (from, to, shade) in runs(self.analysis.bands[*member].shares(State::Winner)) {
                 let bar = Shape::bar(
-                    area.left + from as f32 * wide,
+                    area.left + from as f32 * column_width,
                     top,
-                    (to - from) as f32 * wide,
+                    (to - from) as f32 * column_width,
                     height,
                 );
                 if let Some(bar) = bar {
@@ -162,14 +162,14 @@ impl<'t> Bands<'t> {
             }
         }
         // Wide enough to be visible, centred on its column.
-        let mark = wide.max(1.4);
+        let mark = column_width.max(1.4);
         for (column, _) in statistics
             .marks
             .iter()
             .enumerate()
             .filter(|(_, count)| **count > 0)
         {
-            let middle = area.left + (column as f32 + 0.5) * wide;
+            let middle = area.left + (column as f32 + 0.5) * column_width;
             let left = (middle - mark / 2.0).clamp(area.left, area.right() - mark);
             drawing.bar(
                 (left, area.top + area.height * 0.22),
@@ -205,18 +205,18 @@ impl<'t> Bands<'t> {
 /// Draws the bars of one state, from the bottom of the row to the state's height.
 fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, height: f32, ink: Fill) {
     let shares: Vec<f32> = shares.collect();
-    let wide = area.width / shares.len().max(1) as f32;
-    let high = area.height * height;
-    let top = area.top + area.height * 0.9 - high;
+    let column_width = area.width / shares.len().max(1) as f32;
+    let bar_height = area.height * height;
+    let top = area.top + area.height * 0.9 - bar_height;
     let mut runs: Vec<_> = runs(shares.into_iter()).collect();
     // Sorted by shade, since bars of one colour are drawn together.
-    runs.sort_by(|one, other| one.2.total_cmp(&other.2));
+    runs.sort_by(|a, b| a.2.total_cmp(&b.2));
     for (from, to, shade) in runs {
         let faded = ink.tone.faded(shade * ink.opacity);
         drawing.bar(
-            (area.left + from as f32 * wide, top),
-            (to - from) as f32 * wide,
-            high,
+            (area.left + from as f32 * column_width, top),
+            (to - from) as f32 * column_width,
+            bar_height,
             faded,
         );
     }
@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_of_one_shade_are_one_bar_and_short_states_are_seen() {
+    fn columns_of_one_shade_are_one_bar_and_short_states_are_visible() {
         let shares = [0.0, 1.0, 1.0, 0.999_99, 0.01, 0.0, 0.5];
         let runs: Vec<_> = runs(shares.into_iter()).collect();
         assert_eq!(runs, [(1, 4, 1.0), (4, 5, FAINTEST), (6, 7, 0.5)]);

@@ -16,7 +16,7 @@ const SIGN: f32 = 36.0;
 
 /// The style of a line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Look {
+pub(crate) struct LineStyle {
     pub(crate) ink: Fill,
     pub(crate) width: f32,
 }
@@ -56,8 +56,8 @@ fn chart(
         ..area
     };
     let ranges = numbers_of.iter().filter_map(|number| traces[*number].1.range());
-    let range = ranges.reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)));
-    let (least, greatest) = around(range.unwrap_or((0.0, 1.0)));
+    let range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (least, greatest) = with_margin(range.unwrap_or((0.0, 1.0)));
     axis::time_grid(drawing, area, columns);
     for (value, text) in numbers(least, greatest, area.height) {
         let y = at(area, least, greatest, value).floor() + 0.5;
@@ -67,11 +67,11 @@ fn chart(
     }
     frame(drawing, area);
     for number in numbers_of {
-        let look = Look {
+        let style = LineStyle {
             ink: ColorRole::Of(*number).into(),
             width: 1.8,
         };
-        line(drawing, area, traces[*number].1.cells(), (least, greatest), look);
+        line(drawing, area, traces[*number].1.cells(), (least, greatest), style);
     }
     if range.is_none() {
         let middle = (area.left + area.width / 2.0, area.top + area.height / 2.0);
@@ -118,22 +118,22 @@ fn legend(
 }
 
 /// Draws a small chart without text: a line within a range, and a horizontal line at the nominal value.
-pub(crate) fn small(
+pub(crate) fn small_chart(
     drawing: &mut Drawing,
     area: Area,
     trace: &Trace,
     range: (f64, f64),
-    wanted: Option<f64>,
-    look: Look,
+    nominal: Option<f64>,
+    style: LineStyle,
 ) {
     frame(drawing, area);
     let (least, greatest) = range;
-    if let Some(wanted) = wanted.filter(|wanted| (least..=greatest).contains(wanted)) {
-        let y = at(area, least, greatest, wanted);
-        let across = Line::new(ColorRole::Soft, 1.0).dashed(4.0, 3.0);
-        drawing.polyline(&[(area.left, y), (area.right(), y)], across);
+    if let Some(nominal) = nominal.filter(|nominal| (least..=greatest).contains(nominal)) {
+        let y = at(area, least, greatest, nominal);
+        let nominal_line = Line::new(ColorRole::Soft, 1.0).dashed(4.0, 3.0);
+        drawing.polyline(&[(area.left, y), (area.right(), y)], nominal_line);
     }
-    line(drawing, area, trace.cells(), range, look);
+    line(drawing, area, trace.cells(), range, style);
 }
 
 fn frame(drawing: &mut Drawing, area: Area) {
@@ -147,18 +147,18 @@ fn line(
     area: Area,
     cells: &[Option<Cell>],
     (least, greatest): (f64, f64),
-    look: Look,
+    style: LineStyle,
 ) {
-    let wide = area.width / cells.len().max(1) as f32;
+    let column_width = area.width / cells.len().max(1) as f32;
     let y = |value: f64| at(area, least, greatest, value);
     let mut points: Vec<Point> = Vec::new();
     for (column, cell) in cells.iter().enumerate() {
-        let left = area.left + column as f32 * wide;
+        let left = area.left + column as f32 * column_width;
         let Some(cell) = cell else {
-            drawing.polyline(&std::mem::take(&mut points), Line::new(look.ink, look.width));
+            drawing.polyline(&std::mem::take(&mut points), Line::new(style.ink, style.width));
             continue;
         };
-        let middle = left + wide / 2.0;
+        let middle = left + column_width / 2.0;
         add(&mut points, (left, y(cell.first)));
         if cell.least < cell.greatest {
             // The farther extreme first, so that the line is as short as possible.
@@ -171,9 +171,9 @@ fn line(
                 .into_iter()
                 .for_each(|value| add(&mut points, (middle, y(value))));
         }
-        add(&mut points, (left + wide, y(cell.last)));
+        add(&mut points, (left + column_width, y(cell.last)));
     }
-    drawing.polyline(&points, Line::new(look.ink, look.width));
+    drawing.polyline(&points, Line::new(style.ink, style.width));
 }
 
 /// Adds a point. On a level stretch, the end of the line moves instead.
@@ -194,7 +194,7 @@ fn at(area: Area, least: f64, greatest: f64, value: f64) -> f32 {
 }
 
 /// The range of a chart with a margin, also for a constant.
-fn around((least, greatest): (f64, f64)) -> (f64, f64) {
+fn with_margin((least, greatest): (f64, f64)) -> (f64, f64) {
     let size = greatest.abs().max(least.abs());
     let range = greatest - least;
     let margin = if range > size * 1e-6 {
@@ -212,14 +212,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_level_line_has_two_points_and_a_range_has_room() {
+    fn a_level_line_has_two_points_and_a_range_has_a_margin() {
         let mut points = Vec::new();
         for x in [0.0, 1.0, 2.0, 3.0] {
             add(&mut points, (x, 5.0));
         }
         add(&mut points, (3.0, 7.0));
         assert_eq!(points, [(0.0, 5.0), (3.0, 5.0), (3.0, 7.0)]);
-        assert_eq!(around((5.0, 5.0)), (4.0, 6.0));
-        assert_eq!(around((0.0, 0.0)), (-1.0, 1.0));
+        assert_eq!(with_margin((5.0, 5.0)), (4.0, 6.0));
+        assert_eq!(with_margin((0.0, 0.0)), (-1.0, 1.0));
     }
 }

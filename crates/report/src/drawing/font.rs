@@ -20,8 +20,7 @@ pub(crate) struct Font {
 
 impl Font {
     pub(crate) fn new() -> Self {
-        let font =
-            FontRef::new(UBUNTU_LIGHT).expect("the typeface is part of the program and a test reads it");
+        let font = FontRef::new(UBUNTU_LIGHT).expect("the built-in typeface is valid, as a test checks");
         let (size, regular) = (Size::unscaled(), LocationRef::default());
         Self {
             letters: font.charmap(),
@@ -42,17 +41,17 @@ impl Font {
     }
 
     /// Shortens a text to the available width, with an ellipsis in place of the missing letters.
-    pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
-        let fits = |units: f32| units * self.scale(size) <= room;
+    pub(crate) fn fitted(&self, text: &str, size: f32, width_limit: f32) -> String {
+        let fits = |units: f32| units * self.scale(size) <= width_limit;
         let ellipsis = self.advance('…');
-        let (mut units, mut kept) = (0.0, None);
+        let (mut units, mut kept_end) = (0.0, None);
         for (place, letter) in text.char_indices() {
             if fits(units + ellipsis) {
-                kept = Some(place);
+                kept_end = Some(place);
             }
             units += self.advance(letter);
             if !fits(units) {
-                return kept.map_or_else(String::new, |kept| format!("{}…", &text[..kept]));
+                return kept_end.map_or_else(String::new, |kept_end| format!("{}…", &text[..kept_end]));
             }
         }
         text.to_owned()
@@ -137,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_has_ink_where_its_width_says() {
+    fn the_outline_of_a_text_fits_its_width() {
         let font = Font::new();
         let bounds = font.outline("goon 42 %", 20.0, (100.0, 50.0)).unwrap().bounds();
         assert!(bounds.left() >= 99.0 && bounds.right() <= 100.0 + font.width("goon 42 %", 20.0) + 1.0);
@@ -145,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_is_shortened_to_its_room() {
+    fn a_text_is_shortened_to_the_available_width() {
         let font = Font::new();
         assert_eq!(font.fitted("goon", 20.0, 100.0), "goon");
         let short = font.fitted("a schema of a very long name", 20.0, 100.0);
@@ -153,8 +152,11 @@ mod tests {
             short.ends_with('…') && font.width(&short, 20.0) <= 100.0,
             "{short}"
         );
-        let kept = short.chars().count() - 1;
-        let one_more: String = "a schema of a very long name".chars().take(kept + 1).collect();
+        let kept_end = short.chars().count() - 1;
+        let one_more: String = "a schema of a very long name"
+            .chars()
+            .take(kept_end + 1)
+            .collect();
         assert!(font.width(&(one_more + "…"), 20.0) > 100.0, "{short}");
         assert_eq!(font.fitted("goon", 20.0, 1.0), "");
         assert_eq!(font.fitted("goon", 20.0, font.width("goon", 20.0)), "goon");
@@ -163,13 +165,13 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_outline() {
+    fn a_text_without_ink_has_no_outline() {
         assert!(Font::new().outline("", 20.0, (0.0, 0.0)).is_none());
         assert!(Font::new().outline("  ", 20.0, (0.0, 0.0)).is_none());
     }
 
     #[test]
-    fn the_typeface_knows_the_letters_of_the_legend() {
+    fn the_typeface_contains_the_letters_of_the_legend() {
         let font = Font::new();
         for letter in "aZ09 %·<().,-−éñ…µ".chars() {
             assert!(font.letters.map(letter).is_some(), "{letter}");

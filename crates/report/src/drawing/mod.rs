@@ -187,8 +187,8 @@ impl Drawing {
     }
 
     /// Shortens a text to the available width, with an ellipsis in place of the missing letters.
-    pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
-        self.font.fitted(text, size, room)
+    pub(crate) fn fitted(&self, text: &str, size: f32, width: f32) -> String {
+        self.font.fitted(text, size, width)
     }
 
     fn add(&mut self, what: ElementKind) {

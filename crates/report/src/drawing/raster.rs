@@ -8,31 +8,31 @@ use tiny_skia::{
 use super::{Align, Drawing, ElementKind, Fill, Line};
 
 /// Longest side, pixels.
-const MOST: f32 = 16_384.0;
+const MAX_SIDE: f32 = 16_384.0;
 
 impl Drawing {
     /// Rasterises the drawing with `scale` pixels per unit.
     pub(crate) fn pixels(&self, scale: f32) -> Pixmap {
-        let side = |units: f32| (units * scale).round().clamp(1.0, MOST) as u32;
+        let side = |units: f32| (units * scale).round().clamp(1.0, MAX_SIDE) as u32;
         let pixmap = Pixmap::new(side(self.width), side(self.height));
         let mut pixmap = pixmap.expect("no side is 0 or more than a picture can have");
         pixmap.fill(Color::WHITE);
-        let mut brush = Rasterizer {
+        let mut rasterizer = Rasterizer {
             pixmap,
             mask: None,
             scale: Transform::from_scale(scale, scale),
         };
-        for mark in &self.marks {
-            brush.clip(mark.clip);
-            match &mark.what {
+        for element in &self.marks {
+            rasterizer.clip(element.clip);
+            match &element.what {
                 ElementKind::Fill(shape, ink) => {
                     if let Some(path) = shape.path() {
-                        brush.fill(&path, *ink);
+                        rasterizer.fill(&path, *ink);
                     }
                 }
                 ElementKind::Stroke(shape, line) => {
                     if let Some(path) = shape.path() {
-                        brush.stroke(&path, *line);
+                        rasterizer.stroke(&path, *line);
                     }
                 }
                 ElementKind::Text {
@@ -49,15 +49,15 @@ impl Drawing {
                         Align::Right => x - width,
                     };
                     if let Some(outline) = self.font.outline(text, *size, (left, *y)) {
-                        brush.fill(&outline, *ink);
+                        rasterizer.fill(&outline, *ink);
                         // The typeface is light and made for larger sizes; a thin stroke improves legibility.
-                        brush.stroke(&outline, Line::new(*ink, size / 50.0));
+                        rasterizer.stroke(&outline, Line::new(*ink, size / 50.0));
                     }
                 }
                 ElementKind::Note(_) => {}
             }
         }
-        brush.pixmap
+        rasterizer.pixmap
     }
 }
 

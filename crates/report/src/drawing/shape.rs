@@ -27,15 +27,15 @@ impl Shape {
     /// The shape as a path; none if it has no extent.
     pub(super) fn path(&self) -> Option<Path> {
         match self {
-            Self::Line(points) => through(points, false),
-            Self::Area(points) => through(points, true),
+            Self::Line(points) => path_through(points, false),
+            Self::Area(points) => path_through(points, true),
             Self::Disc((x, y), radius) => PathBuilder::from_circle(*x, *y, *radius),
             Self::Box(rect) => Some(PathBuilder::from_rect(*rect)),
         }
     }
 }
 
-fn through(points: &[Point], closed: bool) -> Option<Path> {
+fn path_through(points: &[Point], closed: bool) -> Option<Path> {
     let [(x, y), rest @ ..] = points else { return None };
     let mut path = PathBuilder::new();
     path.move_to(*x, *y);

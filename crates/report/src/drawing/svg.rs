@@ -14,7 +14,7 @@ struct Svg<'d> {
     text: String,
     clips: Vec<Rect>,
     /// Whether a group with a tooltip is open.
-    noted: bool,
+    in_note: bool,
 }
 
 impl Drawing {
@@ -25,7 +25,7 @@ impl Drawing {
             drawing: self,
             text: String::new(),
             clips: Vec::new(),
-            noted: false,
+            in_note: false,
         };
         // Writing to a string cannot fail.
         let _ = svg.write(label, prefix);
@@ -39,8 +39,8 @@ impl Svg<'_> {
         write!(
             self.text,
             r#"<svg viewBox="0 0 {} {}" role="img" aria-label="{}">"#,
-            Short(width),
-            Short(height),
+            Rounded(width),
+            Rounded(height),
             escaped(label)
         )?;
         let marks = &self.drawing.marks;
@@ -57,17 +57,17 @@ impl Svg<'_> {
                 }
             };
         }
-        if self.noted {
+        if self.in_note {
             self.text.push_str("</g>");
         }
         for (number, clip) in self.clips.iter().enumerate() {
             write!(
                 self.text,
                 r#"<clipPath id="{prefix}{number}"><rect x="{}" y="{}" width="{}" height="{}"/></clipPath>"#,
-                Short(clip.x()),
-                Short(clip.y()),
-                Short(clip.width()),
-                Short(clip.height())
+                Rounded(clip.x()),
+                Rounded(clip.y()),
+                Rounded(clip.width()),
+                Rounded(clip.height())
             )?;
         }
         self.text.push_str("</svg>");
@@ -79,12 +79,12 @@ impl Svg<'_> {
         self.text.push_str("<path d=\"");
         for mark in marks {
             if let ElementKind::Fill(Shape::Box(rect), _) = &mark.what {
-                let (wide, high) = (Short(rect.width()), Short(rect.height()));
+                let (width, height) = (Rounded(rect.width()), Rounded(rect.height()));
                 write!(
                     self.text,
-                    "M{} {}h{wide}v{high}h-{wide}z",
-                    Short(rect.x()),
-                    Short(rect.y())
+                    "M{} {}h{width}v{height}h-{width}z",
+                    Rounded(rect.x()),
+                    Rounded(rect.y())
                 )?;
             }
         }
@@ -112,7 +112,7 @@ impl Svg<'_> {
                 align,
                 ink,
             } => {
-                let (x, y, size) = (Short(*x), Short(*y), Short(*size));
+                let (x, y, size) = (Rounded(*x), Rounded(*y), Rounded(*size));
                 write!(self.text, r#"<text x="{x}" y="{y}" font-size="{size}""#)?;
                 self.text.push_str(match align {
                     Align::Left => "",
@@ -124,7 +124,7 @@ impl Svg<'_> {
                 return write!(self.text, ">{}</text>", escaped(text));
             }
             ElementKind::Note(note) => {
-                if std::mem::replace(&mut self.noted, note.is_some()) {
+                if std::mem::replace(&mut self.in_note, note.is_some()) {
                     self.text.push_str("</g>");
                 }
                 if let Some(note) = note {
@@ -140,24 +140,24 @@ impl Svg<'_> {
 
     fn shape(&mut self, shape: &Shape) -> fmt::Result {
         match shape {
-            Shape::Line(points) => self.through(points, ""),
-            Shape::Area(points) => self.through(points, "z"),
+            Shape::Line(points) => self.path_through(points, ""),
+            Shape::Area(points) => self.path_through(points, "z"),
             Shape::Disc((x, y), radius) => {
-                let (x, y, radius) = (Short(*x), Short(*y), Short(*radius));
+                let (x, y, radius) = (Rounded(*x), Rounded(*y), Rounded(*radius));
                 write!(self.text, r#"<circle cx="{x}" cy="{y}" r="{radius}""#)
             }
             Shape::Box(rect) => {
-                let (x, y) = (Short(rect.x()), Short(rect.y()));
-                let (wide, high) = (Short(rect.width()), Short(rect.height()));
+                let (x, y) = (Rounded(rect.x()), Rounded(rect.y()));
+                let (width, height) = (Rounded(rect.width()), Rounded(rect.height()));
                 write!(
                     self.text,
-                    r#"<rect x="{x}" y="{y}" width="{wide}" height="{high}""#
+                    r#"<rect x="{x}" y="{y}" width="{width}" height="{height}""#
                 )
             }
         }
     }
 
-    fn through(&mut self, points: &[Point], end: &str) -> fmt::Result {
+    fn path_through(&mut self, points: &[Point], end: &str) -> fmt::Result {
         self.text.push_str("<path d=\"");
         for (number, (x, y)) in points.iter().enumerate() {
             let step = match number {
@@ -165,7 +165,7 @@ impl Svg<'_> {
                 1 => 'L',
                 _ => ' ',
             };
-            write!(self.text, "{step}{} {}", Short(*x), Short(*y))?;
+            write!(self.text, "{step}{} {}", Rounded(*x), Rounded(*y))?;
         }
         write!(self.text, "{end}\"")
     }
@@ -173,22 +173,27 @@ impl Svg<'_> {
     fn filled(&mut self, ink: Fill) -> fmt::Result {
         write!(self.text, r#" fill="var({})""#, ink.tone)?;
         if ink.opacity < 1.0 {
-            write!(self.text, r#" fill-opacity="{}""#, Short(ink.opacity))?;
+            write!(self.text, r#" fill-opacity="{}""#, Rounded(ink.opacity))?;
         }
         Ok(())
     }
 
     fn stroked(&mut self, line: Line) -> fmt::Result {
-        let (tone, width) = (line.ink.tone, Short(line.width));
+        let (tone, width) = (line.ink.tone, Rounded(line.width));
         write!(
             self.text,
             r#" fill="none" stroke="var({tone})" stroke-width="{width}""#
         )?;
         if line.ink.opacity < 1.0 {
-            write!(self.text, r#" stroke-opacity="{}""#, Short(line.ink.opacity))?;
+            write!(self.text, r#" stroke-opacity="{}""#, Rounded(line.ink.opacity))?;
         }
         if let Some([line, gap]) = line.dash {
-            write!(self.text, r#" stroke-dasharray="{} {}""#, Short(line), Short(gap))?;
+            write!(
+                self.text,
+                r#" stroke-dasharray="{} {}""#,
+                Rounded(line),
+                Rounded(gap)
+            )?;
         }
         Ok(())
     }
@@ -221,9 +226,9 @@ fn escaped(text: &str) -> String {
 
 /// A number rounded to the two digits that are visible.
 #[derive(Clone, Copy)]
-struct Short(f32);
+struct Rounded(f32);
 
-impl fmt::Display for Short {
+impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rounded = (self.0 * 100.0).round() / 100.0;
         // Adding zero turns "-0" into "0".
@@ -236,7 +241,7 @@ mod tests {
     use crate::drawing::{Align, ColorRole, Drawing, Line};
 
     #[test]
-    fn what_others_wrote_is_text_and_no_markup() {
+    fn text_from_a_recording_never_becomes_markup() {
         let mut drawing = Drawing::new(10.0, 10.0);
         drawing.note(Some("<b>\"".to_owned()));
         drawing.text(

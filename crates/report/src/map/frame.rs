@@ -72,11 +72,11 @@ impl Frame {
     /// map.
     pub(super) fn of(drive: &Drive, entries: &[Entry], heading: bool) -> Self {
         let sheet = Sheet::new(drive, entries, heading);
-        let [wide, high] = size(&sheet.shown);
-        let below = wide / high >= WIDE;
-        let scale = ((WIDTH - LEFT - MARGIN) / wide).min(MAP_HEIGHT / high);
-        let room = below.then_some(wide * scale);
-        let mut frame = sheet.frame(scale, room);
+        let [width_m, height_m] = size(&sheet.shown);
+        let below = width_m / height_m >= WIDE;
+        let scale = ((WIDTH - LEFT - MARGIN) / width_m).min(MAP_HEIGHT / height_m);
+        let row_width = below.then_some(width_m * scale);
+        let mut frame = sheet.frame(scale, row_width);
         frame.width = frame.width.max(LEAST_WIDTH as f32);
         frame
     }
@@ -84,13 +84,13 @@ impl Frame {
     /// Lays out a map within a given size. The legend is placed where it leaves the map larger.
     pub(super) fn within(drive: &Drive, entries: &[Entry], width: f32, height: f32) -> Self {
         let sheet = Sheet::new(drive, entries, true);
-        let [wide, high] = size(&sheet.shown);
+        let [width_m, height_m] = size(&sheet.shown);
         let [width, height] = [
             f64::from(width) - LEFT - MARGIN,
             f64::from(height) - sheet.top - BELOW - MARGIN / 2.0,
         ];
-        let scale = |width: f64, height: f64| (width.max(LEAST) / wide).min(height.max(LEAST) / high);
-        let (_, rows) = flow(&sheet.entries, width);
+        let scale = |width: f64, height: f64| (width.max(LEAST) / width_m).min(height.max(LEAST) / height_m);
+        let (_, rows) = arrange(&sheet.entries, width);
         let beside = scale(width - sheet.beside(), height);
         let below = scale(width, height - rows as f64 * ROW);
         if below > beside {
@@ -141,23 +141,23 @@ impl Sheet {
     fn frame(self, scale: f64, below: Option<f64>) -> Frame {
         let top = self.top;
         let [map_width, map_height] = size(&self.shown).map(|metres| metres * scale);
-        let foot = top + map_height + BELOW;
+        let legend_top = top + map_height + BELOW;
         let beside = self.beside();
         let (legend, width, height): (Vec<_>, f64, f64) = match below {
-            Some(room) => {
-                let (places, rows) = flow(&self.entries, room);
-                let at = |(x, row): (f64, usize)| (LEFT + x, foot + (row as f64 + 0.5) * ROW);
+            Some(row_width) => {
+                let (places, rows) = arrange(&self.entries, row_width);
+                let at = |(x, row): (f64, usize)| (LEFT + x, legend_top + (row as f64 + 0.5) * ROW);
                 (
                     places.into_iter().map(at).collect(),
                     0.0,
-                    foot + rows as f64 * ROW,
+                    legend_top + rows as f64 * ROW,
                 )
             }
             None => {
                 let at = |row: usize| (LEFT + map_width + GAP, top + (row as f64 + 0.5) * ROW);
                 let rows = self.entries.len();
                 let column = top + rows as f64 * ROW + MARGIN / 2.0;
-                ((0..rows).map(at).collect(), beside, foot.max(column))
+                ((0..rows).map(at).collect(), beside, legend_top.max(column))
             }
         };
         Frame {
@@ -181,9 +181,9 @@ fn shown(drive: &Drive) -> Bounds {
         .iter()
         .flat_map(|bounds| [bounds.min, bounds.max])
         .collect();
-    let reach = drive.robot_radius;
+    let radius = drive.robot_radius;
     for at in drive.places() {
-        points.extend([[at.x - reach, at.y - reach], [at.x + reach, at.y + reach]]);
+        points.extend([[at.x - radius, at.y - radius], [at.x + radius, at.y + radius]]);
     }
     points.extend(drive.targets.iter().map(|target| [target.x, target.y]));
     if drive.bounds.is_none() {
@@ -191,7 +191,7 @@ fn shown(drive: &Drive) -> Bounds {
             .shapes
             .iter()
             .for_each(|thing| points.extend(corners(&thing.outline)));
-        points.extend(core(&drive.scans));
+        points.extend(central_bounds(&drive.scans));
     }
     let mut shown = points.first().map_or(
         Bounds {
@@ -207,18 +207,18 @@ fn shown(drive: &Drive) -> Bounds {
         shown.min = [shown.min[0].min(x), shown.min[1].min(y)];
         shown.max = [shown.max[0].max(x), shown.max[1].max(y)];
     }
-    let [wide, high] = size(&shown);
-    let longest = wide.max(high);
+    let [width_m, height_m] = size(&shown);
+    let longest = width_m.max(height_m);
     let least = LEAST_METRES.max(longest / THINNEST);
-    let around = longest * 0.02;
-    grow(&mut shown, 0, ((least - wide) / 2.0).max(around));
-    grow(&mut shown, 1, ((least - high) / 2.0).max(around));
+    let margin = longest * 0.02;
+    grow(&mut shown, 0, ((least - width_m) / 2.0).max(margin));
+    grow(&mut shown, 1, ((least - height_m) / 2.0).max(margin));
     shown
 }
 
 /// The bounding box of the points without the outermost hundredth on each side, so that a single beam through
 /// a door does not shrink the map.
-fn core(points: &[(f64, f64)]) -> Vec<[f64; 2]> {
+fn central_bounds(points: &[(f64, f64)]) -> Vec<[f64; 2]> {
     let side = |numbers: &mut dyn Iterator<Item = f64>| {
         let mut numbers: Vec<f64> = numbers.collect();
         numbers.sort_by(f64::total_cmp);
@@ -259,17 +259,17 @@ fn size(bounds: &Bounds) -> [f64; 2] {
     [bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]]
 }
 
-fn grow(bounds: &mut Bounds, axis: usize, by: f64) {
-    bounds.min[axis] -= by;
-    bounds.max[axis] += by;
+fn grow(bounds: &mut Bounds, axis: usize, margin: f64) {
+    bounds.min[axis] -= margin;
+    bounds.max[axis] += margin;
 }
 
 /// Arranges entries in rows; returns the x and row of each, and the number of rows.
-fn flow(widths: &[f64], room: f64) -> (Vec<(f64, usize)>, usize) {
+fn arrange(widths: &[f64], row_width: f64) -> (Vec<(f64, usize)>, usize) {
     let (mut x, mut row) = (0.0, 0);
     let mut places = Vec::new();
     for width in widths {
-        if x > 0.0 && x + width > room {
+        if x > 0.0 && x + width > row_width {
             (x, row) = (0.0, row + 1);
         }
         places.push((x, row));

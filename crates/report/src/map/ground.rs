@@ -23,13 +23,14 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     drawing.clip(Some(frame.map));
     grid(drawing, frame);
     scans(drawing, frame, &drive.scans);
-    let (moving, still): (Vec<Obstacle>, Vec<Obstacle>) = drive.shapes.iter().partition(|thing| thing.moving);
+    let (moving, still): (Vec<Obstacle>, Vec<Obstacle>) =
+        drive.shapes.iter().partition(|obstacle| obstacle.moving);
     let (walls, furniture): (Vec<Obstacle>, Vec<Obstacle>) = still.into_iter().partition(is_wall);
 
     // All edges, then all areas, so that touching things merge, such as the blocks of an occupancy map.
     let areas: Vec<Shape> = furniture
         .iter()
-        .filter_map(|thing| area(frame, &thing.outline))
+        .filter_map(|obstacle| area(frame, &obstacle.outline))
         .collect();
     areas
         .iter()
@@ -39,8 +40,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
         .for_each(|area| drawing.fill(area, ColorRole::Furniture));
     moving
         .iter()
-        .filter_map(|thing| area(frame, &thing.outline))
-        .for_each(|area| light(drawing, area));
+        .filter_map(|obstacle| area(frame, &obstacle.outline))
+        .for_each(|area| draw_moving(drawing, area));
     for wall in walls {
         match wall.outline {
             Outline::Segment { from, to } => {
@@ -64,31 +65,31 @@ pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
     drawing.stroke(Shape::Box(map), Line::new(ColorRole::Edge, 1.0));
     for (x, text) in labels(frame, 0) {
-        let at = (frame.at(x, 0.0).0, map.bottom() + 18.0);
-        drawing.label(&text, LABEL, at, Align::Middle, ColorRole::Soft);
+        let position = (frame.at(x, 0.0).0, map.bottom() + 18.0);
+        drawing.label(&text, LABEL, position, Align::Middle, ColorRole::Soft);
     }
     for (y, text) in labels(frame, 1) {
-        let at = (map.left() - 10.0, frame.at(0.0, y).1);
-        drawing.label(&text, LABEL, at, Align::Right, ColorRole::Soft);
+        let position = (map.left() - 10.0, frame.at(0.0, y).1);
+        drawing.label(&text, LABEL, position, Align::Right, ColorRole::Soft);
     }
     scale_bar(drawing, frame);
 }
 
 /// Draws a disc in the style of moving things.
 pub(super) fn moving_disc(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32) {
-    light(drawing, Shape::Disc((x, y), radius));
+    draw_moving(drawing, Shape::Disc((x, y), radius));
 }
 
 fn grid(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
     let line = Line::new(ColorRole::Grid, 1.0);
     for x in frame.grid_lines(0) {
-        let at = crisp(frame.at(x, 0.0).0);
-        drawing.polyline(&[(at, map.top()), (at, map.bottom())], line);
+        let position = crisp(frame.at(x, 0.0).0);
+        drawing.polyline(&[(position, map.top()), (position, map.bottom())], line);
     }
     for y in frame.grid_lines(1) {
-        let at = crisp(frame.at(0.0, y).1);
-        drawing.polyline(&[(map.left(), at), (map.right(), at)], line);
+        let position = crisp(frame.at(0.0, y).1);
+        drawing.polyline(&[(map.left(), position), (map.right(), position)], line);
     }
 }
 
@@ -96,7 +97,7 @@ fn grid(drawing: &mut Drawing, frame: &Frame) {
 fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
     let mut labels: Vec<_> = frame
         .grid_lines(axis)
-        .map(|at| (at, metres(at, frame.grid)))
+        .map(|position| (position, metres(position, frame.grid)))
         .collect();
     if let Some((_, last)) = labels.last_mut() {
         last.push_str(" m");
@@ -120,8 +121,8 @@ fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
     // From light to dark, so that points of one shade are drawn together.
     for shade in 0..=SHADES {
         let ink = ColorRole::Ink.faded(0.45 + 0.1 * shade as f32);
-        let alike = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
-        for (place, _) in hits.iter().enumerate().filter(|(_, hits)| alike(**hits)) {
+        let has_shade = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
+        for (place, _) in hits.iter().enumerate().filter(|(_, hits)| has_shade(**hits)) {
             let left = frame.map.left() + (place % columns * POINT) as f32;
             let top = frame.map.top() + (place / columns * POINT) as f32;
             drawing.bar((left, top), POINT as f32, POINT as f32, ink);
@@ -153,13 +154,13 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
     );
 }
 
-fn light(drawing: &mut Drawing, area: Shape) {
+fn draw_moving(drawing: &mut Drawing, area: Shape) {
     drawing.fill(area.clone(), ColorRole::Furniture.faded(0.45));
     drawing.stroke(area, Line::new(ColorRole::Edge, 1.5).dashed(4.0, 4.0));
 }
 
-fn is_wall(thing: &Obstacle) -> bool {
-    match thing.outline {
+fn is_wall(obstacle: &Obstacle) -> bool {
+    match obstacle.outline {
         Outline::Segment { .. } => true,
         Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= THIN,
         Outline::Circle { .. } => false,
@@ -191,6 +192,6 @@ fn metres(length: f64, step: f64) -> String {
 }
 
 /// The middle of the pixel, where a line of one pixel has sharp edges.
-fn crisp(at: f32) -> f32 {
-    at.floor() + 0.5
+fn crisp(position: f32) -> f32 {
+    position.floor() + 0.5
 }

@@ -29,7 +29,7 @@ pub(super) struct Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sign {
     /// The path while a schema won, or none did.
-    Way(Option<usize>),
+    Path(Option<usize>),
     /// A change of winner.
     Takeover,
     /// The start of a robot.
@@ -54,35 +54,35 @@ impl Entry {
 /// The entries that a drive needs.
 pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
     let times = times(drive);
-    let whole: f64 = times.iter().map(|(_, time)| time).sum();
+    let total: f64 = times.iter().map(|(_, time)| time).sum();
     let share = |winner| {
         let time: f64 = times
             .iter()
             .filter(|(of, _)| *of == winner)
             .map(|(_, time)| time)
             .sum();
-        percent(time, whole)
+        percent(time, total)
     };
     let name = |winner: usize| drive.schema_names.get(winner).map_or("unknown", String::as_str);
-    let seen: BTreeSet<usize> = drive.seen().collect();
+    let drawn_winners: BTreeSet<usize> = drive.drawn_winners().collect();
     let mut entries: Vec<Entry> = palette
         .winners()
-        .filter(|winner| seen.contains(winner))
+        .filter(|winner| drawn_winners.contains(winner))
         .map(|winner| Entry {
-            sign: Sign::Way(Some(winner)),
+            sign: Sign::Path(Some(winner)),
             text: format!("{} {}", name(winner), share(Some(winner))),
         })
         .collect();
     if times.iter().any(|(winner, time)| winner.is_none() && *time > 0.0) {
         entries.push(Entry {
-            sign: Sign::Way(None),
+            sign: Sign::Path(None),
             text: format!("nobody {}", share(None)),
         });
     }
     let signs = [
         (!drive.takeovers.is_empty(), Sign::Takeover, "takeover"),
-        (drive.has_way(), Sign::Start, "start"),
-        (drive.has_way(), Sign::End, "end"),
+        (drive.has_path(), Sign::Start, "start"),
+        (drive.has_path(), Sign::End, "end"),
         (
             drive.targets.iter().any(|target| target.reached),
             Sign::Reached,
@@ -141,7 +141,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, palette: &Palette, entr
 
 fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette) {
     match sign {
-        Sign::Way(winner) => {
+        Sign::Path(winner) => {
             let line = Line {
                 width: 5.0,
                 ..path::line(palette, winner)
@@ -160,18 +160,18 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
 /// Duration, distance and outcome of the drive as text.
 fn numbers(drive: &Drive) -> String {
     let mut numbers = Vec::new();
-    let driven: Vec<_> = drive.paths.iter().filter(|way| way.points.len() > 1).collect();
-    let times = || driven.iter().flat_map(|way| &way.points).map(|at| at.time);
+    let driven: Vec<_> = drive.paths.iter().filter(|path| path.points.len() > 1).collect();
+    let times = || driven.iter().flat_map(|path| &path.points).map(|at| at.time);
     if !driven.is_empty() {
         let [first, last] = [times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max)];
         numbers.push(format!("{:.1} s", last - first));
-        let far = |way: &&RobotPath| match drive.paths.len() {
-            1 => format!("{:.1} m", way.distance),
-            _ => format!("{} {:.1} m", way.robot, way.distance),
+        let distance = |path: &&RobotPath| match drive.paths.len() {
+            1 => format!("{:.1} m", path.distance),
+            _ => format!("{} {:.1} m", path.robot, path.distance),
         };
         numbers.push(format!(
             "{} driven",
-            driven.iter().map(far).collect::<Vec<_>>().join(", ")
+            driven.iter().map(distance).collect::<Vec<_>>().join(", ")
         ));
     }
     if !drive.targets.is_empty() {
@@ -189,20 +189,20 @@ fn numbers(drive: &Drive) -> String {
 
 /// The time steps of the paths with their winners, seconds. A step backwards in time counts as 0.
 fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
-    let pairs = drive.paths.iter().flat_map(|way| way.points.windows(2));
+    let pairs = drive.paths.iter().flat_map(|path| path.points.windows(2));
     pairs
         .map(|pair| (pair[0].winner, (pair[1].time - pair[0].time).max(0.0)))
         .collect()
 }
 
-fn percent(time: f64, whole: f64) -> String {
-    match if whole > 0.0 { 100.0 * time / whole } else { 0.0 } {
+fn percent(time: f64, total: f64) -> String {
+    match if total > 0.0 { 100.0 * time / total } else { 0.0 } {
         share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
         // The sum of no numbers is -0.
         share => format!("{:.0} %", share.abs()),
     }
 }
 
-fn count(number: u64, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+fn count(number: u64, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }

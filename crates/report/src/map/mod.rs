@@ -107,17 +107,17 @@ pub struct Takeover {
 impl Drive {
     /// Whether the pose of any robot is known.
     #[must_use]
-    pub fn has_way(&self) -> bool {
+    pub fn has_path(&self) -> bool {
         self.places().next().is_some()
     }
 
     /// All points of all robots.
     fn places(&self) -> impl Iterator<Item = &PathPoint> {
-        self.paths.iter().flat_map(|way| &way.points)
+        self.paths.iter().flat_map(|path| &path.points)
     }
 
     /// The winners in the paths and the takeovers, with repetitions.
-    fn seen(&self) -> impl Iterator<Item = usize> {
+    fn drawn_winners(&self) -> impl Iterator<Item = usize> {
         let path = self.places().filter_map(|at| at.winner);
         path.chain(self.takeovers.iter().map(|takeover| takeover.to))
     }
@@ -141,7 +141,7 @@ pub(crate) fn draw(drive: &Drive, heading: bool) -> Drawing {
     let entries = legend::entries(drive, &Palette::of(drive));
     let frame = Frame::of(drive, &entries, heading);
     let mut drawing = Drawing::new(frame.width, frame.height);
-    onto(&mut drawing, drive, &frame, &entries);
+    draw_on(&mut drawing, drive, &frame, &entries);
     if heading {
         legend::heading(&mut drawing, &frame, drive);
     }
@@ -153,11 +153,11 @@ pub(crate) fn draw_within(drawing: &mut Drawing, drive: &Drive, width: f32, heig
     let drive = &finite(drive);
     let entries = legend::entries(drive, &Palette::of(drive));
     let frame = Frame::within(drive, &entries, width, height);
-    onto(drawing, drive, &frame, &entries);
+    draw_on(drawing, drive, &frame, &entries);
     legend::heading(drawing, &frame, drive);
 }
 
-fn onto(drawing: &mut Drawing, drive: &Drive, frame: &Frame, entries: &[legend::Entry]) {
+fn draw_on(drawing: &mut Drawing, drive: &Drive, frame: &Frame, entries: &[legend::Entry]) {
     let palette = Palette::of(drive);
     ground::draw(drawing, frame, drive);
     path::draw(drawing, frame, drive, &palette);
@@ -187,8 +187,8 @@ fn finite(drive: &Drive) -> Drive {
         Outline::Circle { center, radius } => is_placed(&center) && is_placed(&[radius]),
     });
     drive.scans.retain(|(x, y)| is_placed(&[*x, *y]));
-    for way in &mut drive.paths {
-        way.points
+    for path in &mut drive.paths {
+        path.points
             .retain(|at| is_placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
     }
     drive.targets.retain(|target| is_placed(&[target.x, target.y]));

@@ -14,7 +14,12 @@ impl Palette {
     /// Assigns colours only to schemas that won for any time, so that the most distinct colours are not spent
     /// on others.
     pub(crate) fn of(drive: &Drive) -> Self {
-        let mut winners: Vec<usize> = drive.winners.iter().copied().chain(drive.seen()).collect();
+        let mut winners: Vec<usize> = drive
+            .winners
+            .iter()
+            .copied()
+            .chain(drive.drawn_winners())
+            .collect();
         winners.sort_unstable();
         winners.dedup();
         Self { winners }

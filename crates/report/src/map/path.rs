@@ -7,11 +7,11 @@ use crate::drawing::{Align, ColorRole, Drawing, Line};
 
 /// Width of the path's line, and of the white on either side that separates it from lines below, pixels.
 const PATH_WIDTH: f32 = 3.0;
-const LIFT: f32 = 2.0;
+const OUTLINE_WIDTH: f32 = 2.0;
 /// Distance between two arrows on the path, pixels.
 const ARROWS: f32 = 170.0;
 /// Least distance between an arrow and the mark of a takeover, pixels.
-const CLEAR: f32 = 16.0;
+const ARROW_CLEARANCE: f32 = 16.0;
 /// Least radius of a robot, also if its radius is unknown, pixels.
 const LEAST_ROBOT: f32 = 9.0;
 /// Pixels from the centre of a target's cross to its ends, the radius of its badge, and the badge's offset in
@@ -22,7 +22,7 @@ const BESIDE: f32 = 19.0;
 /// Text size of a robot's name, shown if there are several.
 const NAME: f32 = 16.0;
 /// Points closer than this are merged, pixels.
-const SAME: f32 = 0.5;
+const MERGE_DISTANCE: f32 = 0.5;
 
 /// The end of the path at which a robot is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,20 +33,20 @@ pub(super) enum Robot {
 
 /// Draws the whole drive.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette: &Palette) {
-    let ways: Vec<Vec<Run>> = drive.paths.iter().map(|way| runs(frame, &way.points)).collect();
-    let runs: Vec<&Run> = ways.iter().flatten().collect();
+    let paths: Vec<Vec<Run>> = drive.paths.iter().map(|path| runs(frame, &path.points)).collect();
+    let runs: Vec<&Run> = paths.iter().flatten().collect();
     for (_, points) in &runs {
         drawing.polyline(
             points,
-            Line::new(ColorRole::Paper.faded(0.85), PATH_WIDTH + 2.0 * LIFT),
+            Line::new(ColorRole::Paper.faded(0.85), PATH_WIDTH + 2.0 * OUTLINE_WIDTH),
         );
     }
     for (winner, points) in &runs {
         drawing.polyline(points, line(palette, *winner));
     }
     let takeovers: Vec<(f32, f32)> = drive.takeovers.iter().map(|at| frame.at(at.x, at.y)).collect();
-    for way in &ways {
-        arrows(drawing, way, &takeovers, palette);
+    for path in &paths {
+        arrows(drawing, path, &takeovers, palette);
     }
     for (at, place) in drive.takeovers.iter().zip(takeovers) {
         takeover(drawing, place, palette.tone(Some(at.to)));
@@ -57,8 +57,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     }
     let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
     let mut robots = Vec::new();
-    for way in &drive.paths {
-        let ends = way.points.first().zip(way.points.last());
+    for path in &drive.paths {
+        let ends = path.points.first().zip(path.points.last());
         for (at, which) in ends
             .iter()
             .flat_map(|(first, last)| [(first, Robot::Start), (last, Robot::End)])
@@ -67,13 +67,13 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
             robot(drawing, place, radius, at.heading, which);
             robots.push(place);
             if drive.paths.len() > 1 && which == Robot::End {
-                let beside = (place.0 + radius + NAME / 3.0, place.1);
-                drawing.label(&way.robot, NAME, beside, Align::Left, ColorRole::Ink);
+                let name_place = (place.0 + radius + NAME / 3.0, place.1);
+                drawing.label(&path.robot, NAME, name_place, Align::Left, ColorRole::Ink);
             }
         }
     }
     for at in &drive.targets {
-        let place = beside(frame.at(at.x, at.y), &runs, &robots, radius);
+        let place = badge_place(frame.at(at.x, at.y), &runs, &robots, radius);
         badge(drawing, place, &at.number.to_string(), at.reached);
     }
 }
@@ -114,9 +114,12 @@ pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, rea
 /// Draws a robot from above: a disc with a wedge in its heading; the one at the start is faded.
 pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32, heading: f64, which: Robot) {
     // Pixels count downwards, headings counter-clockwise.
-    let ahead = |angle: f64, far: f32| {
+    let ahead = |angle: f64, distance: f32| {
         let angle = heading + angle;
-        (x + angle.cos() as f32 * far, y - angle.sin() as f32 * far)
+        (
+            x + angle.cos() as f32 * distance,
+            y - angle.sin() as f32 * distance,
+        )
     };
     let wedge = [
         ahead(0.0, radius * 0.82),
@@ -145,22 +148,22 @@ fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
 }
 
 /// The diagonal of a target on which its badge hides no robot and the least of the path.
-fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
-    let places = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+fn badge_place((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
+    let candidates = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
-    let hidden = |(x, y): (f32, f32)| {
-        let within = |reach: f32| move |(to_x, to_y): &&(f32, f32)| (to_x - x).hypot(to_y - y) < reach;
-        let way = runs
+    let hidden_count = |(x, y): (f32, f32)| {
+        let within = |distance: f32| move |(to_x, to_y): &&(f32, f32)| (to_x - x).hypot(to_y - y) < distance;
+        let covered = runs
             .iter()
             .flat_map(|(_, points)| points)
             .filter(within(BADGE + PATH_WIDTH))
             .count();
-        (robots.iter().filter(within(BADGE + radius)).count(), way)
+        (robots.iter().filter(within(BADGE + radius)).count(), covered)
     };
-    places
+    candidates
         .into_iter()
-        .min_by_key(|place| hidden(*place))
-        .unwrap_or(places[0])
+        .min_by_key(|place| hidden_count(*place))
+        .unwrap_or(candidates[0])
 }
 
 type Run = (Option<usize>, Vec<(f32, f32)>);
@@ -174,7 +177,7 @@ fn runs(frame: &Frame, path: &[PathPoint]) -> Vec<Run> {
             Some((winner, points)) => {
                 let last = *points.last().unwrap_or(&point);
                 let changes = *winner != at.winner;
-                if changes || (point.0 - last.0).hypot(point.1 - last.1) >= SAME {
+                if changes || (point.0 - last.0).hypot(point.1 - last.1) >= MERGE_DISTANCE {
                     points.push(point);
                 }
                 if changes {
@@ -196,19 +199,19 @@ fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette
             let length = (to_x - x).hypot(to_y - y);
             let (right, down) = ((to_x - x) / length, (to_y - y) / length);
             while next <= length {
-                let at = |ahead: f32, aside: f32| {
+                let at = |ahead: f32, sideways: f32| {
                     let forward = next + ahead;
                     (
-                        x + right * forward - down * aside,
-                        y + down * forward + right * aside,
+                        x + right * forward - down * sideways,
+                        y + down * forward + right * sideways,
                     )
                 };
                 let middle = at(0.0, 0.0);
                 if takeovers
                     .iter()
-                    .any(|(x, y)| (x - middle.0).hypot(y - middle.1) < CLEAR)
+                    .any(|(x, y)| (x - middle.0).hypot(y - middle.1) < ARROW_CLEARANCE)
                 {
-                    next += CLEAR;
+                    next += ARROW_CLEARANCE;
                     continue;
                 }
                 let head = [at(8.0, 0.0), at(-5.0, 6.0), at(-2.5, 0.0), at(-5.0, -6.0)];

@@ -8,7 +8,7 @@ use super::legend::{self, Sign};
 use super::*;
 use crate::drawing::ColorRole;
 
-fn moment(time: f64, x: f64, y: f64, winner: Option<usize>) -> PathPoint {
+fn point(time: f64, x: f64, y: f64, winner: Option<usize>) -> PathPoint {
     PathPoint {
         time,
         x,
@@ -28,10 +28,10 @@ fn still(outline: Outline) -> Obstacle {
 /// A room of 10 x 6 m: goon drives along y = 2 from x = 1 to 5, vff from there to 9; then no schema, 1 m up.
 fn room() -> Drive {
     let path = vec![
-        moment(0.0, 1.0, 2.0, Some(0)),
-        moment(6.0, 5.0, 2.0, Some(1)),
-        moment(9.0, 9.0, 2.0, None),
-        moment(10.0, 9.0, 3.0, None),
+        point(0.0, 1.0, 2.0, Some(0)),
+        point(6.0, 5.0, 2.0, Some(1)),
+        point(9.0, 9.0, 2.0, None),
+        point(10.0, 9.0, 3.0, None),
     ];
     Drive {
         title: "a room".to_owned(),
@@ -115,7 +115,7 @@ fn inked(picture: &Pixmap, columns: std::ops::Range<u32>, rows: std::ops::Range<
 }
 
 #[test]
-fn the_way_has_the_colour_of_who_won_there() {
+fn the_path_has_the_colour_of_the_winner() {
     let drive = room();
     let palette = Palette::of(&drive);
     let (goon, vff) = (palette.tone(Some(0)).light(), palette.tone(Some(1)).light());
@@ -126,7 +126,7 @@ fn the_way_has_the_colour_of_who_won_there() {
 }
 
 #[test]
-fn walls_are_dark_furniture_is_grey_and_what_moves_is_light() {
+fn walls_are_dark_furniture_is_grey_and_movers_are_light() {
     let drive = room();
     assert_eq!(probe(&drive, 2.5, 6.0), ColorRole::Ink.light());
     assert_eq!(probe(&drive, 3.0, 4.5), ColorRole::Furniture.light());
@@ -146,7 +146,7 @@ fn y_points_up() {
 }
 
 #[test]
-fn a_reached_target_is_full_and_another_is_not() {
+fn only_a_reached_target_has_a_filled_badge() {
     let drive = room();
     let (picture, frame) = (draw(&drive), frame(&drive));
     let badge = |x, y| {
@@ -159,7 +159,7 @@ fn a_reached_target_is_full_and_another_is_not() {
 }
 
 #[test]
-fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
+fn the_badge_of_a_target_hides_neither_the_robot_nor_the_path() {
     let mut drive = room();
     drive.targets = vec![Target {
         number: 1,
@@ -182,7 +182,7 @@ fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
 }
 
 #[test]
-fn the_legend_names_the_winners_with_their_share_and_only_what_is_shown() {
+fn the_legend_names_the_winners_with_their_share_and_only_shown_items() {
     let drive = room();
     let texts = |drive: &Drive| -> Vec<String> {
         legend::entries(drive, &Palette::of(drive))
@@ -214,18 +214,21 @@ fn the_legend_has_ink_for_every_entry() {
             inked(&picture, *x as u32..*x as u32 + 120, *y as u32 - 8..*y as u32 + 8) > 50,
             "{entry:?}"
         );
-        if let Sign::Way(winner) = entry.sign {
+        if let Sign::Path(winner) = entry.sign {
             assert_eq!(color(&picture, (*x + 10.0, *y)), palette.tone(winner).light());
         }
     }
 }
 
 #[test]
-fn the_title_stands_above_the_map() {
+fn the_title_is_above_the_map() {
     let mut drive = room();
-    let with = inked(&draw(&drive), 84..400, 20..56);
+    let with_title = inked(&draw(&drive), 84..400, 20..56);
     drive.title.clear();
-    assert_eq!((with > 200, inked(&draw(&drive), 84..400, 20..56)), (true, 0));
+    assert_eq!(
+        (with_title > 200, inked(&draw(&drive), 84..400, 20..56)),
+        (true, 0)
+    );
 }
 
 #[test]
@@ -242,29 +245,32 @@ fn laser_points_show_the_walls_of_a_drive_without_a_world() {
 
 #[test]
 fn a_wide_world_fills_the_width_and_a_high_one_the_height() {
-    let sized = |wide: f64, high: f64| {
+    let picture_size = |width: f64, height: f64| {
         let bounds = Some(Bounds {
             min: [0.0, 0.0],
-            max: [wide, high],
+            max: [width, height],
         });
         let picture = draw(&Drive { bounds, ..room() });
         (picture.width(), picture.height())
     };
-    assert_eq!(sized(20.0, 14.0).0, 1600);
-    assert_eq!(sized(200.0, 6.0).0, 1600);
-    let (wide, high) = sized(10.0, 200.0);
-    assert!(wide < 1000 && (1200..1500).contains(&high), "{wide} x {high}");
+    assert_eq!(picture_size(20.0, 14.0).0, 1600);
+    assert_eq!(picture_size(200.0, 6.0).0, 1600);
+    let (width, height) = picture_size(10.0, 200.0);
+    assert!(
+        width < 1000 && (1200..1500).contains(&height),
+        "{width} x {height}"
+    );
 }
 
 #[test]
-fn nothing_at_all_is_still_a_picture() {
+fn an_empty_drive_is_drawn_too() {
     let picture = draw(&Drive::default());
     assert!(picture.width() >= 700 && picture.height() >= 500);
 }
 
 #[test]
-fn a_robot_that_stood_still_has_a_place() {
-    let path = vec![moment(0.0, 3.0, -4.0, Some(0)); 3];
+fn a_robot_that_did_not_move_is_visible() {
+    let path = vec![point(0.0, 3.0, -4.0, Some(0)); 3];
     let drive = Drive {
         paths: vec![RobotPath {
             points: path,
@@ -278,7 +284,7 @@ fn a_robot_that_stood_still_has_a_place() {
 }
 
 #[test]
-fn bounds_without_an_extent_or_turned_around_do_no_harm() {
+fn empty_and_inverted_bounds_are_tolerated() {
     for (min, max) in [
         ([2.0, 2.0], [2.0, 2.0]),
         ([5.0, 5.0], [-5.0, -5.0]),
@@ -300,11 +306,11 @@ fn bounds_without_an_extent_or_turned_around_do_no_harm() {
 }
 
 #[test]
-fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
+fn an_invalid_pose_and_an_unknown_schema_do_not_affect_the_rest() {
     let mut drive = room();
     drive.paths[0]
         .points
-        .insert(1, moment(f64::NAN, f64::NAN, f64::INFINITY, Some(0)));
+        .insert(1, point(f64::NAN, f64::NAN, f64::INFINITY, Some(0)));
     drive.paths[0].points[0].winner = Some(77);
     drive.shapes.push(still(Outline::Circle {
         center: [f64::NAN, 0.0],
@@ -325,9 +331,9 @@ fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
 }
 
 #[test]
-fn more_winners_than_colours_are_told_apart_by_dashes() {
+fn more_winners_than_colours_are_distinguished_by_dashes() {
     let path = (0..10)
-        .map(|step| moment(step as f64, step as f64, 0.0, Some(step)))
+        .map(|step| point(step as f64, step as f64, 0.0, Some(step)))
         .collect();
     let drive = Drive {
         paths: vec![RobotPath {
@@ -337,14 +343,14 @@ fn more_winners_than_colours_are_told_apart_by_dashes() {
         ..Drive::default()
     };
     let palette = Palette::of(&drive);
-    let mut looks: Vec<_> = (0..10)
+    let mut styles: Vec<_> = (0..10)
         .map(|of| (palette.tone(Some(of)).light(), palette.is_dashed(Some(of))))
         .collect();
-    looks.dedup();
-    for (nth, look) in looks.iter().enumerate() {
-        assert!(!looks[..nth].contains(look), "winner {nth}");
+    styles.dedup();
+    for (index, style) in styles.iter().enumerate() {
+        assert!(!styles[..index].contains(style), "winner {index}");
     }
-    assert_eq!(looks.len(), 10);
+    assert_eq!(styles.len(), 10);
 }
 
 #[test]
@@ -353,13 +359,13 @@ fn the_same_drive_gives_the_same_picture() {
 }
 
 #[test]
-fn every_robot_has_its_way_and_its_name() {
+fn every_robot_has_its_path_and_its_name() {
     let mut drive = room();
     let alone = draw(&drive);
     drive.paths[0].robot = "left".to_owned();
     drive.paths.push(RobotPath {
         robot: "right".to_owned(),
-        points: vec![moment(0.0, 2.0, 1.0, Some(1)), moment(4.0, 8.0, 1.0, Some(1))],
+        points: vec![point(0.0, 2.0, 1.0, Some(1)), point(4.0, 8.0, 1.0, Some(1))],
         distance: 6.0,
     });
     let vff = Palette::of(&drive).tone(Some(1)).light();
@@ -369,14 +375,17 @@ fn every_robot_has_its_way_and_its_name() {
     let (x, y) = (x as u32, y as u32);
     // To the right of its end, beyond its radius.
     let name = |picture: &Pixmap| inked(picture, x + 45..x + 75, y - 8..y + 8);
-    assert!(name(&both) > name(&alone) + 20, "its name stands there");
+    assert!(
+        name(&both) > name(&alone) + 20,
+        "the name is beside the end of the path"
+    );
     let entries = legend::entries(&drive, &Palette::of(&drive));
     let texts: Vec<_> = entries.iter().map(|entry| entry.text.as_str()).collect();
     assert_eq!(&texts[..3], ["goon 43 %", "vff 50 %", "nobody 7 %"]);
 }
 
 #[test]
-fn who_never_won_has_nought_and_not_less() {
+fn a_schema_that_never_won_has_a_share_of_zero() {
     let mut drive = room();
     drive.takeovers.push(Takeover {
         x: 1.0,

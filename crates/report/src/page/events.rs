@@ -24,7 +24,7 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
             }
             div.scroll {
                 table {
-                    thead { tr { th.n { "time" } th { "kind" } th { "schema" } th { "what" } } }
+                    thead { tr { th.n { "time" } th { "kind" } th { "schema" } th { "description" } } }
                     tbody {
                         @for happening in events.kept() {
                             tr {

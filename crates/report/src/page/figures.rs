@@ -10,29 +10,29 @@ use crate::map;
 /// Width of the bands' drawing, units: that of the page at its widest.
 const WIDTH: f32 = 1200.0;
 /// Greatest height of all bands, units.
-const MOST: f32 = 6000.0;
+const MAX_HEIGHT: f32 = 6000.0;
 /// Height below the bands for the times, units.
 const TIMES: f32 = 28.0;
 
 pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
     let drive = &page.analysis.ending.drive;
-    if !drive.has_way() {
+    if !drive.has_path() {
         return None;
     }
     let drawing = map::draw(drive, false);
     let label = format!(
-        "The way of the robot of {}, in the colours of who acted",
+        "The path of the robot of {}, in the colours of the acting schemas",
         page.analysis.title
     );
     Some(html! {
-        p.note { "From above, in the colours of who acted; a ring where the winner changed." }
+        p.note { "Seen from above, in the colours of the acting schemas. A ring marks a change of the winner." }
         figure.map { (drawing.svg(&label, "m")) }
     })
 }
 
 pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
     let analysis = page.analysis;
-    let bands = Bands::new(analysis, MOST);
+    let bands = Bands::new(analysis, MAX_HEIGHT);
     if bands.height() == 0.0 {
         return None;
     }
@@ -50,9 +50,9 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
     let (from, to) = (seconds(analysis.columns.from), seconds(analysis.columns.to));
     Some(html! {
         p.note {
-            "High and in colour: WINNER; half as high: READY; low: CHECKING; nothing: SLEPT. Of a group, who won it, and a mark at every "
-            "switch. At the right the share of time as WINNER."
-            @if bands.left_out > 0 { " " (bands.left_out) " rows are left out: schemas that never were awake, and what is beyond a page." }
+            "High and in colour: WINNER; half as high: READY; low: CHECKING; empty: SLEPT. The row of a group shows its winner, with a mark at every "
+            "switch. The numbers on the right are the share of time as WINNER."
+            @if bands.left_out > 0 { " " (bands.left_out) " rows are not shown: schemas that were never awake, and rows beyond the height of a page." }
         }
         figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / WIDTH) data-right=(area.right() / WIDTH) {
             (drawing.svg("States of all schemas over time", "b"))

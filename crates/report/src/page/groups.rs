@@ -29,8 +29,8 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
         .any(|group| analysis.hierarchy.groups[*group].contract.is_some());
     Some(html! {
         p.note {
-            "A takeover goes from its cause to the first iteration of the new winner."
-            @if !knows_contracts { " What they may take by contract was not recorded." }
+            "A takeover lasts from its cause to the first iteration of the new winner."
+            @if !knows_contracts { " The limits of the contracts were not recorded." }
         }
         div.scroll {
             table {
@@ -38,13 +38,13 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
                     th { "group" } th { "policy" } th.n { "selections" } th.n { "switches" } th.n { "a second" }
                     th.n { "busiest second" } th.n { "takeover p50" } th.n { "p99" } th.n { "worst" } th.n { "contract" }
                 } }
-                tbody { @for group in groups { (one(page, group)) } }
+                tbody { @for group in groups { (group_rows(page, group)) } }
             }
         }
     })
 }
 
-fn one(page: &Page<'_>, group: usize) -> Markup {
+fn group_rows(page: &Page<'_>, group: usize) -> Markup {
     let (about, statistics) = (
         &page.analysis.hierarchy.groups[group],
         &page.analysis.groups[group],
@@ -65,7 +65,7 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
             td.n { (format!("{rate:.2}")) }
             td.n {
                 @match statistics.busiest {
-                    Some((most, time)) => { (most) br; small { "until " (at(time as f64 / 1e9)) } }
+                    Some((count, time)) => { (count) br; small { "until " (at(time as f64 / 1e9)) } }
                     None => "–",
                 }
             }
@@ -73,12 +73,12 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
             td.n { (time(statistics.takeovers.quantile(0.99))) }
             td.n {
                 @if broken { span.bad { (time(worst)) } } @else { (time(worst)) }
-                @if let Some((when, who)) = &statistics.worst { br; small { (who) " at " (at(*when as f64 / 1e9)) } }
+                @if let Some((time_ns, schema)) = &statistics.worst { br; small { (schema) " at " (at(*time_ns as f64 / 1e9)) } }
             }
             td.n { (time(contract)) }
         }
         @if statistics.chatter.spells > 0 {
-            tr { td {} td colspan="9" { (chattered(page, &statistics.chatter)) } }
+            tr { td {} td colspan="9" { (chatter_report(page, &statistics.chatter)) } }
         }
         @let pairs = statistics.pairs();
         @if !pairs.is_empty() {
@@ -88,7 +88,7 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
                     small { "took over from each other: " }
                     @for (place, pair) in pairs.iter().take(PAIRS).enumerate() {
                         @if place > 0 { " · " }
-                        (page.schema(&pair.one)) " ⇄ " (page.schema(&pair.other)) " "
+                        (page.schema(&pair.first_schema)) " ⇄ " (page.schema(&pair.second_schema)) " "
                         (counted(pair.switches, "time"))
                         small { " (" (format!("{:.2}", pair.switches as f64 / page.analysis.columns.seconds())) " a second)" }
                     }
@@ -100,37 +100,37 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
 }
 
 /// Reports that the group chattered, and which policy settings would have prevented it.
-fn chattered(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
+fn chatter_report(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
     let spells = match chatter.spells {
         1 => String::from("once"),
-        many => format!("{many} times"),
+        count => format!("{count} times"),
     };
     let switches = match chatter.switches {
         1 => String::from("1 switch"),
-        many => format!("{many} switches"),
+        count => format!("{count} switches"),
     };
     html! {
         span.bad { "chattered " (spells) }
-        @if let Some((one, other)) = chatter.between() {
-            ", most between " (page.choice(one)) " and " (page.choice(other))
+        @if let Some((first, second)) = chatter.between() {
+            ", most between " (page.choice(first)) " and " (page.choice(second))
         }
         ": " (switches) " at more than " (MAX_SWITCHES) " a second, "
         (chatter.collisions) " of them where several were ready. "
-        @if chatter.is_for_a_policy() {
+        @if chatter.would_a_policy_help() {
             @if let Some(dwell) = chatter.dwell() {
-                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most))
-                "; twice that is " code { "policy = \"sticky\", dwell = \"" (milliseconds(dwell.value)) "\"" }
-                ", with which it changes " (format!("{:.1}", 1.0 / dwell.value)) " times a second at most. "
+                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.bound))
+                ". Twice that is " code { "policy = \"sticky\", dwell = \"" (milliseconds(dwell.value)) "\"" }
+                ", which limits the group to " (format!("{:.1}", 1.0 / dwell.value)) " changes per second. "
             }
             @if let Some(hysteresis) = chatter.hysteresis() {
                 "Nine in ten of " (counted(hysteresis.count, "takeover")) " were won by an urgency no more than "
-                (format!("{:.3}", hysteresis.most)) " greater: " code { "hysteresis = " (short(hysteresis.value)) } " would have refused them. "
+                (format!("{:.3}", hysteresis.bound)) " greater: " code { "hysteresis = " (short(hysteresis.value)) } " would have prevented them. "
             }
         } @else {
-            "Where one alone is ready no policy is asked (R4): let its precondition begin and end at different values, by "
+            "Where only one candidate is ready, no policy decides (R4). Let its precondition begin and end at different values with "
             code { "Hysteresis" } " of the SDK. "
             @if let Some(dwell) = chatter.dwell() {
-                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most)) "."
+                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.bound)) "."
             }
         }
     }

@@ -47,12 +47,12 @@ pub fn page(analysis: &Analysis, file: &str) -> String {
     };
     let parts = [
         ("path", "Path", figures::path(&page)),
-        ("states", "Who acted when", figures::bands(&page)),
+        ("states", "States over time", figures::bands(&page)),
         ("groups", "Groups", groups::groups(&page)),
         ("schemas", "Schemas", schemas::schemas(&page)),
         ("switches", "Switches", switches::switches(&page)),
         ("events", "Events", events::events(&page)),
-        ("topics", "What was recorded", topics::topics(&page)),
+        ("topics", "Recorded topics", topics::topics(&page)),
     ];
     let style = format!("{}{STYLE}", color_role::style());
     html! {
@@ -104,9 +104,9 @@ fn footer(page: &Page<'_>) -> Markup {
     let columns = page.analysis.columns;
     html! {
         footer {
-            "Time is cut into " (columns.count) " columns of "
+            "Time is divided into " (columns.count) " columns of "
             (crate::chart::seconds(columns.seconds() / columns.count as f64))
-            ". Of each, bands show every state it had, the shorter the fainter, and lines the least and the greatest value. Means and "
+            ". For each column, bands show all states, fainter for a shorter time, and lines show the least and the greatest value. Means and "
             "worst times are exact, p50 and p99 within 2 %. Made by " code { "jde report" } " " (env!("CARGO_PKG_VERSION")) "."
         }
     }
@@ -116,11 +116,11 @@ impl Page<'_> {
     /// A schema's name with its colour in the drawings.
     fn schema(&self, name: &str) -> Markup {
         let place = self.analysis.hierarchy.find(name);
-        let tone = match place {
+        let color = match place {
             Some(place) if self.analysis.hierarchy.is_actor(place) => self.palette.tone(Some(place)),
             Some(_) | None => ColorRole::Edge,
         };
-        html! { i.sign style={ "background:var(" (tone) ")" } {} (name) }
+        html! { i.sign style={ "background:var(" (color) ")" } {} (name) }
     }
 
     /// The choice of a selection: a schema, or "nobody".
@@ -147,8 +147,8 @@ fn percent(share: f64) -> String {
 }
 
 /// A count with its noun.
-fn counted(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A count that is marked unless it is 0.

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 
 use super::{Page, percent, trouble};
 use crate::analysis::{Row, SchemaTiming};
-use crate::chart::{self, Area, Look};
+use crate::chart::{self, Area, LineStyle};
 use crate::drawing::{ColorRole, Drawing};
 
 /// Size of a small chart, units.
@@ -30,11 +30,11 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
     let virtual_time = analysis.lockstep == Some(true);
     Some(html! {
         p.note {
-            "The period is the time from one deadline at which a schema iterated to the next, without pauses; the first iteration after "
-            "a takeover comes at once and is none. Of drivers, whose turns are not recorded, it is the time from one value of what they "
-            "publish most often to the next. The chart shows it over time, least and greatest, and dashed the "
-            "period as configured."
-            @if virtual_time { " In virtual time iterations take no time, so there is no load." }
+            "The period is the time between two iterations at successive deadlines, without pauses. The first iteration after "
+            "a takeover occurs at once and does not count. For drivers, whose turns are not recorded, it is the time between two values of "
+            "their most frequent export. The chart shows the least and the greatest period over time; the dashed line is the "
+            "configured period."
+            @if virtual_time { " In virtual time, iterations take no time, so there is no load." }
         }
         div.scroll {
             table {
@@ -44,13 +44,13 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
                     @if !virtual_time { th.n { "longest turn" } th.n { "load" } }
                     th.n { "overruns" } th.n { "refused" } th.n { "faults" }
                 } }
-                tbody { @for (schema, depth) in schemas { (one(page, schema, depth, virtual_time)) } }
+                tbody { @for (schema, depth) in schemas { (schema_row(page, schema, depth, virtual_time)) } }
             }
         }
     })
 }
 
-fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
+fn schema_row(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
     let analysis = page.analysis;
     let (about, band, work) = (
         &analysis.hierarchy.schemas[schema],
@@ -61,11 +61,11 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
     let won = band.time(State::Winner);
     let configured = analysis.periods[schema];
     let none = SchemaProblems::default();
-    let had = analysis
+    let problems = analysis
         .troubled
         .iter()
         .find(|troubled| troubled.schema == about.name);
-    let had = had.unwrap_or(&none);
+    let problems = problems.unwrap_or(&none);
     html! {
         tr {
             td.name style={ "padding-left:" (depth.min(8)) "em" } {
@@ -86,11 +86,11 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
                 td.n { (time(work.busy.worst())) }
                 td.n { (load(page, schema)) }
             }
-            td.n { (trouble(had.overruns)) }
-            td.n { (trouble(had.refused)) }
+            td.n { (trouble(problems.overruns)) }
+            td.n { (trouble(problems.refused)) }
             td.n {
-                (trouble(had.faults))
-                @if let Some(fault) = &had.last_fault { br; small { (fault) } }
+                (trouble(problems.faults))
+                @if let Some(fault) = &problems.last_fault { br; small { (fault) } }
             }
         }
     }
@@ -119,20 +119,20 @@ fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
         width: CHART.0 - 1.0,
         height: CHART.1 - 1.0,
     };
-    let look = Look {
+    let style = LineStyle {
         ink: ColorRole::Of(0).into(),
         width: 1.2,
     };
     // The axis begins at 0, unless that would hide the variation.
     let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
     let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));
-    chart::small(
+    chart::small_chart(
         &mut drawing,
         area,
         &work.over_time,
         (bottom, top),
         configured,
-        look,
+        style,
     );
     Some(drawing)
 }

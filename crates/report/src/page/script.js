@@ -1,45 +1,46 @@
 "use strict";
-// Without this the page says the same; with it the table of switches can be searched, and a time be picked from the bands.
+// The page is complete without this script. The script adds a search in the table of switches, and the
+// selection of a time span in the bands.
 (() => {
   const rows = [...document.querySelectorAll("#switches tbody tr")];
   const tools = document.querySelector("#switches .tools");
   const figure = document.querySelector("#bands");
   if (!tools) return;
   tools.hidden = false;
-  const box = tools.querySelector("input");
-  const said = tools.querySelector("output");
-  const whole = tools.querySelector("button");
+  const searchBox = tools.querySelector("input");
+  const output = tools.querySelector("output");
+  const reset = tools.querySelector("button");
   const texts = rows.map((row) => row.textContent.toLowerCase());
   let span = null;
   const filter = () => {
-    const words = box.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const words = searchBox.value.toLowerCase().split(/\s+/).filter(Boolean);
     let shown = 0;
     rows.forEach((row, number) => {
       const time = Number(row.dataset.s);
-      const fits = words.every((word) => texts[number].includes(word)) && (!span || (time >= span[0] && time <= span[1]));
-      row.hidden = !fits;
-      shown += fits;
+      const matches = words.every((word) => texts[number].includes(word)) && (!span || (time >= span[0] && time <= span[1]));
+      row.hidden = !matches;
+      shown += matches;
     });
     const narrowed = words.length > 0 || span !== null;
     const fold = document.querySelector("#switches details");
     if (fold && narrowed) fold.open = true;
-    whole.hidden = !narrowed;
-    said.textContent = narrowed
+    reset.hidden = !narrowed;
+    output.textContent = narrowed
       ? `${shown} of ${rows.length}` + (span ? `, from ${span[0].toFixed(2)} s to ${span[1].toFixed(2)} s` : "")
       : "";
   };
-  box.addEventListener("input", filter);
-  const put = (name) => {
+  searchBox.addEventListener("input", filter);
+  const addElement = (name) => {
     const element = document.createElement(name === "output" ? "output" : "div");
     if (name !== "output") element.className = name;
     element.hidden = true;
     figure.append(element);
     return element;
   };
-  const marks = figure && { span: put("span"), at: put("at"), time: put("output") };
-  whole.addEventListener("click", () => {
+  const marks = figure && { span: addElement("span"), at: addElement("at"), time: addElement("output") };
+  reset.addEventListener("click", () => {
     span = null;
-    box.value = "";
+    searchBox.value = "";
     if (marks) marks.span.hidden = true;
     filter();
   });
@@ -52,9 +53,9 @@
     return from + Math.min(1, Math.max(0, place)) * (to - from);
   };
   const percent = (number) => `${(number * 100).toFixed(3)}%`;
-  let begun = null;
+  let dragStart = null;
   figure.addEventListener("pointerdown", (event) => {
-    begun = time(event);
+    dragStart = time(event);
     figure.setPointerCapture(event.pointerId);
   });
   figure.addEventListener("pointermove", (event) => {
@@ -62,8 +63,8 @@
     marks.at.hidden = marks.time.hidden = false;
     marks.at.style.left = marks.time.style.left = percent(share(now));
     marks.time.textContent = `${now.toFixed(2)} s`;
-    if (begun === null) return;
-    span = [Math.min(begun, now), Math.max(begun, now)];
+    if (dragStart === null) return;
+    span = [Math.min(dragStart, now), Math.max(dragStart, now)];
     marks.span.hidden = false;
     marks.span.style.left = percent(share(span[0]));
     marks.span.style.width = percent(share(span[1]) - share(span[0]));
@@ -75,7 +76,7 @@
       marks.span.hidden = true;
       filter();
     }
-    begun = null;
+    dragStart = null;
   };
   figure.addEventListener("pointerup", end);
   figure.addEventListener("pointercancel", end);

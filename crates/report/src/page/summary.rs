@@ -41,13 +41,13 @@ fn missing(page: &Page<'_>) -> Vec<&'static str> {
     if analysis.survey.messages == 0 {
         return missing;
     }
-    if !analysis.ending.drive.has_way() {
+    if !analysis.ending.drive.has_path() {
         missing.push("There is no path: no odometry and no ground truth was recorded.");
     }
     if analysis.survey.decisions == 0 {
-        missing.push("There is nothing of who acted when: no selections were recorded. `jde run --record` and `jde record` keep them.");
+        missing.push("The states of schemas are not known: no selections were recorded. `jde run --record` and `jde record` record them.");
     } else if !analysis.has_turns {
-        missing.push("Iterations and load are not known: turns were not recorded. `jde run --record` without conditions keeps them.");
+        missing.push("Iterations and load are not known: turns were not recorded. `jde run --record` without conditions records them.");
     }
     missing
 }
@@ -55,7 +55,7 @@ fn missing(page: &Page<'_>) -> Vec<&'static str> {
 pub(super) fn facts(page: &Page<'_>) -> Markup {
     let analysis = page.analysis;
     let ending = &analysis.ending;
-    let in_all = |of: fn(&GroupStatistics) -> u64| analysis.groups.iter().map(of).sum::<u64>();
+    let total = |of: fn(&GroupStatistics) -> u64| analysis.groups.iter().map(of).sum::<u64>();
     let sum = |of: fn(&SchemaProblems) -> u64| analysis.troubled.iter().map(of).sum::<u64>();
     let seconds = analysis.columns.seconds();
     html! {
@@ -65,27 +65,27 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
             }
             @if let Some(mission) = analysis.mission() { (mission_text(mission)) }
             @if let Some(outcome) = analysis.events.last_of("ended") {
-                div { dt { "How it ended" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
+                div { dt { "Outcome" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
             }
-            @for way in ending.drive.paths.iter().filter(|way| way.points.len() > 1) {
+            @for path in ending.drive.paths.iter().filter(|path| path.points.len() > 1) {
                 div { dt { "Distance" } dd {
-                    (format!("{:.1} m", way.distance))
-                    @if ending.drive.paths.len() > 1 { small { (way.robot) } }
+                    (format!("{:.1} m", path.distance))
+                    @if ending.drive.paths.len() > 1 { small { (path.robot) } }
                 } }
             }
             @if let Some(collisions) = ending.collisions {
                 div { dt { "Collisions" } dd {
                     (trouble(collisions))
-                    @if let Some(clearance) = ending.min_clearance { small { "never nearer than " (format!("{clearance:.2} m")) } }
+                    @if let Some(clearance) = ending.min_clearance { small { "least clearance " (format!("{clearance:.2} m")) } }
                 } }
             }
             @if analysis.survey.decisions > 0 {
                 div { dt { "Switches" } dd {
-                    (in_all(|one| one.switches)) small { "of " (counted(in_all(|one| one.decisions), "selection")) }
+                    (total(|group| group.switches)) small { "of " (counted(total(|group| group.decisions), "selection")) }
                 } }
-                div { dt { "Overruns" } dd { (trouble(sum(|one| one.overruns))) } }
-                div { dt { "Refused" } dd { (trouble(sum(|one| one.refused))) small { "rows of commands and wakes" } } }
-                div { dt { "Faults" } dd { (trouble(sum(|one| one.faults))) } }
+                div { dt { "Overruns" } dd { (trouble(sum(|schema| schema.overruns))) } }
+                div { dt { "Refused" } dd { (trouble(sum(|schema| schema.refused))) small { "rows of commands and wakes" } } }
+                div { dt { "Faults" } dd { (trouble(sum(|schema| schema.faults))) } }
             }
             @if analysis.events.count("operator") > 0 {
                 div { dt { "Operators" } dd { (counted(analysis.events.count("operator"), "action")) } }

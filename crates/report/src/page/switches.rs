@@ -19,12 +19,12 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
     let count = first.len() + last.len();
     let all = count as u64 + switches.left_out;
     Some(html! {
-        p.note { "Every selection that changed who wins: why, and who wanted what." }
+        p.note { "Every selection that changed the winner, with its reason and its candidates." }
         div.tools hidden {
             input type="search" placeholder="filter: vff collision" aria-label="Show only switches with these words";
             button type="button" hidden { "all" }
             output {}
-            span.note { "or drag over the bands above to pick a time" }
+            span.note { "or drag over the bands above to select a time" }
         }
         details open[count <= UNFOLDED] {
             summary { (counted(all, "switch").replace("switchs", "switches")) }
@@ -35,11 +35,11 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
                         th.n { "took" }
                     } }
                     tbody {
-                        @for decision in &first { (one(page, decision)) }
+                        @for decision in &first { (switch_row(page, decision)) }
                         @if switches.left_out > 0 {
-                            tr data-s="-1" { td colspan="8" { (counted(switches.left_out, "more switch").replace("switchs", "switches")) " here are only counted: `jde why --in` tells all of them." } }
+                            tr data-s="-1" { td colspan="8" { (counted(switches.left_out, "more switch").replace("switchs", "switches")) " are not listed: `jde why --in` prints all of them." } }
                         }
-                        @for decision in &last { (one(page, decision)) }
+                        @for decision in &last { (switch_row(page, decision)) }
                     }
                 }
             }
@@ -47,7 +47,7 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
     })
 }
 
-fn one(page: &Page<'_>, decision: &Decision) -> Markup {
+fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
     let Decision {
         time_s,
         group,
@@ -67,7 +67,7 @@ fn one(page: &Page<'_>, decision: &Decision) -> Markup {
             td.name { (group) }
             td.name { (page.choice(before.as_deref())) }
             td.name { (page.choice(choice.as_deref())) }
-            td { (reason) br; small { (cause) } br; (wanted(candidates)) }
+            td { (reason) br; small { (cause) } br; (candidate_list(candidates)) }
             td { (case) }
             td { (decider) }
             td.n { @if let Some(us) = takeover_us { (chart::seconds(us / 1e6)) } @else { "–" } }
@@ -76,7 +76,7 @@ fn one(page: &Page<'_>, decision: &Decision) -> Markup {
 }
 
 /// The candidates: `stop checking · vff winner, ready, urgency 0.42`. Those that were ready are in bold.
-fn wanted(candidates: &[CandidateRecord]) -> Markup {
+fn candidate_list(candidates: &[CandidateRecord]) -> Markup {
     html! {
         span.who {
             @for (place, candidate) in candidates.iter().enumerate() {

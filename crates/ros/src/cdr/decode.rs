@@ -40,15 +40,15 @@ fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(),
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
         return Err(Error::Encapsulation(head.to_vec()));
     }
-    let mut rest = CdrReader {
+    let mut reader = CdrReader {
         bytes: body,
         position: 0,
     };
-    structure(value_type, value, &mut rest)?;
-    let over = body.len() - rest.position;
+    structure(value_type, value, &mut reader)?;
+    let surplus = body.len() - reader.position;
     // Some writers pad the body to a multiple of four bytes.
-    if over >= 4 {
-        return Err(Error::Long(over));
+    if surplus >= 4 {
+        return Err(Error::Long(surplus));
     }
     Ok(())
 }
@@ -59,24 +59,24 @@ struct CdrReader<'a> {
     position: usize,
 }
 
-fn structure(value_type: &Type, value: &mut [u8], rest: &mut CdrReader<'_>) -> Result<(), Error> {
+fn structure(value_type: &Type, value: &mut [u8], reader: &mut CdrReader<'_>) -> Result<(), Error> {
     if value_type.fields.is_empty() {
-        rest.take(1, 1, &value_type.name)?;
+        reader.take(1, 1, &value_type.name)?;
     }
     value_type
         .fields
         .iter()
-        .try_for_each(|field| one_field(field, value, rest))
+        .try_for_each(|field| one_field(field, value, reader))
 }
 
-fn one_field(field: &Field, value: &mut [u8], rest: &mut CdrReader<'_>) -> Result<(), Error> {
+fn one_field(field: &Field, value: &mut [u8], reader: &mut CdrReader<'_>) -> Result<(), Error> {
     let count = match field.form {
         Form::One | Form::Array(_) => field.form.capacity(),
         Form::Sequence {
             capacity,
             length_offset,
         } => {
-            let count = rest.length(&field.name)?;
+            let count = reader.length(&field.name)?;
             fits(field, count, capacity)?;
             set_length(value, length_offset, count);
             count
@@ -85,8 +85,8 @@ fn one_field(field: &Field, value: &mut [u8], rest: &mut CdrReader<'_>) -> Resul
             capacity,
             length_offset,
         } => {
-            let count = rest.length(&field.name)?;
-            let Some((0, text)) = rest.take(1, count, &field.name)?.split_last() else {
+            let count = reader.length(&field.name)?;
+            let Some((0, text)) = reader.take(1, count, &field.name)?.split_last() else {
                 return Err(Error::Text(field.name.clone()));
             };
             fits(field, text.len(), capacity)?;
@@ -99,35 +99,35 @@ fn one_field(field: &Field, value: &mut [u8], rest: &mut CdrReader<'_>) -> Resul
         }
     };
     let bytes = field.kind.bytes();
-    let into = &mut value[field.offset..][..count * bytes];
+    let target = &mut value[field.offset..][..count * bytes];
     match &field.kind {
-        FieldKind::Scalar(scalar) => scalars(*scalar, into, rest, &field.name),
-        FieldKind::Struct(inner) => into
+        FieldKind::Scalar(scalar) => scalars(*scalar, target, reader, &field.name),
+        FieldKind::Struct(inner) => target
             .chunks_exact_mut(bytes)
-            .try_for_each(|element| structure(inner, element, rest)),
+            .try_for_each(|element| structure(inner, element, reader)),
     }
 }
 
-fn scalars(scalar: Scalar, into: &mut [u8], rest: &mut CdrReader<'_>, field: &str) -> Result<(), Error> {
-    if into.is_empty() {
+fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut CdrReader<'_>, field: &str) -> Result<(), Error> {
+    if target.is_empty() {
         return Ok(());
     }
-    let from = rest.take(scalar.bytes(), into.len(), field)?;
-    into.copy_from_slice(from);
+    let source = reader.take(scalar.bytes(), target.len(), field)?;
+    target.copy_from_slice(source);
     if cfg!(target_endian = "big") {
-        into.chunks_exact_mut(scalar.bytes()).for_each(<[u8]>::reverse);
+        target.chunks_exact_mut(scalar.bytes()).for_each(<[u8]>::reverse);
     }
     Ok(())
 }
 
-fn fits(field: &Field, got: usize, capacity: usize) -> Result<(), Error> {
-    if got <= capacity {
+fn fits(field: &Field, length: usize, capacity: usize) -> Result<(), Error> {
+    if length <= capacity {
         return Ok(());
     }
     Err(Error::Capacity {
         field: field.name.clone(),
         capacity,
-        got,
+        got: length,
     })
 }
 
@@ -139,12 +139,12 @@ impl<'a> CdrReader<'a> {
     /// Returns `count` bytes from the next multiple of `align`.
     fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
         let start = self.position.next_multiple_of(align);
-        let taken = start
+        let bytes = start
             .checked_add(count)
             .and_then(|end| self.bytes.get(start..end))
             .ok_or_else(|| Error::Truncated(field.to_owned()))?;
         self.position = start + count;
-        Ok(taken)
+        Ok(bytes)
     }
 
     fn length(&mut self, field: &str) -> Result<usize, Error> {

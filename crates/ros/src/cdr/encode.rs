@@ -88,9 +88,9 @@ fn length(length: usize, message: &mut Vec<u8>) {
     message.extend_from_slice(&(length as u32).to_le_bytes());
 }
 
-fn align(to: usize, message: &mut Vec<u8>) {
+fn align(alignment: usize, message: &mut Vec<u8>) {
     let body = message.len() - ENCAPSULATION.len();
-    message.resize(ENCAPSULATION.len() + body.next_multiple_of(to), 0);
+    message.resize(ENCAPSULATION.len() + body.next_multiple_of(alignment), 0);
 }
 
 fn number(value: &[u8], offset: usize) -> u32 {

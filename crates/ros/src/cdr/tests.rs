@@ -11,13 +11,13 @@ use super::*;
 use crate::random::{Shape, of_fields, types};
 
 /// Checks both directions: encoding gives the message, and decoding gives the value.
-fn is_message<T: Value + PartialEq + Debug>(value: &T, by_hand: &[u8]) {
+fn assert_message<T: Value + PartialEq + Debug>(value: &T, expected: &[u8]) {
     let value_type = T::describe();
-    let bytes = decode(&value_type, by_hand).unwrap();
+    let bytes = decode(&value_type, expected).unwrap();
     assert_eq!(T::from_bytes(&bytes).as_ref(), Some(value));
     let mut message = vec![0xff; 3];
     encode(&value_type, &bytes, &mut message);
-    assert_eq!(message, by_hand);
+    assert_eq!(message, expected);
 }
 
 fn bytes(parts: &[&[u8]]) -> Vec<u8> {
@@ -33,14 +33,14 @@ fn a_header_is_its_time_and_a_text_with_a_nul() {
         },
         frame_id: Frame::truncated("base"),
     };
-    let by_hand = bytes(&[
+    let expected = bytes(&[
         &[0, 1, 0, 0],
         &[1, 0, 0, 0],
         &[3, 2, 0, 0],
         &[5, 0, 0, 0],
         b"base\0",
     ]);
-    is_message(&header, &by_hand);
+    assert_message(&header, &expected);
 }
 
 #[test]
@@ -55,12 +55,12 @@ fn a_twist_is_six_numbers() {
             ..Vector3::default()
         },
     };
-    let mut by_hand = vec![0, 1, 0, 0];
+    let mut expected = vec![0, 1, 0, 0];
     // IEEE 754: 0.5 is 3fe0..., -2.0 is c000...
-    by_hand.extend([0, 0, 0, 0, 0, 0, 0xe0, 0x3f]);
-    by_hand.extend([0; 4 * 8]);
-    by_hand.extend([0, 0, 0, 0, 0, 0, 0x00, 0xc0]);
-    is_message(&twist, &by_hand);
+    expected.extend([0, 0, 0, 0, 0, 0, 0xe0, 0x3f]);
+    expected.extend([0; 4 * 8]);
+    expected.extend([0, 0, 0, 0, 0, 0, 0x00, 0xc0]);
+    assert_message(&twist, &expected);
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_laser_scan_is_aligned_from_the_end_of_the_header() {
         ranges: Seq::from_slice(&[f32::INFINITY, 0.5]).unwrap(),
         ..LaserScan::default()
     };
-    let by_hand = bytes(&[
+    let expected = bytes(&[
         &[0, 1, 0, 0],
         &[2, 0, 0, 0],
         &[0; 4],
@@ -91,11 +91,11 @@ fn a_laser_scan_is_aligned_from_the_end_of_the_header() {
         &[0, 0, 0, 0x3f],
         &[0, 0, 0, 0],
     ]);
-    is_message(&scan, &by_hand);
+    assert_message(&scan, &expected);
 }
 
 #[test]
-fn a_value_takes_a_message_in_place_and_keeps_nothing_of_what_it_was() {
+fn decoding_in_place_replaces_the_whole_value() {
     let mut scan = LaserScan {
         ranges: Seq::from_slice(&[1.0; 9]).unwrap(),
         ..LaserScan::default()
@@ -113,7 +113,7 @@ fn a_value_takes_a_message_in_place_and_keeps_nothing_of_what_it_was() {
 }
 
 #[test]
-fn an_empty_sequence_of_large_numbers_leaves_no_gap() {
+fn an_empty_sequence_has_no_alignment_gap() {
     let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::F64), Shape::Sequence(2))]);
     let mut message = Vec::new();
     encode(&value_type, &vec![0; value_type.bytes], &mut message);
@@ -131,17 +131,17 @@ fn a_structure_without_fields_is_one_byte() {
 }
 
 #[test]
-fn lengths_and_letters_that_lie_are_made_good() {
+fn invalid_lengths_and_letters_are_replaced() {
     let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::U8), Shape::Text(4))]);
-    let mut lying = vec![0xff; value_type.bytes];
-    lying[value_type.fields[0].offset..][..4].copy_from_slice(b"a\xffcd");
+    let mut invalid = vec![0xff; value_type.bytes];
+    invalid[value_type.fields[0].offset..][..4].copy_from_slice(b"a\xffcd");
     let mut message = Vec::new();
-    encode(&value_type, &lying, &mut message);
+    encode(&value_type, &invalid, &mut message);
     assert_eq!(message, b"\0\x01\0\0\x05\0\0\0a?cd\0");
 }
 
 #[test]
-fn what_is_no_message_is_refused_with_its_place() {
+fn an_invalid_message_is_refused_with_its_field() {
     let text = Text::<4>::describe();
     assert_eq!(
         decode(&text, &[0, 0, 0, 0]),
@@ -210,15 +210,15 @@ impl Random {
     }
 }
 
-fn there_and_back(value_type: &Type, seed: u64) -> Result<(), TestCaseError> {
+fn assert_round_trip(value_type: &Type, seed: u64) -> Result<(), TestCaseError> {
     let mut value = vec![0; value_type.bytes];
     Random(seed).fill(value_type, &mut value);
     let mut message = Vec::new();
     encode(value_type, &value, &mut message);
-    let back = decode(value_type, &message);
+    let decoded = decode(value_type, &message);
     prop_assert!(
-        back.as_ref() == Ok(&value),
-        "{} came back as {back:?}",
+        decoded.as_ref() == Ok(&value),
+        "{} came back as {decoded:?}",
         value_type.name
     );
     Ok(())
@@ -226,8 +226,8 @@ fn there_and_back(value_type: &Type, seed: u64) -> Result<(), TestCaseError> {
 
 proptest! {
     #[test]
-    fn random_values_of_random_types_come_back(value_type in types(), seed: u64) {
-        there_and_back(&value_type, seed)?;
+    fn random_values_of_random_types_survive(value_type in types(), seed: u64) {
+        assert_round_trip(&value_type, seed)?;
     }
 
     #[test]
@@ -240,9 +240,9 @@ proptest! {
     }
 
     #[test]
-    fn bytes_nobody_meant_do_no_harm(value_type in types(), mut message: Vec<u8>) {
+    fn random_bytes_do_not_panic(value_type in types(), mut message: Vec<u8>) {
         message.splice(..0, ENCAPSULATION);
-        // The result does not matter here; a panic would.
+        // Any result is allowed; only a panic would fail the test.
         let _ = decode(&value_type, &message);
     }
 }
@@ -252,9 +252,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
     #[test]
-    fn random_values_of_every_standard_type_come_back(seed: u64) {
+    fn random_values_of_every_standard_type_survive(seed: u64) {
         for value_type in jde_types::standard() {
-            there_and_back(&value_type, seed)?;
+            assert_round_trip(&value_type, seed)?;
         }
     }
 }

@@ -29,9 +29,9 @@ pub fn name(value_type: &Type) -> String {
 #[must_use]
 pub fn definition(value_type: &Type) -> String {
     let mut text = String::new();
-    let mut named = BTreeSet::from([short(value_type)]);
-    let mut waiting = vec![value_type];
-    while let Some(next) = waiting.pop() {
+    let mut listed = BTreeSet::from([short(value_type)]);
+    let mut pending = vec![value_type];
+    while let Some(next) = pending.pop() {
         if !text.is_empty() {
             let _ = write!(text, "{RULE}\nMSG: {}\n", short(next));
         }
@@ -40,8 +40,8 @@ pub fn definition(value_type: &Type) -> String {
             FieldKind::Struct(inner) => Some(&**inner),
             FieldKind::Scalar(_) => None,
         });
-        let new: Vec<_> = inner.filter(|inner| named.insert(short(inner))).collect();
-        waiting.extend(new.into_iter().rev());
+        let new: Vec<_> = inner.filter(|inner| listed.insert(short(inner))).collect();
+        pending.extend(new.into_iter().rev());
     }
     text
 }
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_definition_holds_the_type_and_then_what_it_is_made_of_once() {
+    fn a_definition_has_the_type_and_then_each_contained_type_once() {
         let definition = definition(&Twist::describe());
         let mut parts = definition.split(RULE);
         let main = parts.next().unwrap();
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn capacities_are_bounds_and_padding_is_left_out() {
+    fn capacities_are_bounds_and_padding_is_omitted() {
         let bumpers = definition(&Bumpers::describe());
         assert!(bumpers.contains("\nbool[<=8] front\n"), "{bumpers}");
         assert!(bumpers.contains("\nbool stalled\n"), "{bumpers}");
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn units_stand_behind_the_last_line_of_a_comment() {
+    fn a_unit_follows_the_last_line_of_a_comment() {
         let field = |doc: &str, unit: &str| Field {
             name: "gap".to_owned(),
             doc: doc.to_owned(),
@@ -166,7 +166,7 @@ mod tests {
             form: Form::One,
             offset: 0,
         };
-        let of = |field: Field| {
+        let definition_of = |field: Field| {
             definition(&Type {
                 name: "near by".to_owned(),
                 doc: String::new(),
@@ -176,15 +176,15 @@ mod tests {
             })
         };
         assert_eq!(
-            of(field("How near.\nRoughly.", "m")),
+            definition_of(field("How near.\nRoughly.", "m")),
             "# How near.\n# Roughly. [m]\nfloat32 gap\n"
         );
-        assert_eq!(of(field("", "m")), "# [m]\nfloat32 gap\n");
-        assert_eq!(of(field("", "")), "float32 gap\n");
+        assert_eq!(definition_of(field("", "m")), "# [m]\nfloat32 gap\n");
+        assert_eq!(definition_of(field("", "")), "float32 gap\n");
     }
 
     #[test]
-    fn a_name_without_a_package_gets_ours() {
+    fn a_name_without_a_package_gets_the_package_of_jde() {
         let mut value_type = Twist::describe();
         value_type.name = "near by".to_owned();
         assert_eq!(name(&value_type), "jde_msgs/msg/near_by");

@@ -12,20 +12,20 @@ fn names<T: Value>() -> Vec<String> {
 }
 
 #[test]
-fn every_standard_type_is_described_whole() {
-    // `describe` uses the host's reader, which refuses a byte that belongs to no field.
+fn every_standard_type_is_described_completely() {
+    // `describe` uses the host's reader, which refuses bytes that belong to no field.
     let types = standard();
     for ty in &types {
-        assert!(!ty.doc.is_empty(), "{} says what it means", ty.name);
+        assert!(!ty.doc.is_empty(), "{} has documentation", ty.name);
         for field in &ty.fields {
-            let said = !field.doc.is_empty() || ty.name.ends_with("Quaternion");
-            assert!(said, "{}.{} says what it means", ty.name, field.name);
+            let documented = !field.doc.is_empty() || ty.name.ends_with("Quaternion");
+            assert!(documented, "{}.{} has documentation", ty.name, field.name);
         }
     }
     let mut hashes: Vec<u64> = types.iter().map(jde_abi::describe::Type::hash).collect();
     hashes.sort_unstable();
     hashes.dedup();
-    assert_eq!(hashes.len(), types.len(), "and each is another type");
+    assert_eq!(hashes.len(), types.len(), "the hashes are unique");
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn fields_are_those_of_the_ros_interfaces_without_padding() {
 }
 
 #[test]
-fn lengths_are_where_the_description_says() {
+fn lengths_are_at_the_described_offsets() {
     let scan = LaserScan::describe();
     let ranges = field(&scan, "ranges");
     let Form::Sequence {
@@ -81,7 +81,7 @@ fn lengths_are_where_the_description_says() {
         length_offset,
     } = ranges.form
     else {
-        panic!("a sequence")
+        panic!("expected a sequence")
     };
     assert_eq!((capacity, length_offset + 8), (1088, ranges.offset));
     assert_eq!(
@@ -102,7 +102,7 @@ fn lengths_are_where_the_description_says() {
 }
 
 #[test]
-fn a_number_alone_is_a_number_to_everybody() {
+fn a_type_with_a_single_number_is_a_number() {
     assert_eq!(f64::describe().as_number(), Some(Scalar::F64));
     assert_eq!(Flag::describe().as_number(), Some(Scalar::Bool));
     assert_eq!(Text::<8>::describe().as_number(), None);
@@ -115,19 +115,19 @@ fn a_number_alone_is_a_number_to_everybody() {
 /// A sequence on its own.
 #[derive(Clone, Copy, Value)]
 #[repr(C)]
-struct Alone {
+struct SequenceOnly {
     /// The sequence.
     items: Seq<f32, 8>,
 }
 
 #[test]
 fn a_derived_type_is_named_after_its_crate_by_default() {
-    assert_eq!(Alone::describe().name, "jde_types/msg/Alone");
+    assert_eq!(SequenceOnly::describe().name, "jde_types/msg/SequenceOnly");
 }
 
 #[test]
-fn a_sequence_takes_what_fits_and_hands_back_the_rest() {
-    let mut seq = Seq::<u32, 4>::from_slice(&[1, 2, 3]).expect("they fit");
+fn a_sequence_accepts_what_fits_and_returns_the_rest() {
+    let mut seq = Seq::<u32, 4>::from_slice(&[1, 2, 3]).expect("the elements fit");
     assert_eq!(
         seq.extend_from_slice(&[4, 5]),
         Err(TooLong {
@@ -135,7 +135,7 @@ fn a_sequence_takes_what_fits_and_hands_back_the_rest() {
             capacity: 4
         })
     );
-    assert_eq!(seq.as_slice(), [1, 2, 3], "all or none");
+    assert_eq!(seq.as_slice(), [1, 2, 3], "all elements are added, or none");
     assert_eq!((seq.push(4), seq.push(5)), (Ok(()), Err(5)));
     assert_eq!(seq.resize(9).len(), 4);
     seq.clear();
@@ -153,6 +153,9 @@ fn a_text_is_cut_between_characters_or_refused() {
             capacity: 4
         })
     );
-    assert_eq!(Text::<4>::try_from("abcd").expect("it fits").to_string(), "abcd");
+    assert_eq!(
+        Text::<4>::try_from("abcd").expect("the text fits").to_string(),
+        "abcd"
+    );
     assert_eq!(Text::<4>::new("ab"), Text::<4>::new("ab"));
 }

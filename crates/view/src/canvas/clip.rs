@@ -9,16 +9,16 @@ pub(super) fn segment(from: [f64; 2], to: [f64; 2], [least, greatest]: Bounds) -
     // Liang and Barsky, 1984: the fractions of the segment at which it enters and leaves.
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
-        let (start, way) = (from[axis], to[axis] - from[axis]);
-        if way == 0.0 {
+        let (start, extent) = (from[axis], to[axis] - from[axis]);
+        if extent == 0.0 {
             if start < least[axis] || start > greatest[axis] {
                 return None;
             }
             continue;
         }
-        let (one, other) = ((least[axis] - start) / way, (greatest[axis] - start) / way);
-        enters = enters.max(one.min(other));
-        leaves = leaves.min(one.max(other));
+        let (a, b) = ((least[axis] - start) / extent, (greatest[axis] - start) / extent);
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
     }
     if enters > leaves {
         return None;
@@ -49,27 +49,27 @@ pub(super) fn polygon(corners: Vec<[f64; 2]>, [least, greatest]: Bounds) -> Vec<
         if corners.iter().all(inside) {
             continue;
         }
-        let mut kept = Vec::with_capacity(corners.len() + 1);
+        let mut clipped = Vec::with_capacity(corners.len() + 1);
         for (place, corner) in corners.iter().enumerate() {
-            let before = &corners[(place + corners.len() - 1) % corners.len()];
-            if inside(corner) != inside(before) {
-                let share = (limit - before[axis]) / (corner[axis] - before[axis]);
-                kept.push([
-                    before[0] + share * (corner[0] - before[0]),
-                    before[1] + share * (corner[1] - before[1]),
+            let previous = &corners[(place + corners.len() - 1) % corners.len()];
+            if inside(corner) != inside(previous) {
+                let share = (limit - previous[axis]) / (corner[axis] - previous[axis]);
+                clipped.push([
+                    previous[0] + share * (corner[0] - previous[0]),
+                    previous[1] + share * (corner[1] - previous[1]),
                 ]);
             }
             if inside(corner) {
-                kept.push(*corner);
+                clipped.push(*corner);
             }
         }
-        corners = kept;
+        corners = clipped;
     }
     corners
 }
 
 /// Whether the box from `low` to `high` overlaps a rectangle.
-pub(super) fn meets(low: [f64; 2], high: [f64; 2], [least, greatest]: Bounds) -> bool {
+pub(super) fn overlaps(low: [f64; 2], high: [f64; 2], [least, greatest]: Bounds) -> bool {
     (0..2).all(|axis| high[axis] >= least[axis] && low[axis] <= greatest[axis])
 }
 
@@ -80,7 +80,7 @@ mod tests {
     const BOUNDS: Bounds = [[0.0, 0.0], [10.0, 5.0]];
 
     #[test]
-    fn a_line_is_cut_where_it_enters_and_leaves() {
+    fn a_line_is_clipped_where_it_enters_and_leaves() {
         assert_eq!(
             segment([-10.0, 2.0], [20.0, 2.0], BOUNDS),
             Some([[0.0, 2.0], [10.0, 2.0]])
@@ -94,10 +94,10 @@ mod tests {
     }
 
     #[test]
-    fn a_polygon_around_all_that_is_seen_becomes_just_that() {
+    fn a_polygon_around_the_rectangle_becomes_the_rectangle() {
         let huge = vec![[-1e9, -1e9], [1e9, -1e9], [1e9, 1e9], [-1e9, 1e9]];
         let mut cut = polygon(huge, BOUNDS);
-        cut.sort_by(|one, other| one.partial_cmp(other).unwrap());
+        cut.sort_by(|a, b| a.partial_cmp(b).unwrap());
         assert_eq!(cut, [[0.0, 0.0], [0.0, 5.0], [10.0, 0.0], [10.0, 5.0]]);
         assert!(polygon(vec![[20.0, 0.0], [30.0, 0.0], [30.0, 4.0]], BOUNDS).is_empty());
     }

@@ -18,8 +18,8 @@ const FINEST: f64 = 0.5;
 const MANY: usize = 1500;
 /// Minimum length of a drawn robot, in points of the screen.
 const SMALLEST: f64 = 14.0;
-/// The outline of a Pioneer seen from above, in m. It represents every robot: the bodies of others are not
-/// known here.
+/// The outline of a Pioneer seen from above, in m. It represents every robot, because the shapes of other
+/// robots are unknown.
 const OUTLINE: [[f64; 2]; 8] = [
     [0.22, 0.10],
     [0.16, 0.17],
@@ -104,23 +104,25 @@ impl<'a> Draw2d<'a> {
     /// Draws single points. Their width is in points of the screen.
     pub(crate) fn points(&self, points: &[[f64; 2]], width: f32, color: Color32) {
         let cell = f64::from(width / 2.0).max(FINEST);
-        let mut taken = HashSet::new();
-        let seen: Vec<Pos2> = points
+        let mut occupied = HashSet::new();
+        let visible: Vec<Pos2> = points
             .iter()
             .map(|point| self.place(*point))
-            .filter(|at| clip::meets(*at, *at, self.bounds))
-            .filter(|at| points.len() < 256 || taken.insert(((at[0] / cell) as i32, (at[1] / cell) as i32)))
+            .filter(|at| clip::overlaps(*at, *at, self.bounds))
+            .filter(|at| {
+                points.len() < 256 || occupied.insert(((at[0] / cell) as i32, (at[1] / cell) as i32))
+            })
             .map(round)
             .collect();
-        if seen.len() <= MANY {
-            let dots = seen
+        if visible.len() <= MANY {
+            let dots = visible
                 .into_iter()
                 .map(|at| Drawn::circle_filled(at, width / 2.0, color));
             self.painter.extend(dots);
             return;
         }
         let mut mesh = Mesh::default();
-        for at in seen {
+        for at in visible {
             mesh.add_colored_rect(Rect::from_center_size(at, vec2(width, width)), color);
         }
         self.painter.add(mesh);
@@ -149,20 +151,20 @@ impl<'a> Draw2d<'a> {
     /// Draws a line with an arrow head at `to`. Its width is in points of the screen.
     pub(crate) fn arrow(&self, from: [f64; 2], to: [f64; 2], width: f32, color: Color32) {
         let (tail, tip) = (self.place(from), self.place(to));
-        let way = [tip[0] - tail[0], tip[1] - tail[1]];
-        let length = way[0].hypot(way[1]);
+        let direction = [tip[0] - tail[0], tip[1] - tail[1]];
+        let length = direction[0].hypot(direction[1]);
         if length < FINEST {
             return;
         }
-        let ahead = [way[0] / length, way[1] / length];
+        let ahead = [direction[0] / length, direction[1] / length];
         let head = (6.0 + 2.5 * f64::from(width)).min(0.6 * length);
         let neck = [tip[0] - head * ahead[0], tip[1] - head * ahead[1]];
-        let wide = 0.42 * head;
+        let half_width = 0.42 * head;
         self.path([tail, neck].into_iter(), false, Stroke::new(width, color));
         let corners = vec![
             tip,
-            [neck[0] - wide * ahead[1], neck[1] + wide * ahead[0]],
-            [neck[0] + wide * ahead[1], neck[1] - wide * ahead[0]],
+            [neck[0] - half_width * ahead[1], neck[1] + half_width * ahead[0]],
+            [neck[0] + half_width * ahead[1], neck[1] - half_width * ahead[0]],
         ];
         self.fill(corners, color);
     }
@@ -170,11 +172,11 @@ impl<'a> Draw2d<'a> {
     /// Draws a text of constant size with its lower left corner at a position.
     pub(crate) fn label(&self, at: [f64; 2], text: &str, color: Color32) {
         let at = self.place(at);
-        let room = [
+        let label_bounds = [
             [self.bounds[0][0] - 2000.0, self.bounds[0][1]],
             [self.bounds[1][0], self.bounds[1][1] + 2000.0],
         ];
-        if !clip::meets(at, at, room) {
+        if !clip::overlaps(at, at, label_bounds) {
             return;
         }
         let font = FontId::proportional(FONT);
@@ -195,11 +197,11 @@ impl<'a> Draw2d<'a> {
         let (sin, cos) = heading.sin_cos();
         let longest = OUTLINE.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
         let larger = (SMALLEST / (longest * self.transform.scale())).max(1.0);
-        let stand = |[ahead, left]: [f64; 2]| {
+        let placed = |[ahead, left]: [f64; 2]| {
             let (ahead, left) = (ahead * larger, left * larger);
             [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
         };
-        let body: Vec<_> = OUTLINE.iter().map(|corner| stand(*corner)).collect();
+        let body: Vec<_> = OUTLINE.iter().map(|corner| placed(*corner)).collect();
         let front = OUTLINE.iter().map(|[x, _]| *x).fold(0.0, f64::max);
         let color = style::color_of(Ink::Plain, self.style);
         self.polygon(&body, color.gamma_multiply(0.18));
@@ -209,7 +211,7 @@ impl<'a> Draw2d<'a> {
             [front * 0.9, 0.0],
             [front * 0.25, -0.4 * front],
         ]
-        .map(stand);
+        .map(placed);
         self.polygon(&nose, style::color_of(Ink::Accent, self.style));
     }
 
@@ -226,7 +228,7 @@ impl<'a> Draw2d<'a> {
         let (middle, radius) = (self.place(center), radius.abs() * self.transform.scale());
         let low = [middle[0] - radius, middle[1] - radius];
         let high = [middle[0] + radius, middle[1] + radius];
-        if !clip::meets(low, high, self.bounds) {
+        if !clip::overlaps(low, high, self.bounds) {
             return None;
         }
         // The middle of each chord is at most 0.2 points from the circle, up to the limit of corners.
@@ -243,7 +245,7 @@ impl<'a> Draw2d<'a> {
         let Some(first) = points.next() else { return };
         let mut run = Vec::new();
         let mut last = first;
-        let mut cut = false;
+        let mut is_clipped = false;
         let back = closed.then_some(first);
         let mut rest = points.chain(back).peekable();
         while let Some(point) = rest.next() {
@@ -253,21 +255,21 @@ impl<'a> Draw2d<'a> {
             match clip::segment(last, point, self.bounds) {
                 Some([from, to]) => {
                     if run.is_empty() || from != last {
-                        cut |= from != first;
+                        is_clipped |= from != first;
                         self.stroke(&mut run, stroke);
                         run.push(round(from));
                     }
                     run.push(round(to));
-                    cut |= to != point;
+                    is_clipped |= to != point;
                 }
                 None => {
-                    cut = true;
+                    is_clipped = true;
                     self.stroke(&mut run, stroke);
                 }
             }
             last = point;
         }
-        if closed && !cut && run.len() > 2 {
+        if closed && !is_clipped && run.len() > 2 {
             run.pop();
             self.painter.add(Drawn::closed_line(run, stroke));
         } else {
@@ -283,11 +285,11 @@ impl<'a> Draw2d<'a> {
     }
 
     fn fill(&self, corners: Vec<[f64; 2]>, color: Color32) {
-        let mut seen = clip::polygon(corners, self.bounds);
-        seen.dedup_by(|one, other| (one[0] - other[0]).hypot(one[1] - other[1]) < 0.05);
-        if seen.len() > 2 {
+        let mut visible = clip::polygon(corners, self.bounds);
+        visible.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) < 0.05);
+        if visible.len() > 2 {
             let path =
-                PathShape::convex_polygon(seen.into_iter().map(round).collect(), color, PathStroke::NONE);
+                PathShape::convex_polygon(visible.into_iter().map(round).collect(), color, PathStroke::NONE);
             self.painter.add(path);
         }
     }
@@ -297,14 +299,14 @@ impl<'a> Draw2d<'a> {
 /// shapes.
 pub(crate) fn bounds(shapes: &[Shape]) -> Option<Area> {
     let mut area: Option<Area> = None;
-    let mut take = |point: [f64; 2], reach: f64| {
+    let mut take = |point: [f64; 2], radius: f64| {
         let area = area.get_or_insert(Area {
             least: point,
             greatest: point,
         });
         for (axis, at) in point.into_iter().enumerate() {
-            area.least[axis] = area.least[axis].min(at - reach);
-            area.greatest[axis] = area.greatest[axis].max(at + reach);
+            area.least[axis] = area.least[axis].min(at - radius);
+            area.greatest[axis] = area.greatest[axis].max(at + radius);
         }
     };
     for shape in shapes {
@@ -323,10 +325,10 @@ pub(crate) fn bounds(shapes: &[Shape]) -> Option<Area> {
     }
     area.map(|mut area| {
         for axis in 0..2 {
-            let lacks = 1.0 - (area.greatest[axis] - area.least[axis]);
-            if lacks > 0.0 {
-                area.least[axis] -= lacks / 2.0;
-                area.greatest[axis] += lacks / 2.0;
+            let missing = 1.0 - (area.greatest[axis] - area.least[axis]);
+            if missing > 0.0 {
+                area.least[axis] -= missing / 2.0;
+                area.greatest[axis] += missing / 2.0;
             }
         }
         area

@@ -39,9 +39,9 @@ impl Gestures {
             response.request_focus();
         }
         self.drag(ui, response, wants, &place, &mut touches);
-        for (with, button) in BUTTONS {
+        for (pointer_button, button) in BUTTONS {
             if wants.clicks
-                && response.clicked_by(with)
+                && response.clicked_by(pointer_button)
                 && let Some(at) = response.interact_pointer_pos()
             {
                 let at = place(at);
@@ -62,9 +62,11 @@ impl Gestures {
     ) {
         if response.drag_started() && wants.drags {
             let (origin, shift) = ui.input(|input| (input.pointer.press_origin(), input.modifiers.shift));
-            let with = BUTTONS.into_iter().find(|(with, _)| response.dragged_by(*with));
+            let dragged_with = BUTTONS
+                .into_iter()
+                .find(|(button, _)| response.dragged_by(*button));
             // The middle button and Shift always pan the view.
-            if let (Some(origin), Some((_, button)), false) = (origin, with, shift)
+            if let (Some(origin), Some((_, button)), false) = (origin, dragged_with, shift)
                 && button != Button::Middle
             {
                 self.drag = Some((place(origin), button));
@@ -142,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_have_the_names_that_gestures_give_them() {
+    fn keys_have_their_gesture_names() {
         let names = [Key::A, Key::Num7, Key::Space, Key::ArrowUp, Key::F5].map(name);
         assert_eq!(names, ["a", "7", "Space", "ArrowUp", "F5"]);
     }

@@ -44,14 +44,14 @@ pub(super) fn draw(painter: &Painter, transform: &Transform, style: &Style) {
 }
 
 /// Writes the position under the pointer in the lower left corner.
-pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, style: &Style) {
+pub(super) fn pointer_position(painter: &Painter, transform: &Transform, pointer: Pos2, style: &Style) {
     let [x, y] = transform.plane(pointer);
     let (x, unit) = style.units.convert(x, "m");
     let (y, _) = style.units.convert(y, "m");
     let digits = if unit == "m" { 2 } else { 0 };
     let text = format!("x {x:.digits$} {unit}   y {y:.digits$} {unit}");
     let at = transform.rect().left_bottom() + vec2(30.0, -18.0);
-    words(painter, at, Align2::LEFT_BOTTOM, &text, style, Ink::Plain);
+    write(painter, at, Align2::LEFT_BOTTOM, &text, style, Ink::Plain);
 }
 
 /// The smallest 1, 2 or 5 times a power of ten that is not less than `least`.
@@ -59,7 +59,7 @@ fn step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0]
         .into_iter()
-        .map(|times| times * power)
+        .map(|factor| factor * power)
         .find(|step| *step >= least * 0.999_999)
         .unwrap_or(10.0 * power)
 }
@@ -106,13 +106,13 @@ fn numbers(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
                 (pos2(screen.x, rect.bottom() - 3.0), Align2::CENTER_BOTTOM)
             };
             // Keeps the corner and the area of the scale bar free.
-            let room = rect.shrink2(vec2(0.0, 16.0));
+            let visible = rect.shrink2(vec2(0.0, 16.0));
             let free = match align {
-                Align2::LEFT_CENTER => room.y_range().contains(at.y),
+                Align2::LEFT_CENTER => visible.y_range().contains(at.y),
                 _ => at.x > rect.left() + 40.0 && at.x < rect.right() - 90.0,
             };
             if free {
-                words(painter, at, align, &text, style, Ink::Faint);
+                write(painter, at, align, &text, style, Ink::Faint);
             }
         }
     }
@@ -135,7 +135,7 @@ fn scale(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     let (_, unit) = style.units.convert(step, "m");
     let text = format!("{} {unit}", number(step, step, style));
     let middle = left.lerp(right, 0.5) - vec2(0.0, 3.0);
-    words(painter, middle, Align2::CENTER_BOTTOM, &text, style, Ink::Faint);
+    write(painter, middle, Align2::CENTER_BOTTOM, &text, style, Ink::Faint);
 }
 
 /// Formats a multiple of a step with as many digits as the step has.
@@ -147,7 +147,7 @@ fn number(at: f64, step: f64, style: &Style) -> String {
     format!("{:.digits$}", if at == 0.0 { 0.0 } else { at })
 }
 
-fn words(painter: &Painter, at: Pos2, align: Align2, text: &str, style: &Style, color: Ink) {
+fn write(painter: &Painter, at: Pos2, align: Align2, text: &str, style: &Style, color: Ink) {
     painter.text(
         at,
         align,
@@ -162,8 +162,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_stand_at_round_distances() {
-        for (least, step_is) in [
+    fn the_step_is_a_round_distance() {
+        for (least, expected) in [
             (0.7, 1.0),
             (1.0, 1.0),
             (1.1, 2.0),
@@ -172,7 +172,7 @@ mod tests {
             (700.0, 1000.0),
         ] {
             let step = step(least);
-            assert!((step - step_is).abs() < 1e-9 * step_is, "{least} gives {step}");
+            assert!((step - expected).abs() < 1e-9 * expected, "{least} gives {step}");
         }
     }
 }

@@ -75,10 +75,10 @@ impl<'a> Canvas<'a> {
         let name = self.name;
         response.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, name));
         let buttons = self.buttons(ui, response.id, rect, view);
-        let before = view.transform(rect, self.home, self.forward_up);
+        let transform_before = view.transform(rect, self.home, self.forward_up);
         let touches = view
             .gestures
-            .touches(ui, &response, self.wants, |at| flat(&before, at));
+            .touches(ui, &response, self.wants, |at| flat(&transform_before, at));
         pan_zoom::steer(ui, &response, rect, view, &self);
         let transform = view.transform(rect, self.home, self.forward_up);
         if buttons || !touches.is_empty() {
@@ -91,14 +91,14 @@ impl<'a> Canvas<'a> {
             grid::draw(&painter, &transform, style);
             draw(&mut Draw2d::new(painter.clone(), transform, style));
             if let Some(pointer) = response.hover_pos() {
-                grid::place(&painter, &transform, pointer, style);
+                grid::pointer_position(&painter, &transform, pointer, style);
             }
-            let edge = if response.has_focus() {
+            let border = if response.has_focus() {
                 visuals.selection.stroke
             } else {
                 visuals.widgets.noninteractive.bg_stroke
             };
-            painter.rect_stroke(rect, 3.0, edge, egui::StrokeKind::Inside);
+            painter.rect_stroke(rect, 3.0, border, egui::StrokeKind::Inside);
             // The buttons lie above the shapes.
             paint_buttons(ui, response.id, rect);
         }
@@ -112,7 +112,11 @@ impl<'a> Canvas<'a> {
         for (place, button) in ZoomButton::ALL.into_iter().enumerate() {
             let name = format!("{} of {}", button.word(), self.name);
             let response = ui
-                .interact(spot(rect, place), id.with(("button", place)), Sense::click())
+                .interact(
+                    button_rect(rect, place),
+                    id.with(("button", place)),
+                    Sense::click(),
+                )
                 .on_hover_text(button.hint());
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
             if response.clicked() {
@@ -155,11 +159,11 @@ impl ZoomButton {
     }
 
     /// Draws the button's sign. Not every font has these signs.
-    fn paint(self, painter: &egui::Painter, spot: Rect, color: egui::Color32) {
-        let (middle, reach) = (spot.center(), 4.0);
+    fn paint(self, painter: &egui::Painter, button_rect: Rect, color: egui::Color32) {
+        let (middle, radius) = (button_rect.center(), 4.0);
         let stroke = egui::Stroke::new(1.5, color);
         let line = |from: Vec2, to: Vec2| {
-            painter.line_segment([middle + from * reach, middle + to * reach], stroke);
+            painter.line_segment([middle + from * radius, middle + to * radius], stroke);
         };
         match self {
             Self::Closer => {
@@ -177,7 +181,7 @@ impl ZoomButton {
     }
 }
 
-fn spot(rect: Rect, place: usize) -> Rect {
+fn button_rect(rect: Rect, place: usize) -> Rect {
     let side = 18.0;
     let left = rect.right() - (ZoomButton::ALL.len() - place) as f32 * (side + 2.0) - 2.0;
     Rect::from_min_size(pos2(left, rect.top() + 4.0), Vec2::splat(side))
@@ -191,22 +195,22 @@ fn flat(transform: &Transform, at: Pos2) -> [f64; 3] {
 
 fn paint_buttons(ui: &Ui, id: Id, rect: Rect) {
     for (place, button) in ZoomButton::ALL.into_iter().enumerate() {
-        let spot = spot(rect, place);
-        let here = ui.ctx().read_response(id.with(("button", place)));
-        let lit = here.is_some_and(|response| response.hovered() || response.has_focus());
+        let button_rect = button_rect(rect, place);
+        let response = ui.ctx().read_response(id.with(("button", place)));
+        let highlighted = response.is_some_and(|response| response.hovered() || response.has_focus());
         let visuals = ui.visuals();
         let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect));
-        let ground = if lit {
+        let ground = if highlighted {
             visuals.widgets.hovered.weak_bg_fill
         } else {
             visuals.window_fill.gamma_multiply(0.7)
         };
-        painter.rect_filled(spot, 3.0, ground);
-        let color = if lit {
+        painter.rect_filled(button_rect, 3.0, ground);
+        let color = if highlighted {
             visuals.text_color()
         } else {
             visuals.weak_text_color()
         };
-        button.paint(&painter, spot, color);
+        button.paint(&painter, button_rect, color);
     }
 }

@@ -85,9 +85,9 @@ impl View {
         let place = before.plane(at);
         let scale = (before.scale * factor).clamp(SCALES.0, SCALES.1);
         let mut after = Transform { scale, ..before };
-        let there = after.plane(at);
-        after.center[0] += place[0] - there[0];
-        after.center[1] += place[1] - there[1];
+        let shifted = after.plane(at);
+        after.center[0] += place[0] - shifted[0];
+        after.center[1] += place[1] - shifted[1];
         self.seen = Some(after.seen());
     }
 
@@ -136,10 +136,10 @@ impl Transform {
 
     /// The visible area, in m.
     pub(crate) fn area(&self) -> Area {
-        let (one, other) = (self.plane(self.rect.min), self.plane(self.rect.max));
+        let (a, b) = (self.plane(self.rect.min), self.plane(self.rect.max));
         Area {
-            least: [one[0].min(other[0]), one[1].min(other[1])],
-            greatest: [one[0].max(other[0]), one[1].max(other[1])],
+            least: [a[0].min(b[0]), a[1].min(b[1])],
+            greatest: [a[0].max(b[0]), a[1].max(b[1])],
         }
     }
 
@@ -176,12 +176,12 @@ mod tests {
         Rect::from_min_size(pos2(10.0, 20.0), vec2(400.0, 200.0))
     }
 
-    fn near(one: [f64; 2], other: [f64; 2]) -> bool {
-        (one[0] - other[0]).hypot(one[1] - other[1]) < 1e-4
+    fn is_near(a: [f64; 2], b: [f64; 2]) -> bool {
+        (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-4
     }
 
     #[test]
-    fn all_of_home_is_seen_and_a_metre_is_as_long_either_way() {
+    fn the_home_area_is_visible_and_the_aspect_ratio_is_kept() {
         for forward_up in [false, true] {
             let transform = View::default().transform(rect(), HOME, forward_up);
             for corner in [HOME.least, HOME.greatest] {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn ahead_is_up_and_left_is_left_for_a_robot_that_looks_up_the_screen() {
+    fn with_forward_up_x_points_up_and_y_points_left() {
         let transform = View::default().transform(rect(), HOME, true);
         let origin = transform.screen([0.0, 0.0]);
         assert!(transform.screen([1.0, 0.0]).y < origin.y);
@@ -209,32 +209,35 @@ mod tests {
     }
 
     #[test]
-    fn the_way_to_the_screen_and_back_ends_where_it_began() {
+    fn a_position_survives_the_way_to_the_screen_and_back() {
         for forward_up in [false, true] {
             let mut view = View::default();
             view.zoom(rect(), HOME, forward_up, pos2(70.0, 90.0), 3.7);
             let transform = view.transform(rect(), HOME, forward_up);
             for place in [[0.0, 0.0], [0.3, -1.7], [2.5, 1.1]] {
                 let back = transform.plane(transform.screen(place));
-                assert!(near(place, back), "{place:?} came back as {back:?}");
+                assert!(is_near(place, back), "{place:?} came back as {back:?}");
             }
         }
     }
 
     #[test]
-    fn what_is_under_the_pointer_stays_there_when_it_zooms() {
+    fn a_zoom_keeps_the_point_under_the_pointer() {
         for forward_up in [false, true] {
             let at = pos2(333.0, 47.0);
             let mut view = View::default();
             let before = view.transform(rect(), HOME, forward_up).plane(at);
             view.zoom(rect(), HOME, forward_up, at, 2.5);
             assert!(!view.is_fitted());
-            assert!(near(before, view.transform(rect(), HOME, forward_up).plane(at)));
+            assert!(is_near(
+                before,
+                view.transform(rect(), HOME, forward_up).plane(at)
+            ));
         }
     }
 
     #[test]
-    fn what_is_dragged_goes_with_the_hand() {
+    fn a_pan_moves_the_plane_by_the_drag() {
         for forward_up in [false, true] {
             let mut view = View::default();
             let before = view.transform(rect(), HOME, forward_up).screen([1.0, 0.5]);
@@ -250,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn no_zoom_goes_beyond_its_bounds() {
+    fn the_zoom_is_bounded() {
         let mut view = View::default();
         for _ in 0..200 {
             view.zoom(rect(), HOME, false, rect().center(), 10.0);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jde_link::Sample;
 
-/// Maximum number of waiting values: those of 40 s at 100 Hz. Readers ask more often.
+/// Maximum number of waiting values: those of 40 s at 100 Hz. Readers call more often.
 const MOST: usize = 4096;
 /// Maximum size of the waiting values, in bytes: about one second of camera images.
 const MOST_BYTES: usize = 16 << 20;
@@ -46,20 +46,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_too_many_and_of_too_large_values_the_newest_stay() {
+    fn of_too_many_or_too_large_values_the_newest_are_kept() {
         let mut backlog = Backlog::default();
         for number in 0..2 * MOST as u64 {
             backlog.push(sample(number, 8));
         }
-        let left = backlog.take();
-        assert_eq!((left.len(), left[0].sequence), (MOST, MOST as u64));
+        let remaining = backlog.take();
+        assert_eq!((remaining.len(), remaining[0].sequence), (MOST, MOST as u64));
         assert!(backlog.take().is_empty());
         for number in 0..100 {
             backlog.push(sample(number, 1 << 20));
         }
-        let left = backlog.take();
-        assert_eq!((left.len(), left[15].sequence), (16, 99));
+        let remaining = backlog.take();
+        assert_eq!((remaining.len(), remaining[15].sequence), (16, 99));
         backlog.push(sample(1, 2 * MOST_BYTES));
-        assert_eq!(backlog.take().len(), 1, "the newest stays, however large");
+        assert_eq!(backlog.take().len(), 1, "the newest is kept, however large it is");
     }
 }

@@ -32,9 +32,9 @@ impl Outcome {
         self.0.get()
     }
 
-    pub(super) fn set(&self, came: Result<(), String>) {
+    pub(super) fn set(&self, result: Result<(), String>) {
         // Each order has one outcome, so the cell is empty.
-        let _ = self.0.set(came);
+        let _ = self.0.set(result);
     }
 }
 
@@ -80,11 +80,11 @@ impl OrderClient {
             action,
             lease_ms: lease.map(|lease| lease.as_millis() as u64),
         };
-        let answer = self.remote.operate(&request).map_err(|error| error.to_string());
-        if let Err(error) = &answer {
+        let reply = self.remote.operate(&request).map_err(|error| error.to_string());
+        if let Err(error) = &reply {
             self.note(error.clone());
         }
-        answer
+        reply
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_fails_again_and_again_is_news_once_and_the_list_is_bounded() {
+    fn a_repeated_failure_is_one_notice_and_the_list_is_bounded() {
         let mut notices = Vec::new();
         assert!(note(&mut notices, "refused".to_owned()));
         assert!(!note(&mut notices, "refused".to_owned()));

@@ -80,7 +80,7 @@ impl History {
             }
             RunRecord::Decision(decision) => {
                 self.progress.decisions += 1;
-                self.decide(decision);
+                self.add_decision(decision);
             }
             RunRecord::Event(happening) => {
                 self.progress.happenings += 1;
@@ -89,7 +89,7 @@ impl History {
         }
     }
 
-    fn decide(&mut self, decision: Decision) {
+    fn add_decision(&mut self, decision: Decision) {
         self.candidates += decision.candidates.len();
         self.decisions.push_back(decision);
         while self.decisions.len() > MOST_DECISIONS || self.candidates > MOST_CANDIDATES {
@@ -202,8 +202,8 @@ fn keep<T>(list: &mut VecDeque<T>, new: T, most: usize) {
     list.push_back(new);
 }
 
-fn state(word: &str) -> Option<State> {
-    Some(match word {
+fn state(name: &str) -> Option<State> {
+    Some(match name {
         "slept" => State::Slept,
         "checking" => State::Checking,
         "ready" => State::Ready,
@@ -212,8 +212,8 @@ fn state(word: &str) -> Option<State> {
     })
 }
 
-fn state_or_slept(word: &str) -> State {
-    state(word).unwrap_or(State::Slept)
+fn state_or_slept(name: &str) -> State {
+    state(name).unwrap_or(State::Slept)
 }
 
 #[cfg(test)]
@@ -224,7 +224,7 @@ mod tests {
     use super::*;
     use crate::window::scope::fixture;
 
-    fn see(past: &mut History, seconds: f64, state: State) {
+    fn add_snapshot(past: &mut History, seconds: f64, state: State) {
         let mut schema = fixture::schema("goon", Kind::Motor, None, Some(0));
         schema.state = state;
         past.add_snapshot(&Snapshot {
@@ -234,7 +234,7 @@ mod tests {
         });
     }
 
-    fn wins(past: &mut History, seconds: f64) {
+    fn add_win(past: &mut History, seconds: f64) {
         let change = StateRecord {
             time_s: seconds,
             schema: "goon".to_owned(),
@@ -245,39 +245,39 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_that_goes_back_in_small_steps_forgets_what_is_ahead() {
+    fn a_recording_that_goes_back_in_small_steps_removes_later_entries() {
         let mut past = History::new();
-        see(&mut past, 8.0, State::Ready);
-        wins(&mut past, 9.2);
-        see(&mut past, 10.0, State::Winner);
-        see(&mut past, 9.5, State::Winner);
-        see(&mut past, 9.0, State::Ready);
-        let bands = past.states("goon").expect("it is known");
+        add_snapshot(&mut past, 8.0, State::Ready);
+        add_win(&mut past, 9.2);
+        add_snapshot(&mut past, 10.0, State::Winner);
+        add_snapshot(&mut past, 9.5, State::Winner);
+        add_snapshot(&mut past, 9.0, State::Ready);
+        let bands = past.states("goon").expect("the schema is known");
         let states: Vec<_> = bands.iter().map(|band| (band.from, band.state)).collect();
         assert_eq!(states, [(8.0, State::Ready)]);
         assert_eq!(past.progress().turns, 2);
-        wins(&mut past, 9.2);
-        see(&mut past, 9.3, State::Winner);
+        add_win(&mut past, 9.2);
+        add_snapshot(&mut past, 9.3, State::Winner);
         assert_eq!(
             past.states("goon").map(VecDeque::len),
             Some(2),
-            "and hears it again"
+            "the change is added again"
         );
-        see(&mut past, 2.0, State::Ready);
-        assert_eq!(past.since(), Some(2.0), "looking began there by now");
+        add_snapshot(&mut past, 2.0, State::Ready);
+        assert_eq!(past.since(), Some(2.0), "the observation now begins there");
     }
 
     #[test]
-    fn selections_among_hundreds_are_kept_by_how_much_they_tell() {
-        let one = fixture::navigation().past.decisions[0].clone();
+    fn the_number_of_kept_selections_is_limited_by_their_candidates() {
+        let selection = fixture::navigation().past.decisions[0].clone();
         let mut past = History::new();
-        let few = one.candidates.len();
+        let few = selection.candidates.len();
         assert!(few > 0 && few * MOST_DECISIONS < MOST_CANDIDATES);
         for number in 0..MOST_DECISIONS as u64 + 5 {
             past.add_line(
                 RunRecord::Decision(Decision {
                     number,
-                    ..one.clone()
+                    ..selection.clone()
                 }),
                 0,
             );
@@ -286,14 +286,14 @@ mod tests {
             (past.decisions().len(), past.decisions()[0].number),
             (MOST_DECISIONS, 5)
         );
-        let many = vec![one.candidates[0].clone(); 1000];
+        let many = vec![selection.candidates[0].clone(); 1000];
         for number in 0..500 {
             let candidates = many.clone();
             past.add_line(
                 RunRecord::Decision(Decision {
                     number,
                     candidates,
-                    ..one.clone()
+                    ..selection.clone()
                 }),
                 0,
             );
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_that_were_dropped_are_counted_as_missed() {
+    fn dropped_lines_are_counted_as_missed() {
         let mut past = History::new();
         past.add_missed(3);
         past.add_line(RunRecord::Event(EventRecord::default()), 2);

@@ -16,7 +16,7 @@ pub(super) struct Inbox {
     pub(super) snapshot: Option<Snapshot>,
     /// Lines, each with the number of lines lost before it.
     pub(super) lines: VecDeque<(RunRecord, u64)>,
-    /// Number of lines discarded here, plus the lines lost before each of them.
+    /// Number of discarded lines, plus the lines lost before each of them.
     pub(super) dropped: u64,
 }
 
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_that_wait_for_too_long_are_counted_with_those_that_did_not_come() {
+    fn discarded_lines_are_counted_with_the_lines_lost_before_them() {
         let mut inbox = Inbox::default();
         for number in 0..WAITING as u64 + 3 {
             inbox.push(RunRecord::Event(EventRecord::default()), number);

@@ -82,8 +82,8 @@ impl Session {
         });
         watching.push({
             let inbox = Arc::clone(&inbox);
-            remote.events(&RecordKind::ALL, EARLIER, move |happened| {
-                lock(&inbox).push(happened.record, happened.missed);
+            remote.events(&RecordKind::ALL, EARLIER, move |event| {
+                lock(&inbox).push(event.record, event.missed);
             })?
         });
         {

@@ -53,7 +53,7 @@ impl Orders {
         ] {
             if let Err(error) = thread::Builder::new().name(name.to_owned()).spawn(work) {
                 client.note(format!(
-                    "orders cannot be carried, for there is no thread for them: {error}"
+                    "orders cannot be sent, because there is no thread for them: {error}"
                 ));
             }
         }
@@ -93,7 +93,7 @@ impl Drop for Orders {
 #[derive(Default)]
 struct OrderInbox {
     state: Mutex<InboxState>,
-    news: Condvar,
+    changed: Condvar,
 }
 
 #[derive(Default)]
@@ -106,12 +106,12 @@ struct InboxState {
 impl OrderInbox {
     fn push(&self, order: Order) {
         lock(&self.state).queue.push(order, Instant::now());
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 
     fn close(&self) {
         lock(&self.state).closed = true;
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 
     /// Waits for the next order other than a stop. Returns [`Received::Time`] at `until`, and
@@ -120,10 +120,10 @@ impl OrderInbox {
         let mut state = lock(&self.state);
         loop {
             let now = Instant::now();
-            let soonest = match state.queue.next(now) {
-                Next::Carry(order, given) => return Received::Carry(order, given),
+            let earliest = match state.queue.next(now) {
+                Next::Send(order, given) => return Received::Send(order, given),
                 Next::Stale(action, outcome) => return Received::Stale(action, outcome),
-                Next::Wait(soonest) => soonest,
+                Next::Wait(earliest) => earliest,
             };
             if state.closed && state.queue.is_empty() {
                 return Received::Closed;
@@ -131,13 +131,15 @@ impl OrderInbox {
             if until.is_some_and(|until| until <= now) {
                 return Received::Time;
             }
-            let end = soonest.into_iter().chain(until).min();
-            state = match end {
-                Some(end) => {
-                    let waited = self.news.wait_timeout(state, end.saturating_duration_since(now));
+            let deadline = earliest.into_iter().chain(until).min();
+            state = match deadline {
+                Some(deadline) => {
+                    let waited = self
+                        .changed
+                        .wait_timeout(state, deadline.saturating_duration_since(now));
                     waited.unwrap_or_else(PoisonError::into_inner).0
                 }
-                None => self.news.wait(state).unwrap_or_else(PoisonError::into_inner),
+                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
             };
         }
     }
@@ -152,19 +154,19 @@ impl OrderInbox {
             if state.closed {
                 return None;
             }
-            state = self.news.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 
     fn stopped(&self) {
         lock(&self.state).queue.stopped();
-        self.news.notify_all();
+        self.changed.notify_all();
     }
 }
 
 /// The result of waiting for an order.
 enum Received {
-    Carry(Order, Instant),
+    Send(Order, Instant),
     Stale(Action, Outcome),
     Time,
     Closed,
@@ -192,7 +194,7 @@ struct Worker {
 struct Lease {
     action: Action,
     /// When the user last requested it.
-    asked: Instant,
+    requested: Instant,
     /// When it was last sent to the application.
     sent: Instant,
 }
@@ -200,30 +202,30 @@ struct Lease {
 impl Worker {
     fn run(mut self) {
         loop {
-            let end = self.held.values().map(|held| held.asked + PATIENCE).min();
-            match self.orders.next(end) {
-                Received::Carry(Order::Act(action, outcome), _) => self.client.act(action, &outcome),
-                Received::Carry(Order::Hold(action), given) => self.hold(action, given),
-                Received::Carry(Order::LetGo(schema), _) => self.let_go(&schema),
+            let deadline = self.held.values().map(|held| held.requested + PATIENCE).min();
+            match self.orders.next(deadline) {
+                Received::Send(Order::Act(action, outcome), _) => self.client.act(action, &outcome),
+                Received::Send(Order::Hold(action), given) => self.hold(action, given),
+                Received::Send(Order::LetGo(schema), _) => self.let_go(&schema),
                 Received::Stale(action, outcome) => self.give_up(&action, &outcome),
                 Received::Time => {}
                 Received::Closed => break,
             }
-            let over: Vec<_> = self
+            let expired: Vec<_> = self
                 .held
                 .iter()
-                .filter(|(_, held)| held.asked.elapsed() >= PATIENCE)
+                .filter(|(_, held)| held.requested.elapsed() >= PATIENCE)
                 .map(|(schema, _)| schema.clone())
                 .collect();
-            over.iter().for_each(|schema| self.let_go(schema));
+            expired.iter().for_each(|schema| self.let_go(schema));
         }
-        let rest: Vec<_> = self.held.keys().cloned().collect();
-        rest.iter().for_each(|schema| self.let_go(schema));
+        let remaining: Vec<_> = self.held.keys().cloned().collect();
+        remaining.iter().for_each(|schema| self.let_go(schema));
     }
 
     /// Sends a new or changed hold, and renews an unchanged one. Skips a schema that refused within
     /// [`RENEWED`].
-    fn hold(&mut self, action: Action, asked: Instant) {
+    fn hold(&mut self, action: Action, requested: Instant) {
         let schema = action.schema().to_owned();
         self.refused.retain(|_, when| when.elapsed() < RENEWED);
         if self.refused.contains_key(&schema) {
@@ -231,7 +233,7 @@ impl Worker {
         }
         let order = match self.held.get_mut(&schema) {
             Some(held) if held.action == action => {
-                held.asked = asked;
+                held.requested = requested;
                 if held.sent.elapsed() < RENEWED {
                     return;
                 }
@@ -251,7 +253,11 @@ impl Worker {
             .request(self.holder.clone(), order, Some(LEASE))
             .is_ok()
         {
-            let held = Lease { action, asked, sent };
+            let held = Lease {
+                action,
+                requested,
+                sent,
+            };
             self.held.insert(schema, held);
         } else {
             self.held.remove(&schema);
@@ -271,12 +277,13 @@ impl Worker {
 
     /// Sets the outcome of an order that was not sent, and adds a notice.
     fn give_up(&self, action: &Action, outcome: &Outcome) {
-        let what = match action.schema() {
-            "" => "to let everything go on".to_owned(),
+        let purpose = match action.schema() {
+            "" => "to resume everything".to_owned(),
             schema => format!("for {schema}"),
         };
-        let text =
-            format!("an order {what} was given up: the application was too slow to take it; give it again");
+        let text = format!(
+            "an order {purpose} was discarded, because the application was too slow to accept it; repeat it"
+        );
         outcome.set(Err(text.clone()));
         self.client.note(text);
     }

@@ -22,8 +22,8 @@ const RETRY_DELAY: Duration = Duration::from_secs(3);
 pub(crate) type PanelContent = Result<Arc<List>, String>;
 
 pub(super) struct Panels {
-    questions: Sender<Request>,
-    looked: HashMap<String, WatchedPanel>,
+    requests: Sender<Request>,
+    watched: HashMap<String, WatchedPanel>,
 }
 
 type Request = (String, Rate, Arc<Mutex<Slot>>);
@@ -44,9 +44,9 @@ struct Slot {
 
 impl Panels {
     pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
-        let (questions, asked) = channel::<Request>();
-        let eyes = move || {
-            for (schema, rate, slot) in asked {
+        let (requests, received) = channel::<Request>();
+        let worker = move || {
+            for (schema, rate, slot) in received {
                 // The panel is no longer requested.
                 if Arc::strong_count(&slot) == 1 {
                     continue;
@@ -69,51 +69,54 @@ impl Panels {
             }
         };
         // The thread ends when its sender is dropped, so its handle is not kept.
-        if let Err(error) = thread::Builder::new().name("view-panels".to_owned()).spawn(eyes) {
-            tracing::error!("no thread to look at panels: {error}");
+        if let Err(error) = thread::Builder::new()
+            .name("view-panels".to_owned())
+            .spawn(worker)
+        {
+            tracing::error!("no thread for panels: {error}");
         }
         Self {
-            questions,
-            looked: HashMap::new(),
+            requests,
+            watched: HashMap::new(),
         }
     }
 
     pub(super) fn newest(&mut self, schema: &str, rate: Rate) -> Option<PanelContent> {
-        let looked = match self.looked.get_mut(schema) {
-            Some(looked) => looked,
+        let watched = match self.watched.get_mut(schema) {
+            Some(watched) => watched,
             None => {
-                let mut looked = WatchedPanel::new(rate);
-                looked.look(&self.questions, schema, rate);
-                self.looked.entry(schema.to_owned()).or_insert(looked)
+                let mut watched = WatchedPanel::new(rate);
+                watched.subscribe(&self.requests, schema, rate);
+                self.watched.entry(schema.to_owned()).or_insert(watched)
             }
         };
-        if looked.rate < rate {
-            looked.look(&self.questions, schema, rate);
+        if watched.rate < rate {
+            watched.subscribe(&self.requests, schema, rate);
         }
-        looked.demand.ask(rate, Instant::now());
-        lock(&looked.slot).newest.clone()
+        watched.demand.request(rate, Instant::now());
+        lock(&watched.slot).newest.clone()
     }
 
     /// Ends unused subscriptions, lowers rates that are higher than needed, and retries refused
     /// subscriptions.
     pub(super) fn remove_unused(&mut self) {
         let now = Instant::now();
-        let questions = &self.questions;
-        self.looked.retain(|schema, looked| {
-            let Some(rate) = looked.demand.greatest(now) else {
+        let requests = &self.requests;
+        self.watched.retain(|schema, watched| {
+            let Some(rate) = watched.demand.greatest(now) else {
                 return false;
             };
-            if rate < looked.rate {
-                looked.look(questions, schema, rate);
+            if rate < watched.rate {
+                watched.subscribe(requests, schema, rate);
                 return true;
             }
-            let mut slot = lock(&looked.slot);
+            let mut slot = lock(&watched.slot);
             if slot
                 .refused
                 .is_some_and(|since| now.saturating_duration_since(since) > RETRY_DELAY)
             {
                 slot.refused = None;
-                let _ = questions.send((schema.clone(), rate, Arc::clone(&looked.slot)));
+                let _ = requests.send((schema.clone(), rate, Arc::clone(&watched.slot)));
             }
             true
         });
@@ -130,15 +133,15 @@ impl WatchedPanel {
     }
 
     /// Subscribes at a rate. The newest list is kept until the next arrives.
-    fn look(&mut self, questions: &Sender<Request>, schema: &str, rate: Rate) {
+    fn subscribe(&mut self, requests: &Sender<Request>, schema: &str, rate: Rate) {
         let newest = lock(&self.slot).newest.take();
-        // The old slot is dropped, so its callback does nothing any more.
+        // The old slot is dropped, so its callback does nothing.
         self.slot = Arc::new(Mutex::new(Slot {
             newest,
             ..Slot::default()
         }));
         self.rate = rate;
         // Without the thread, the request is lost; the log has the reason.
-        let _ = questions.send((schema.to_owned(), rate, Arc::clone(&self.slot)));
+        let _ = requests.send((schema.to_owned(), rate, Arc::clone(&self.slot)));
     }
 }

@@ -15,7 +15,7 @@ use super::orders::PATIENCE;
 const STALE: Duration = Duration::from_secs(3);
 /// Minimum interval between two values for one modulation. An application accepts 100 orders a second from
 /// all its windows together.
-const BEAT: Duration = Duration::from_millis(50);
+const INTERVAL: Duration = Duration::from_millis(50);
 
 /// An order to send.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ pub(super) enum Order {
 #[derive(Debug)]
 pub(super) enum Next {
     /// Send this order, which was added at this time.
-    Carry(Order, Instant),
+    Send(Order, Instant),
     /// Give up this order: it waited too long.
     Stale(Action, Outcome),
     /// Wait until this time, or until an order is added.
@@ -58,7 +58,7 @@ impl Queue {
             Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
                 // The stop overrides waiting orders that would wake its schema.
                 self.orders
-                    .retain(|(order, _)| !(wakes(order) && holds_up(&stop, order)));
+                    .retain(|(order, _)| !(wakes(order) && blocks(&stop, order)));
                 if matches!(stop, Action::StopAll) {
                     self.stops.push_front((stop, outcome));
                 } else {
@@ -66,15 +66,15 @@ impl Queue {
                 }
             }
             Order::Act(action, outcome) => {
-                self.leave_out_before(&action);
+                self.remove_replaced(&action);
                 self.orders.push_back((Order::Act(action, outcome), now));
             }
             Order::Hold(action) => {
-                self.let_go_before(action.schema());
+                self.remove_waiting_hold(action.schema());
                 self.orders.push_back((Order::Hold(action), now));
             }
             Order::LetGo(schema) => {
-                self.let_go_before(&schema);
+                self.remove_waiting_hold(&schema);
                 self.orders.push_back((Order::LetGo(schema), now));
             }
         }
@@ -83,23 +83,23 @@ impl Queue {
     /// The next order other than a stop.
     pub(super) fn next(&mut self, now: Instant) -> Next {
         self.written
-            .retain(|_, written| now.saturating_duration_since(*written) < BEAT);
-        let (found, soonest) = self.first_free();
+            .retain(|_, written| now.saturating_duration_since(*written) < INTERVAL);
+        let (found, earliest) = self.first_free();
         let Some((order, given)) = found.and_then(|place| self.orders.remove(place)) else {
-            return Next::Wait(soonest);
+            return Next::Wait(earliest);
         };
         let waited = now.saturating_duration_since(given);
         match order {
             Order::Act(action, outcome) if waited >= STALE => Next::Stale(action, outcome),
             // The hold has ended: it would have been renewed.
             Order::Hold(action) if waited >= PATIENCE => {
-                Next::Carry(Order::LetGo(action.schema().to_owned()), given)
+                Next::Send(Order::LetGo(action.schema().to_owned()), given)
             }
             order => {
                 if let Some(which) = order.modulation() {
                     self.written.insert(which, now);
                 }
-                Next::Carry(order, given)
+                Next::Send(order, given)
             }
         }
     }
@@ -124,36 +124,36 @@ impl Queue {
 
     /// The position of the first order that can be sent now. If none can, the earliest time at which one can.
     fn first_free(&self) -> (Option<usize>, Option<Instant>) {
-        let mut soonest: Option<Instant> = None;
+        let mut earliest: Option<Instant> = None;
         let stops = || self.stops.iter().map(|(stop, _)| stop).chain(&self.stopping);
         // A later order for a schema must not overtake an earlier one that waits.
         let mut later = HashSet::new();
         for (place, (order, _)) in self.orders.iter().enumerate() {
-            if later.contains(order.schema()) || stops().any(|stop| holds_up(stop, order)) {
+            if later.contains(order.schema()) || stops().any(|stop| blocks(stop, order)) {
                 continue;
             }
             match order.modulation().and_then(|which| self.written.get(&which)) {
                 None => return (Some(place), None),
                 Some(written) => {
                     later.insert(order.schema());
-                    let end = *written + BEAT;
-                    soonest = Some(soonest.map_or(end, |soonest| soonest.min(end)));
+                    let end = *written + INTERVAL;
+                    earliest = Some(earliest.map_or(end, |earliest| earliest.min(end)));
                 }
             }
         }
-        (None, soonest)
+        (None, earliest)
     }
 
     /// Removes a waiting hold on a schema: a newer hold or release replaces it.
-    fn let_go_before(&mut self, schema: &str) {
+    fn remove_waiting_hold(&mut self, schema: &str) {
         self.orders
             .retain(|(order, _)| !matches!(order, Order::Hold(action) if action.schema() == schema));
     }
 
     /// Removes the latest waiting order on the same modulation or widget, if an action replaces it.
-    fn leave_out_before(&mut self, newer: &Action) {
+    fn remove_replaced(&mut self, newer: &Action) {
         let about = |order: &Order| match order {
-            Order::Act(older, _) => is_same(older, newer).then(|| overtakes(newer, older)),
+            Order::Act(older, _) => is_same(older, newer).then(|| replaces(newer, older)),
             Order::Hold(_) | Order::LetGo(_) => None,
         };
         let mut latest = self.orders.iter().enumerate().rev();
@@ -201,7 +201,7 @@ fn wakes(order: &Order) -> bool {
 }
 
 /// Whether an order must wait for a stop, because it concerns what is stopped.
-fn holds_up(stop: &Action, order: &Order) -> bool {
+fn blocks(stop: &Action, order: &Order) -> bool {
     match (stop, order) {
         (Action::StopAll, _) | (_, Order::Act(Action::ReleaseAll, _)) => true,
         _ => stop.schema() == order.schema(),
@@ -209,29 +209,29 @@ fn holds_up(stop: &Action, order: &Order) -> bool {
 }
 
 /// Whether two actions concern the same modulation or widget.
-fn is_same(one: &Action, other: &Action) -> bool {
-    match (one, other) {
+fn is_same(a: &Action, b: &Action) -> bool {
+    match (a, b) {
         (
             Action::Modulate { schema, variable, .. },
             Action::Modulate {
-                schema: of,
+                schema: schema_b,
                 variable: which,
                 ..
             },
-        ) => schema == of && variable == which,
+        ) => schema == schema_b && variable == which,
         (
             Action::Touch { schema, gesture },
             Action::Touch {
-                schema: of,
+                schema: schema_b,
                 gesture: which,
             },
-        ) => schema == of && gesture.widget == which.widget,
+        ) => schema == schema_b && gesture.widget == which.widget,
         _ => false,
     }
 }
 
 /// Whether a newer value of a modulation, slider or drag replaces an older one.
-fn overtakes(newer: &Action, older: &Action) -> bool {
+fn replaces(newer: &Action, older: &Action) -> bool {
     match (newer, older) {
         (Action::Modulate { value: newer, .. }, Action::Modulate { value: older, .. }) => {
             covers(newer, older)
@@ -298,7 +298,7 @@ mod tests {
         Order::Hold(modulate(schema, "want", value.into()))
     }
 
-    fn words(order: &Order) -> String {
+    fn description(order: &Order) -> String {
         match order {
             Order::Act(Action::Modulate { schema, value, .. }, _) => format!("set {schema} {value}"),
             Order::Act(Action::Touch { gesture, .. }, _) => format!("touch {:?}", gesture.touch),
@@ -316,19 +316,19 @@ mod tests {
     }
 
     /// All orders that can be sent now.
-    fn carried(queue: &mut Queue, now: Instant) -> Vec<String> {
-        let mut carried = Vec::new();
+    fn sent(queue: &mut Queue, now: Instant) -> Vec<String> {
+        let mut sent = Vec::new();
         loop {
             match queue.next(now) {
-                Next::Carry(order, _) => carried.push(words(&order)),
-                Next::Stale(action, _) => carried.push(format!("stale {}", action.schema())),
-                Next::Wait(_) => return carried,
+                Next::Send(order, _) => sent.push(description(&order)),
+                Next::Stale(action, _) => sent.push(format!("stale {}", action.schema())),
+                Next::Wait(_) => return sent,
             }
         }
     }
 
     #[test]
-    fn of_holds_that_wait_the_last_at_each_schema_is_carried() {
+    fn of_waiting_holds_the_last_of_each_schema_is_sent() {
         let now = Instant::now();
         let orders = [
             hold("base", 1.0),
@@ -339,24 +339,24 @@ mod tests {
             hold("head", 2.0),
             Order::LetGo(name("head")),
         ];
-        let carried = carried(&mut queue(orders, now), now);
-        assert_eq!(carried, ["act goon", "hold base 3.0", "let go head"]);
+        let sent = sent(&mut queue(orders, now), now);
+        assert_eq!(sent, ["act goon", "hold base 3.0", "let go head"]);
     }
 
     #[test]
-    fn a_hold_after_a_letting_go_is_carried_too() {
+    fn a_hold_after_a_release_is_sent_too() {
         let now = Instant::now();
         let orders = [hold("base", 1.0), Order::LetGo(name("base")), hold("base", 2.0)];
-        let carried = carried(&mut queue(orders, now), now);
-        assert_eq!(carried, ["let go base", "hold base 2.0"]);
+        let sent = sent(&mut queue(orders, now), now);
+        assert_eq!(sent, ["let go base", "hold base 2.0"]);
     }
 
     #[test]
-    fn a_later_value_of_a_modulation_overtakes_those_that_it_covers() {
+    fn a_later_value_of_a_modulation_replaces_those_that_it_covers() {
         let now = Instant::now();
         let set = |value: Value| act(modulate("goon", "speed", value));
         let mut both = queue([set(json!(1)), play("stop"), set(json!(2))], now);
-        assert_eq!(carried(&mut both, now), ["act stop", "set goon 2"]);
+        assert_eq!(sent(&mut both, now), ["act stop", "set goon 2"]);
         let partial = [
             set(json!({"x": 1})),
             set(json!({"y": 2})),
@@ -364,39 +364,39 @@ mod tests {
         ];
         let mut partial = queue(partial, now);
         assert_eq!(partial.orders.len(), 2, "x is not covered by y alone");
-        assert_eq!(carried(&mut partial, now), [r#"set goon {"x":1}"#]);
+        assert_eq!(sent(&mut partial, now), [r#"set goon {"x":1}"#]);
     }
 
     #[test]
-    fn values_of_one_modulation_are_carried_on_a_beat_and_nothing_of_its_schema_overtakes_them() {
+    fn values_of_one_modulation_are_sent_at_intervals_and_no_order_of_its_schema_overtakes_them() {
         let start = Instant::now();
         let set = |value: f64| act(modulate("goon", "speed", value.into()));
         let mut queue = queue([set(1.0)], start);
-        assert_eq!(carried(&mut queue, start), ["set goon 1.0"]);
+        assert_eq!(sent(&mut queue, start), ["set goon 1.0"]);
         queue.push(set(2.0), start);
         let release = Action::Release { schema: name("goon") };
         queue.push(act(release), start);
         queue.push(play("vff"), start);
-        assert_eq!(carried(&mut queue, start), ["act vff"]);
-        assert!(matches!(queue.next(start), Next::Wait(Some(then)) if then == start + BEAT));
-        assert_eq!(carried(&mut queue, start + BEAT), ["set goon 2.0", "act goon"]);
+        assert_eq!(sent(&mut queue, start), ["act vff"]);
+        assert!(matches!(queue.next(start), Next::Wait(Some(then)) if then == start + INTERVAL));
+        assert_eq!(sent(&mut queue, start + INTERVAL), ["set goon 2.0", "act goon"]);
         assert!(queue.is_empty());
     }
 
     #[test]
-    fn to_stop_waits_for_nobody_and_what_would_wake_is_left_out() {
+    fn a_stop_does_not_wait_and_removes_orders_that_would_wake_its_schema() {
         let now = Instant::now();
         let mut queue = queue([play("goon"), play("vff"), hold("goon", 1.0), stop("goon")], now);
-        let (stop, _) = queue.next_stop().expect("it is to be stopped");
+        let (stop, _) = queue.next_stop().expect("a stop is waiting");
         assert_eq!(stop.schema(), "goon");
         queue.push(play("goon"), now);
-        assert_eq!(carried(&mut queue, now), ["act vff"], "the rest of goon waits");
+        assert_eq!(sent(&mut queue, now), ["act vff"], "other orders for goon wait");
         queue.stopped();
-        assert_eq!(carried(&mut queue, now), ["act goon"]);
+        assert_eq!(sent(&mut queue, now), ["act goon"]);
     }
 
     #[test]
-    fn to_stop_everything_comes_before_other_stops_and_holds_up_all_else() {
+    fn stopping_everything_precedes_other_stops_and_blocks_all_other_orders() {
         let now = Instant::now();
         let set = act(modulate("vff", "speed", json!(1)));
         let orders = [
@@ -409,28 +409,28 @@ mod tests {
         let mut queue = queue(orders, now);
         assert!(matches!(queue.next_stop(), Some((Action::StopAll, _))));
         queue.push(act(Action::ReleaseAll), now);
-        assert_eq!(carried(&mut queue, now), Vec::<String>::new());
+        assert_eq!(sent(&mut queue, now), Vec::<String>::new());
         queue.stopped();
         assert_eq!(
-            carried(&mut queue, now),
+            sent(&mut queue, now),
             ["set vff 1"],
-            "goon is still to be stopped"
+            "the stop of goon is still waiting"
         );
         assert!(matches!(queue.next_stop(), Some((Action::Stop { .. }, _))));
         queue.stopped();
-        assert_eq!(carried(&mut queue, now), ["act "], "then all go on");
+        assert_eq!(sent(&mut queue, now), ["act "], "then everything is released");
     }
 
     #[test]
-    fn what_waited_too_long_is_given_up_and_a_stale_hold_holds_nothing() {
+    fn orders_that_waited_too_long_are_discarded_and_stale_holds_are_released() {
         let start = Instant::now();
         let mut queue = queue([play("goon"), hold("base", 1.0), stop("vff")], start);
-        assert_eq!(carried(&mut queue, start + STALE), ["stale goon", "let go base"]);
-        assert!(queue.next_stop().is_some(), "to stop is never too late");
+        assert_eq!(sent(&mut queue, start + STALE), ["stale goon", "let go base"]);
+        assert!(queue.next_stop().is_some(), "a stop is never discarded");
     }
 
     #[test]
-    fn of_a_drag_under_way_the_newest_counts_and_a_click_between_stays() {
+    fn only_the_newest_slider_move_is_sent_unless_a_press_is_between() {
         let now = Instant::now();
         let touch = |touch: Touch| {
             act(Action::Touch {
@@ -443,8 +443,8 @@ mod tests {
         };
         let moved = |to: f64| touch(Touch::Moved(to));
         let mut drag = queue([moved(1.0), moved(2.0)], now);
-        assert_eq!(carried(&mut drag, now), ["touch Moved(2.0)"]);
+        assert_eq!(sent(&mut drag, now), ["touch Moved(2.0)"]);
         let mut pressed = queue([moved(1.0), touch(Touch::Pressed), moved(2.0)], now);
-        assert_eq!(carried(&mut pressed, now).len(), 3);
+        assert_eq!(sent(&mut pressed, now).len(), 3);
     }
 }

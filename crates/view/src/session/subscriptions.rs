@@ -19,7 +19,7 @@ use super::lock;
 const RETRY_DELAY: Duration = Duration::from_secs(3);
 
 pub(super) struct Subscriptions {
-    questions: Sender<Request>,
+    requests: Sender<Request>,
     variables: HashMap<String, Subscription>,
 }
 
@@ -46,9 +46,9 @@ struct Slot {
 
 impl Subscriptions {
     pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
-        let (questions, asked) = channel::<Request>();
-        let eyes = move || {
-            for (name, rate, slot) in asked {
+        let (requests, received) = channel::<Request>();
+        let worker = move || {
+            for (name, rate, slot) in received {
                 // The variable is no longer requested.
                 if Arc::strong_count(&slot) == 1 {
                     continue;
@@ -68,12 +68,12 @@ impl Subscriptions {
         };
         if let Err(error) = thread::Builder::new()
             .name("view-subscribe".to_owned())
-            .spawn(eyes)
+            .spawn(worker)
         {
-            tracing::error!("no thread for questions: {error}");
+            tracing::error!("no thread for subscriptions: {error}");
         }
         Self {
-            questions,
+            requests,
             variables: HashMap::new(),
         }
     }
@@ -96,14 +96,14 @@ impl Subscriptions {
     /// Ends unused subscriptions, lowers rates that are higher than needed, and retries failed subscriptions.
     pub(super) fn remove_unused(&mut self) {
         let now = Instant::now();
-        let questions = &self.questions;
+        let requests = &self.requests;
         self.variables.retain(|name, variable| {
             let Some(rate) = variable.demand.greatest(now) else {
                 return false;
             };
-            variable.forget_readers(now);
+            variable.remove_idle_readers(now);
             if rate < variable.rate {
-                variable.listen(questions, name, rate);
+                variable.subscribe(requests, name, rate);
                 return true;
             }
             let mut slot = lock(&variable.slot);
@@ -111,30 +111,30 @@ impl Subscriptions {
                 && now.saturating_duration_since(*since) > RETRY_DELAY
             {
                 *since = now;
-                let _ = questions.send((name.clone(), rate, Arc::clone(&variable.slot)));
+                let _ = requests.send((name.clone(), rate, Arc::clone(&variable.slot)));
             }
             true
         });
     }
 
     fn variable(&mut self, name: &str, rate: Rate, now: Instant) -> &mut Subscription {
-        let known = self
+        let sufficient = self
             .variables
             .get(name)
             .is_some_and(|variable| variable.rate >= rate);
-        if !known {
+        if !sufficient {
             let mut variable = self
                 .variables
                 .remove(name)
                 .unwrap_or_else(|| Subscription::new(rate));
-            variable.listen(&self.questions, name, rate);
+            variable.subscribe(&self.requests, name, rate);
             self.variables.insert(name.to_owned(), variable);
         }
         let variable = self
             .variables
             .get_mut(name)
-            .expect("it was there or has just been put there");
-        variable.demand.ask(rate, now);
+            .expect("the variable exists or was just inserted");
+        variable.demand.request(rate, now);
         variable
     }
 }
@@ -150,7 +150,7 @@ impl Subscription {
     }
 
     /// Subscribes at a rate. The values received so far are kept.
-    fn listen(&mut self, questions: &Sender<Request>, name: &str, rate: Rate) {
+    fn subscribe(&mut self, requests: &Sender<Request>, name: &str, rate: Rate) {
         let slot = {
             let mut before = lock(&self.slot);
             Slot {
@@ -159,11 +159,11 @@ impl Subscription {
                 ..Slot::default()
             }
         };
-        // The old slot is dropped, so its callback does nothing any more.
+        // The old slot is dropped, so its callback does nothing.
         self.slot = Arc::new(Mutex::new(slot));
         self.rate = rate;
         // Without the thread, the request is lost; the log has the reason.
-        let _ = questions.send((name.to_owned(), rate, Arc::clone(&self.slot)));
+        let _ = requests.send((name.to_owned(), rate, Arc::clone(&self.slot)));
     }
 
     /// The values since this reader's last call. The first call registers the reader.
@@ -180,16 +180,16 @@ impl Subscription {
         }
         self.readers
             .get_mut(reader)
-            .map(|(backlog, asked)| {
-                *asked = LastRequest::new(now);
+            .map(|(backlog, request)| {
+                *request = LastRequest::new(now);
                 backlog.take()
             })
             .unwrap_or_default()
     }
 
     /// Removes readers that stopped calling.
-    fn forget_readers(&mut self, now: Instant) {
-        self.readers.retain(|_, (_, asked)| asked.look(now));
+    fn remove_idle_readers(&mut self, now: Instant) {
+        self.readers.retain(|_, (_, request)| request.check(now));
         if self.readers.is_empty() {
             lock(&self.slot).fresh = None;
         }
@@ -225,52 +225,55 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_reader_gets_every_value_once_and_one_that_is_gone_costs_nothing() {
+    fn a_reader_receives_every_value_once_and_an_idle_reader_is_removed() {
         let start = Instant::now();
         let mut variable = Subscription::new(Rate::Hz(50));
-        let hear = |variable: &Subscription, number| lock(&variable.slot).push(sample(number, 8));
+        let receive = |variable: &Subscription, number| lock(&variable.slot).push(sample(number, 8));
         let numbers = |samples: Vec<Arc<Sample>>| -> Vec<u64> {
             samples.iter().map(|sample| sample.sequence).collect()
         };
-        hear(&variable, 1);
-        assert!(lock(&variable.slot).fresh.is_none(), "nobody wants all of them");
-        assert!(numbers(variable.since("one", start)).is_empty());
-        variable.since("other", start);
-        (2..4).for_each(|number| hear(&variable, number));
-        assert_eq!(numbers(variable.since("one", start)), [2, 3]);
-        assert!(numbers(variable.since("one", start)).is_empty());
-        assert_eq!(numbers(variable.since("other", start)), [2, 3]);
+        receive(&variable, 1);
+        assert!(
+            lock(&variable.slot).fresh.is_none(),
+            "without a reader, no values are kept"
+        );
+        assert!(numbers(variable.since("first", start)).is_empty());
+        variable.since("second", start);
+        (2..4).for_each(|number| receive(&variable, number));
+        assert_eq!(numbers(variable.since("first", start)), [2, 3]);
+        assert!(numbers(variable.since("first", start)).is_empty());
+        assert_eq!(numbers(variable.since("second", start)), [2, 3]);
 
         let later = start + PATIENCE / 2;
-        variable.forget_readers(later);
-        variable.since("one", later);
-        hear(&variable, 4);
-        variable.forget_readers(start + PATIENCE);
-        assert_eq!(variable.readers.keys().collect::<Vec<_>>(), ["one"]);
+        variable.remove_idle_readers(later);
+        variable.since("first", later);
+        receive(&variable, 4);
+        variable.remove_idle_readers(start + PATIENCE);
+        assert_eq!(variable.readers.keys().collect::<Vec<_>>(), ["first"]);
         assert_eq!(
-            numbers(variable.since("one", later)),
+            numbers(variable.since("first", later)),
             [4],
-            "the one that stays misses none"
+            "the remaining reader misses none"
         );
-        variable.forget_readers(later + PATIENCE);
-        variable.forget_readers(later + PATIENCE);
-        hear(&variable, 5);
+        variable.remove_idle_readers(later + PATIENCE);
+        variable.remove_idle_readers(later + PATIENCE);
+        receive(&variable, 5);
         assert!(variable.readers.is_empty() && lock(&variable.slot).fresh.is_none());
     }
 
     #[test]
-    fn a_change_of_the_rate_loses_neither_the_newest_value_nor_those_that_wait() {
-        let (questions, asked) = channel();
+    fn a_change_of_the_rate_keeps_the_newest_and_the_waiting_values() {
+        let (requests, received) = channel();
         let mut variable = Subscription::new(Rate::Hz(5));
-        variable.since("one", Instant::now());
+        variable.since("first", Instant::now());
         lock(&variable.slot).push(sample(1, 8));
         let before = Arc::downgrade(&variable.slot);
-        variable.listen(&questions, "a.b", Rate::Hz(50));
-        assert!(before.upgrade().is_none(), "the old one hears nothing any more");
-        let (name, rate, slot) = asked.try_recv().expect("it was asked for");
+        variable.subscribe(&requests, "a.b", Rate::Hz(50));
+        assert!(before.upgrade().is_none(), "the old slot is dropped");
+        let (name, rate, slot) = received.try_recv().expect("the subscription was requested");
         assert_eq!((name.as_str(), rate), ("a.b", Rate::Hz(50)));
         assert!(lock(&slot).newest.is_some());
         drop(slot);
-        assert_eq!(variable.since("one", Instant::now()).len(), 1);
+        assert_eq!(variable.since("first", Instant::now()).len(), 1);
     }
 }

@@ -11,7 +11,7 @@ use jde_link::message::About;
 use jde_link::{Client, Reach};
 
 /// Pause between two searches.
-const LOOK: Duration = Duration::from_secs(1);
+const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of recordings listed, the newest first.
 const MOST: usize = 200;
 
@@ -21,7 +21,7 @@ pub(crate) struct Discovery(Arc<Mutex<Discovered>>);
 /// The result of the last search.
 #[derive(Default, PartialEq)]
 pub(crate) struct Discovered {
-    pub(super) looked: bool,
+    pub(super) searched: bool,
     pub(crate) running: Vec<About>,
     pub(super) recordings: Vec<RecordingFile>,
     pub(super) trouble: Option<String>,
@@ -39,11 +39,11 @@ impl Discovery {
     /// Starts to search for applications within `reach`, and for recordings in `folders`.
     pub(crate) fn new(ctx: &egui::Context, reach: &Reach, folders: &[PathBuf]) -> Self {
         let seen = Arc::new(Mutex::new(Discovered::default()));
-        let (told, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
+        let (results, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
         let repaint = ctx.clone();
-        let worker = move || poll(&told, &reach, &folders, &repaint);
+        let worker = move || poll(&results, &reach, &folders, &repaint);
         if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(worker) {
-            lock(&seen).trouble = Some(format!("no thread to look: {error}"));
+            lock(&seen).trouble = Some(format!("no thread for the search: {error}"));
         }
         Self(seen)
     }
@@ -55,11 +55,11 @@ impl Discovery {
 }
 
 /// Searches once a second until the result is no longer held.
-fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
+fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
     loop {
         let found = Client::connect(reach).and_then(|client| client.applications());
         let recordings = files(folders);
-        let Some(seen) = told.upgrade() else { return };
+        let Some(seen) = results.upgrade() else { return };
         {
             let mut seen = lock(&seen);
             let (running, trouble) = match found {
@@ -67,7 +67,7 @@ fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repa
                 Err(error) => (Vec::new(), Some(error.to_string())),
             };
             let now = Discovered {
-                looked: true,
+                searched: true,
                 running,
                 recordings,
                 trouble,
@@ -78,7 +78,7 @@ fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repa
             }
         }
         drop(seen);
-        thread::sleep(LOOK);
+        thread::sleep(SEARCH_INTERVAL);
     }
 }
 

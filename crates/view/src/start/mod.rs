@@ -11,7 +11,7 @@ use jde_link::message::{About, Network};
 
 use crate::Opening;
 use crate::settings::Settings;
-use crate::workspace::look_menu;
+use crate::workspace::appearance_menu;
 use discovery::Discovered;
 pub(crate) use discovery::Discovery;
 
@@ -29,7 +29,7 @@ pub(crate) struct StartPage {
     pub(crate) trouble: Option<String>,
     /// Nothing has been chosen yet: if exactly one application runs, it is opened.
     pub(crate) eager: bool,
-    lookout: Discovery,
+    discovery: Discovery,
     typed: String,
 }
 
@@ -39,7 +39,7 @@ impl StartPage {
         Self {
             trouble: None,
             eager: false,
-            lookout: Discovery::new(ctx, &opening.reach, &opening.recordings),
+            discovery: Discovery::new(ctx, &opening.reach, &opening.recordings),
             typed: String::new(),
         }
     }
@@ -50,7 +50,7 @@ impl StartPage {
         egui::Panel::top("start-bar").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
                 ui.strong("jde");
-                ui.menu_button("Look", |ui| look_menu(ui, settings));
+                ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
             });
         });
         egui::CentralPanel::default().show(ui, |ui| {
@@ -59,8 +59,8 @@ impl StartPage {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
                     ui.add_space(8.0);
                 }
-                let seen = self.lookout.seen();
-                if seen.looked
+                let seen = self.discovery.seen();
+                if seen.searched
                     && std::mem::take(&mut self.eager)
                     && let [only] = seen.running.as_slice()
                 {
@@ -70,7 +70,7 @@ impl StartPage {
                     // The page shows ages, which change each second.
                     ui.ctx().request_repaint_after(Duration::from_secs(1));
                 }
-                ui.heading("Applications that run");
+                ui.heading("Running applications");
                 if let Some(trouble) = &seen.trouble {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
                 }
@@ -109,11 +109,11 @@ impl StartPage {
 
 fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
     if seen.running.is_empty() {
-        if seen.looked {
-            ui.label("Nothing runs that you may look into. In a terminal:");
+        if seen.searched {
+            ui.label("There is no running application that you may open. In a terminal:");
             ui.code("jde demo");
             ui.code("jde run apps/safe-navigation.toml");
-            ui.label("It appears here by itself.");
+            ui.label("The application is then listed on this page.");
         } else {
             ui.spinner();
         }
@@ -142,9 +142,9 @@ fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
                 2 => drop(ui.label(format!("{}@{}", about.user, about.host))),
                 3 => drop(ui.label(ago(UNIX_EPOCH + Duration::from_nanos(about.started_ns)))),
                 _ => drop(ui.label(match about.network {
-                    Network::Closed => "do not get in",
-                    Network::Read => "may look",
-                    Network::Operate => "may look and operate",
+                    Network::Closed => "have no access",
+                    Network::Read => "may observe",
+                    Network::Operate => "may observe and operate",
                 })),
             }
         },
@@ -154,8 +154,8 @@ fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
 
 fn recordings(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
     if seen.recordings.is_empty() {
-        if seen.looked {
-            ui.label("None here. A drive is recorded with");
+        if seen.searched {
+            ui.label("There are no recordings. Record a drive with");
             ui.code("jde run apps/safe-navigation.toml --record drive.mcap");
             ui.label("A file can also be dropped on this window.");
         }

@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_of_seconds_are_told_and_read_as_by_all_tools() {
+    fn times_are_formatted_and_parsed_as_in_all_tools() {
         assert_eq!([0.07502, -0.4].map(span), ["75.0 ms", "-400 ms"]);
         assert_eq!(setting(0.0825), "82.5 ms");
         assert_eq!(period("20Hz"), Ok(0.05));

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_shown_in_the_units_that_people_like() {
+    fn numbers_are_shown_in_the_users_units() {
         let units = Units::default();
         assert_eq!(units.show(0.4, "m/s"), "0.400 m/s");
         assert_eq!(units.show(50_f64.to_radians(), "rad/s"), "50.0 deg/s");

@@ -60,7 +60,7 @@ impl Robot {
     }
 
     fn start(application: Application, plugins: &Plugins, executor: Option<&str>) -> Self {
-        let files = tempfile::tempdir().expect("a folder for the test");
+        let files = tempfile::tempdir().expect("the folder is created");
         let folder = Folders::at(files.path().join("jde"));
         let events = Events::of(&application);
         let mut title = SubjectInfo::new(&application, 1.0);
@@ -86,7 +86,7 @@ impl Robot {
         }
     }
 
-    /// Serves it once more with other settings, as a separate run.
+    /// Opens another link to the application with other settings, as a separate run.
     pub(crate) fn serve(&self, settings: &Settings) -> Link {
         let title = SubjectInfo {
             application: settings.name.clone(),
@@ -108,27 +108,27 @@ impl Robot {
         Reach::Local(self.folder.clone())
     }
 
-    /// The folder in which the application announces itself.
-    pub(crate) fn place(&self) -> PathBuf {
+    /// The folder in which the application is announced.
+    pub(crate) fn announcement_folder(&self) -> PathBuf {
         self.files.path().join("jde")
     }
 
-    /// A session on the application, as a window has one.
+    /// Opens a session on the application, as a window does.
     pub(crate) fn session(&self) -> Session {
         let remote = Client::connect(&self.reach())
             .and_then(|client| client.application(None))
-            .expect("it is found");
-        Session::open(remote, egui::Context::default()).expect("it answers")
+            .expect("the application is found");
+        Session::open(remote, egui::Context::default()).expect("the application replies")
     }
 }
 
 /// Takes steps until a condition holds. Panics after [`STEPS`] steps.
 pub(crate) fn until<State>(
     harness: &mut Harness<'_, State>,
-    mut so: impl FnMut(&mut Harness<'_, State>) -> bool,
+    mut condition: impl FnMut(&mut Harness<'_, State>) -> bool,
 ) {
     for _ in 0..STEPS {
-        if so(harness) {
+        if condition(harness) {
             return;
         }
         harness.step();
@@ -142,7 +142,7 @@ pub(crate) fn until<State>(
             node.label().or_else(|| node.value())
         })
         .collect();
-    panic!("it did not come to be so in {STEPS} steps; what is shown: {shown:?}");
+    panic!("the condition did not hold within {STEPS} steps; the window shows {shown:?}");
 }
 
 /// The plugins of [`PLUGINS`], built by the first call.
@@ -151,23 +151,29 @@ pub(crate) fn plugins() -> Plugins {
     let folder = FOLDER.get_or_init(|| {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
-        let there = |plugin: &&&str| {
+        let exists = |plugin: &&&str| {
             let folders = ["schemas", "drivers"];
             folders
                 .iter()
                 .any(|folder| Path::new(ROOT).join(folder).join(plugin).is_dir())
         };
-        cargo.args(PLUGINS.iter().filter(there).flat_map(|plugin| ["-p", plugin]));
-        let done = cargo.output().expect("cargo starts");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        cargo.args(PLUGINS.iter().filter(exists).flat_map(|plugin| ["-p", plugin]));
+        let output = cargo.output().expect("cargo starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
         let mut libraries = messages.lines().filter_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_ours = message["target"]["name"] == "goon";
-            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            let is_goon = message["target"]["name"] == "goon";
+            let file = is_goon.then(|| message["filenames"][0].as_str())??;
             Some(Path::new(file).parent()?.to_owned())
         });
-        libraries.next().expect("cargo names the libraries it made")
+        libraries
+            .next()
+            .expect("cargo reports the libraries that it built")
     });
     let mut path = SearchPath::default();
     path.push(folder, "built for this test");

@@ -44,8 +44,8 @@ fn open(opening: Opening, store: Option<&Path>) -> Window {
     )
 }
 
-/// Opens the windows on a robot.
-fn desk(robot: &Robot, store: Option<&Path>) -> Window {
+/// Opens the main window on a robot.
+fn open_robot(robot: &Robot, store: Option<&Path>) -> Window {
     let mut window = open(opening(robot.reach(), Some("safe-navigation")), store);
     until(&mut window, |window| has(window, "Oscilloscope"));
     window
@@ -55,8 +55,8 @@ fn has(window: &Harness<'_, Option<App>>, label: &str) -> bool {
     window.query_all_by_label(label).next().is_some()
 }
 
-fn says(window: &Harness<'_, Option<App>>, words: &str) -> bool {
-    window.query_all_by_label_contains(words).next().is_some()
+fn has_text(window: &Harness<'_, Option<App>>, text: &str) -> bool {
+    window.query_all_by_label_contains(text).next().is_some()
 }
 
 fn click(window: &mut Window, label: &str) {
@@ -67,15 +67,15 @@ fn click(window: &mut Window, label: &str) {
 fn state(handle: &Handle, schema: &str) -> State {
     let snapshot = handle.snapshot();
     let view = snapshot.schemas.iter().find(|view| view.name == schema);
-    view.expect("it is in the application").state
+    view.expect("the application has the schema").state
 }
 
 #[test]
-fn the_only_application_is_opened_at_once_and_left_for_the_start_page_which_opens_it_again() {
+fn the_only_application_opens_at_once_and_again_from_the_start_page() {
     let robot = Robot::of("safe-navigation");
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("drive.mcap"), [0; 2048]).expect("it can be written");
-    fs::write(folder.path().join("notes.txt"), "no recording").expect("it can be written");
+    let folder = tempfile::tempdir().expect("the folder is created");
+    fs::write(folder.path().join("drive.mcap"), [0; 2048]).expect("the file is written");
+    fs::write(folder.path().join("notes.txt"), "no recording").expect("the file is written");
     let mut opening = opening(robot.reach(), None);
     opening.recordings = vec![folder.path().to_owned()];
     let mut window = open(opening, None);
@@ -95,12 +95,12 @@ fn the_only_application_is_opened_at_once_and_left_for_the_start_page_which_open
 }
 
 #[test]
-fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_again() {
+fn a_lost_application_stays_visible_and_can_be_reopened_when_it_runs_again() {
     let robot = Robot::of("safe-navigation");
-    let place = tempfile::tempdir().expect("a folder");
-    let reach = Reach::Local(Folders::at(place.path().join("jde")));
+    let announcement_folder = tempfile::tempdir().expect("the folder is created");
+    let reach = Reach::Local(Folders::at(announcement_folder.path().join("jde")));
     let settings = jde_link::Settings {
-        folder: Folders::at(place.path().join("jde")),
+        folder: Folders::at(announcement_folder.path().join("jde")),
         ..jde_link::Settings::local("robot")
     };
     let first = robot.serve(&settings);
@@ -108,10 +108,10 @@ fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_aga
     until(&mut window, |window| has(window, "Oscilloscope"));
     drop(first);
     until(&mut window, |window| has(window, "gone"));
-    assert!(has(&window, "Oscilloscope") && !says(&window, "runs again"));
+    assert!(has(&window, "Oscilloscope") && !has_text(&window, "is running again"));
     let second = robot.serve(&settings);
-    until(&mut window, |window| has(window, "It runs again: open it"));
-    click(&mut window, "It runs again: open it");
+    until(&mut window, |window| has(window, "It is running again: open it"));
+    click(&mut window, "It is running again: open it");
     until(&mut window, |window| {
         has(window, "Oscilloscope") && !has(window, "gone")
     });
@@ -119,20 +119,20 @@ fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_aga
 }
 
 #[test]
-fn an_application_that_is_not_there_is_said_on_the_start_page() {
-    let folder = tempfile::tempdir().expect("a folder");
+fn the_start_page_reports_that_an_application_does_not_exist() {
+    let folder = tempfile::tempdir().expect("the folder is created");
     let reach = Reach::Local(Folders::at(folder.path().join("jde")));
-    let mut window = open(opening(reach, Some("nobody")), None);
+    let mut window = open(opening(reach, Some("missing")), None);
     until(&mut window, |window| {
-        says(window, "no application is called `nobody`") && has(window, "Recordings")
+        has_text(window, "no application is called `missing`") && has(window, "Recordings")
     });
 }
 
 #[test]
-fn r14_everything_is_stopped_by_one_button_and_goes_on_by_the_next() {
+fn r14_one_button_stops_all_schemas_and_the_next_one_resumes_them() {
     let robot = Robot::of("safe-navigation");
     let handle = robot.handle();
-    let mut window = desk(&robot, None);
+    let mut window = open_robot(&robot, None);
     until(&mut window, |_| state(&handle, "example") == State::Winner);
     click(&mut window, "Stop everything");
     until(&mut window, |_| {
@@ -144,39 +144,39 @@ fn r14_everything_is_stopped_by_one_button_and_goes_on_by_the_next() {
         })
     });
     for below in ["goon", "vff", "stop"] {
-        assert_eq!(state(&handle, below), State::Slept, "{below} acts no more");
+        assert_eq!(state(&handle, below), State::Slept, "{below} no longer acts");
     }
-    until(&mut window, |window| has(window, "Let it go on"));
-    click(&mut window, "Let it go on");
+    until(&mut window, |window| has(window, "Resume"));
+    click(&mut window, "Resume");
     until(&mut window, |_| state(&handle, "example") == State::Winner);
 }
 
 #[test]
-fn windows_are_as_they_were_left_and_a_desk_that_cannot_be_read_is_put_aside() {
+fn the_layout_is_restored_and_an_unreadable_layout_file_is_renamed() {
     let robot = Robot::of("safe-navigation");
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut window = desk(&robot, Some(folder.path()));
+    let folder = tempfile::tempdir().expect("the folder is created");
+    let mut window = open_robot(&robot, Some(folder.path()));
     assert!(has(&window, "3D") && has(&window, "Sensors and motors"));
     click(&mut window, "Windows");
     window.get_by_role_and_label(Role::CheckBox, "3D").click();
     window.run_steps(2);
     drop(window);
-    let window = desk(&robot, Some(folder.path()));
+    let window = open_robot(&robot, Some(folder.path()));
     assert!(!has(&window, "3D") && has(&window, "Sensors and motors"));
     drop(window);
 
-    let desk_file = folder.path().join("desk-safe-navigation.json");
-    fs::write(&desk_file, "{ tree").expect("it can be written");
-    let window = desk(&robot, Some(folder.path()));
-    assert!(has(&window, "3D"), "as they usually are");
-    let aside = fs::read_to_string(desk_file.with_extension("unreadable"));
-    assert_eq!(aside.expect("it is kept"), "{ tree");
+    let layout_file = folder.path().join("desk-safe-navigation.json");
+    fs::write(&layout_file, "{ tree").expect("the file is written");
+    let window = open_robot(&robot, Some(folder.path()));
+    assert!(has(&window, "3D"), "the default layout");
+    let renamed = fs::read_to_string(layout_file.with_extension("unreadable"));
+    assert_eq!(renamed.expect("the renamed file is kept"), "{ tree");
 }
 
 #[test]
-fn a_number_of_the_variables_is_shown_over_time_by_its_button() {
+fn the_plot_button_of_a_variable_adds_a_trace() {
     let robot = Robot::of("safe-navigation");
-    let mut window = desk(&robot, None);
+    let mut window = open_robot(&robot, None);
     click(&mut window, "Variables");
     until(&mut window, |window| has(window, "Search"));
     window.get_by_label("Search").click();
@@ -184,7 +184,7 @@ fn a_number_of_the_variables_is_shown_over_time_by_its_button() {
     window.get_by_label("Search").type_text("goon.");
     until(&mut window, |window| has(window, "plot goon.fast"));
     click(&mut window, "plot goon.fast");
-    until(&mut window, |window| says(window, "trace goon.fast: 0."));
+    until(&mut window, |window| has_text(window, "trace goon.fast: 0."));
     assert!(
         has(&window, "Remove trace goon.fast"),
         "the oscilloscope is in front"
@@ -192,30 +192,33 @@ fn a_number_of_the_variables_is_shown_over_time_by_its_button() {
 }
 
 #[test]
-fn a_recording_that_takes_too_long_is_cancelled_and_its_player_ends() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let told = folder.path().join("pid");
-    let script = format!("echo $$ > {0}.part; mv {0}.part {0}; exec cat", told.display());
+fn cancel_stops_the_opening_of_a_recording_and_ends_its_player() {
+    let folder = tempfile::tempdir().expect("the folder is created");
+    let pid_file = folder.path().join("pid");
+    let script = format!(
+        "echo $$ > {0}.part; mv {0}.part {0}; exec cat",
+        pid_file.display()
+    );
     let mut opening = opening(Reach::Local(Folders::at(folder.path().to_owned())), None);
     opening.recording = Some(PathBuf::from("long.mcap"));
     opening.player = ["sh", "-c", &script].map(OsString::from).to_vec();
     let mut window = open(opening, None);
     until(&mut window, |window| {
-        has(window, "Opening long.mcap") && told.exists()
+        has(window, "Opening long.mcap") && pid_file.exists()
     });
-    let player = fs::read_to_string(&told).expect("it was told");
+    let player = fs::read_to_string(&pid_file).expect("the player wrote its process ID");
     let player = Path::new("/proc").join(player.trim());
-    assert!(player.exists(), "it runs");
+    assert!(player.exists(), "the player runs");
     click(&mut window, "Cancel");
     until(&mut window, |window| {
         has(window, "Recordings") && !player.exists()
     });
 }
 
-/// Stands for the schema that controls a recording.
+/// A substitute for the schema that controls the playback of a recording.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
-#[expect(dead_code, reason = "the window reads and writes them, nobody here")]
+#[expect(dead_code, reason = "only the window reads and writes them")]
 struct Tape {
     /// The position.
     #[modulation(default = 10.0, unit = "s", min = 5.0, max = 100.0)]
@@ -238,14 +241,14 @@ impl Schema for Tape {
     }
 }
 
-static TAPE: jde_abi::raw::Plugin = jde_schema::plugin!("tape", "What steers a recording.", [Tape]);
+static TAPE: jde_abi::raw::Plugin = jde_schema::plugin!("tape", "Controls a recording.", [Tape]);
 
 const TAPED: &str = "name = \"taped\"\nroots = [\"replay\"]\n[schemas.replay]\ntype = \"tape/tape\"\n";
 
 #[test]
-fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_is_put() {
+fn space_pauses_a_recording_and_its_slider_seeks_and_stays_at_the_sought_position() {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&TAPE).expect("it is well formed");
+    plugins.link(&TAPE).expect("the plugin is well formed");
     let tape = Robot::recorded(TAPED, plugins);
     let handle = tape.handle();
     let mut window = open(opening(tape.reach(), Some("taped")), None);
@@ -255,18 +258,21 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
     window.key_press(eframe::egui::Key::Space);
     window.run_steps(2);
     let paused = || {
-        let flag: Option<Flag> = handle.value("replay.paused").expect("it is there");
+        let flag: Option<Flag> = handle.value("replay.paused").expect("the variable exists");
         flag.is_some_and(Flag::get)
     };
     until(&mut window, |window| !paused() && has(window, "Pause"));
     // In the oscilloscope, the key would have paused the picture.
     assert!(!has(&window, "Run"));
 
-    let slider = "Place in the recording";
+    let slider = "Position in the recording";
     let rect = window.get_by_label(slider).rect();
-    let place = |window: &Harness<'_, Option<App>>| {
+    let seek_position = |window: &Harness<'_, Option<App>>| {
         let slider = window.get_by_label(slider);
-        slider.accesskit_node().numeric_value().expect("it is a number")
+        slider
+            .accesskit_node()
+            .numeric_value()
+            .expect("the slider has a number")
     };
     let end = rect.right_center() - vec2(1.0, 0.0);
     window.hover_at(rect.center());
@@ -275,24 +281,24 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
     window.step();
     window.hover_at(end);
     window.step();
-    let sought = place(&window);
+    let sought = seek_position(&window);
     assert!(sought > 90.0, "{sought}");
     window.drop_at(end);
     let position = || {
-        let position: Option<f64> = handle.value("replay.position").expect("it is there");
-        position.expect("it has a value")
+        let position: Option<f64> = handle.value("replay.position").expect("the variable exists");
+        position.expect("the position has a value")
     };
     until(&mut window, |window| {
-        assert_eq!(place(window), sought, "it does not jump back");
+        assert_eq!(seek_position(window), sought, "the slider does not jump back");
         position() == sought
     });
     let shown = format!("{sought:.2} s");
     until(&mut window, |window| {
-        assert_eq!(place(window), sought);
+        assert_eq!(seek_position(window), sought);
         has(window, &shown)
     });
     until(&mut window, |window| has(window, "cut off"));
-    // The left end is the begin of the recording, at 5 s, not the start of its application.
+    // The left end is the beginning of the recording, at 5 s, and not the start of its application.
     let start = window.get_by_label(slider).rect().left_center() + vec2(1.0, 0.0);
     window.hover_at(start);
     window.step();
@@ -316,33 +322,37 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
     until(&mut window, |_| (50.0..55.0).contains(&position()));
 }
 
-/// A separate process with a robot, killed when dropped.
-struct Elsewhere(Child);
+/// A separate process that serves a robot. It is killed when dropped.
+struct ServerProcess(Child);
 
-/// Environment variable that makes [`an_application_is_served_where_it_says`] serve until its input ends.
+/// Environment variable that makes [`an_application_prints_the_folder_of_its_announcement`] serve until its
+/// input ends.
 const SERVES: &str = "JDE_TEST_SERVES";
 
-impl Elsewhere {
-    /// Starts the process. Returns it, and where its application is found.
+impl ServerProcess {
+    /// Starts the process. Returns it and where tools find its application.
     fn start() -> (Self, Reach) {
-        let mut child = Command::new(std::env::current_exe().expect("this program is known"))
+        let mut child = Command::new(std::env::current_exe().expect("the path of this program is known"))
             .args([
                 "--nocapture",
                 "--exact",
-                "tests::frame::an_application_is_served_where_it_says",
+                "tests::frame::an_application_prints_the_folder_of_its_announcement",
             ])
             .env(SERVES, "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("it starts");
-        let said = BufReader::new(child.stdout.take().expect("it is piped"));
-        let place = said
+            .expect("the process starts");
+        let output = BufReader::new(child.stdout.take().expect("the output is piped"));
+        let announcement_folder = output
             .lines()
             .map_while(Result::ok)
             .find_map(|line| Some(line.split_once("served at ")?.1.to_owned()));
-        let place = place.expect("it says where");
-        (Self(child), Reach::Local(Folders::at(PathBuf::from(place))))
+        let announcement_folder = announcement_folder.expect("the process prints the folder");
+        (
+            Self(child),
+            Reach::Local(Folders::at(PathBuf::from(announcement_folder))),
+        )
     }
 
     fn suspend(&self) {
@@ -353,33 +363,33 @@ impl Elsewhere {
     }
 }
 
-impl Drop for Elsewhere {
+impl Drop for ServerProcess {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// In the separate process of [`Elsewhere`], it is the application that hangs.
+/// [`ServerProcess`] runs this test in its process, and suspends it there.
 #[test]
-fn an_application_is_served_where_it_says() {
+fn an_application_prints_the_folder_of_its_announcement() {
     let robot = Robot::of("safe-navigation");
-    assert!(robot.place().exists());
-    println!("\nserved at {}", robot.place().display());
+    assert!(robot.announcement_folder().exists());
+    println!("\nserved at {}", robot.announcement_folder().display());
     if std::env::var_os(SERVES).is_some() {
         let _ = std::io::stdin().lock().read_to_end(&mut Vec::new());
     }
 }
 
 #[test]
-fn an_application_that_hangs_is_said_to_give_no_news_and_nothing_of_it_is_live() {
-    // Builds the plugins here, so that the other process need not.
+fn a_suspended_application_is_shown_as_silent_and_not_as_live() {
+    // Builds the plugins in this process, so that the other one does not have to.
     drop(super::common::plugins());
-    let (elsewhere, reach) = Elsewhere::start();
+    let (server, reach) = ServerProcess::start();
     let mut window = open(opening(reach, Some("safe-navigation")), None);
-    until(&mut window, |window| says(window, "live"));
-    assert!(!says(&window, "no news for"));
-    elsewhere.suspend();
-    until(&mut window, |window| says(window, "no news for"));
-    assert!(!says(&window, "live"));
+    until(&mut window, |window| has_text(window, "live"));
+    assert!(!has_text(&window, "no news for"));
+    server.suspend();
+    until(&mut window, |window| has_text(window, "no news for"));
+    assert!(!has_text(&window, "live"));
 }

@@ -1,4 +1,4 @@
-//! Every letter that the windows show is in the fonts in which it is shown.
+//! The fonts of the windows contain every letter of the displayed texts.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,12 +12,12 @@ use super::common::ROOT;
 const FOLDERS: [&str; 3] = ["crates/view/src", "schemas", "drivers"];
 
 #[test]
-fn no_letter_of_a_label_is_shown_as_a_box() {
+fn the_fonts_contain_every_letter_of_a_label() {
     let mut letters = BTreeSet::new();
     for folder in FOLDERS {
         collect(&Path::new(ROOT).join(folder), &mut letters);
     }
-    assert!(letters.contains(&'µ'), "they were looked for");
+    assert!(letters.contains(&'µ'), "the sources were searched");
     let ctx = Context::default();
     // Fonts are loaded with the first frame.
     let mut output = ctx.run_ui(RawInput::default(), |_| {});
@@ -29,21 +29,21 @@ fn no_letter_of_a_label_is_shown_as_a_box() {
                 .iter()
                 .filter(|letter| !fonts.has_glyph(&font, **letter))
                 .collect();
-            assert!(missing.is_empty(), "{:?} has none of {missing:?}", font.family);
+            assert!(missing.is_empty(), "{:?} lacks {missing:?}", font.family);
         }
     });
 }
 
 /// Collects the letters outside ASCII in sources, without comments.
 fn collect(folder: &Path, letters: &mut BTreeSet<char>) {
-    for entry in fs::read_dir(folder).expect("it is there") {
-        let path = entry.expect("it can be read").path();
+    for entry in fs::read_dir(folder).expect("the folder exists") {
+        let path = entry.expect("the entry can be read").path();
         if path.is_dir() {
             collect(&path, letters);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
-            let text = fs::read_to_string(&path).expect("it is text");
-            let said = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-            letters.extend(said.flat_map(str::chars).filter(|letter| !letter.is_ascii()));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).expect("the file is text");
+            let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+            letters.extend(code.flat_map(str::chars).filter(|letter| !letter.is_ascii()));
         }
     }
 }

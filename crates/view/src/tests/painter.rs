@@ -19,7 +19,7 @@ struct Painter {
     /// The number of iterations.
     #[export]
     count: Export<u64>,
-    /// The velocity made of both modulations.
+    /// The velocity from both modulations.
     #[export]
     velocity: Export<Twist>,
     counted: u64,
@@ -59,18 +59,18 @@ static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels 
 
 const TEXT: &str = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
 
-/// An application with one painter, `goon`.
+/// Starts an application with one painter, `goon`.
 pub(crate) fn robot() -> Robot {
     Robot::linked(TEXT, plugins())
 }
 
-/// The same application, which windows see as a recording that plays.
+/// Starts the same application; windows see it as a recording that plays.
 pub(crate) fn recorded() -> Robot {
     Robot::recorded(TEXT, plugins())
 }
 
 fn plugins() -> Plugins {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&PAINTERS).expect("it is linked in");
+    plugins.link(&PAINTERS).expect("the plugin links");
     plugins
 }

@@ -16,7 +16,7 @@ const AREA: Area = Area {
     greatest: [2.0, 3.0],
 };
 
-pub(super) fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'static, Bench> {
+pub(super) fn harness_of(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'static, Bench> {
     let list = List { time: 1, items };
     assert_eq!(check(&list), Ok(()));
     let bench = Bench::of(list);
@@ -32,27 +32,27 @@ pub(super) fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'
     harness
 }
 
-pub(super) fn with(items: Vec<Item>) -> Harness<'static, Bench> {
-    board(items, [420.0, 420.0], Theme::Dark)
+pub(super) fn harness_with(items: Vec<Item>) -> Harness<'static, Bench> {
+    harness_of(items, [420.0, 420.0], Theme::Dark)
 }
 
-fn says(harness: &mut Harness<'_, Bench>, items: Vec<Item>) {
+fn show_items(harness: &mut Harness<'_, Bench>, items: Vec<Item>) {
     harness.state_mut().list = Arc::new(List { time: 2, items });
     harness.step();
 }
 
 pub(super) fn gestures(harness: &mut Harness<'_, Bench>) -> Vec<(String, Touch)> {
-    let taken = std::mem::take(&mut harness.state_mut().gestures);
-    taken
+    let reported = std::mem::take(&mut harness.state_mut().gestures);
+    reported
         .into_iter()
         .map(|Gesture { widget, touch }| (widget, touch))
         .collect()
 }
 
-fn one(harness: &mut Harness<'_, Bench>, widget: &str) -> Touch {
-    let mut taken = gestures(harness);
-    assert_eq!(taken.len(), 1, "{taken:?}");
-    let (of, touch) = taken.remove(0);
+fn only_gesture(harness: &mut Harness<'_, Bench>, widget: &str) -> Touch {
+    let mut reported = gestures(harness);
+    assert_eq!(reported.len(), 1, "{reported:?}");
+    let (of, touch) = reported.remove(0);
     assert_eq!(of, widget);
     touch
 }
@@ -141,36 +141,36 @@ fn press(harness: &mut Harness<'_, Bench>, at: Pos2, button: PointerButton, pres
     harness.step();
 }
 
-fn moved(harness: &mut Harness<'_, Bench>, at: Pos2) {
+fn move_pointer(harness: &mut Harness<'_, Bench>, at: Pos2) {
     harness.event(egui::Event::PointerMoved(at));
     harness.step();
 }
 
 #[track_caller]
-fn near(at: [f64; 3], place: [f64; 2], pixel: f64) {
+fn assert_near(at: [f64; 3], place: [f64; 2], pixel: f64) {
     let off = (at[0] - place[0]).hypot(at[1] - place[1]);
     assert!(off <= pixel && at[2] == 0.0, "{at:?} is {off} m from {place:?}");
 }
 
 #[test]
-fn a_button_says_that_it_was_pressed_unless_it_cannot_be() {
+fn an_enabled_button_reports_a_press_and_a_disabled_one_does_not() {
     let button = |enabled| Item::Button {
         id: "go".to_owned(),
         label: "Go there".to_owned(),
         enabled,
     };
-    let mut harness = with(vec![button(true)]);
+    let mut harness = harness_with(vec![button(true)]);
     harness.get_by_label("Go there").click();
     harness.run();
-    assert_eq!(one(&mut harness, "go"), Touch::Pressed);
-    says(&mut harness, vec![button(false)]);
+    assert_eq!(only_gesture(&mut harness, "go"), Touch::Pressed);
+    show_items(&mut harness, vec![button(false)]);
     harness.get_by_label("Go there").click();
     harness.run();
     assert_eq!(gestures(&mut harness), []);
 }
 
 #[test]
-fn a_toggle_stays_as_it_was_left_until_the_schema_says_something_new() {
+fn a_toggle_keeps_its_position_until_the_schema_sends_a_new_one() {
     let toggle = |on| Item::Toggle {
         id: "quiet".to_owned(),
         label: "Quiet".to_owned(),
@@ -180,69 +180,69 @@ fn a_toggle_stays_as_it_was_left_until_the_schema_says_something_new() {
         let toggled = harness.get_by_label("Quiet").accesskit_node().toggled();
         toggled == Some(egui::accesskit::Toggled::True)
     };
-    let mut harness = with(vec![toggle(false)]);
+    let mut harness = harness_with(vec![toggle(false)]);
     harness.get_by_label("Quiet").click();
     harness.step();
     harness.step();
-    assert_eq!(one(&mut harness, "quiet"), Touch::Toggled(true));
+    assert_eq!(only_gesture(&mut harness, "quiet"), Touch::Toggled(true));
     assert!(on(&harness));
     // A list that was in transit at the touch does not reset the toggle.
-    says(&mut harness, vec![toggle(false)]);
+    show_items(&mut harness, vec![toggle(false)]);
     assert!(on(&harness));
-    says(&mut harness, vec![toggle(true)]);
+    show_items(&mut harness, vec![toggle(true)]);
     assert!(on(&harness));
-    says(&mut harness, vec![toggle(false)]);
+    show_items(&mut harness, vec![toggle(false)]);
     assert!(!on(&harness));
 }
 
 #[test]
-fn a_choice_says_which_was_taken() {
+fn a_choice_reports_the_chosen_option() {
     let choice = Item::Choice {
         id: "way".to_owned(),
         label: "Way".to_owned(),
         options: ["straight", "around", "back"].map(str::to_owned).into(),
         chosen: 0,
     };
-    let mut harness = with(vec![choice]);
+    let mut harness = harness_with(vec![choice]);
     harness
         .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Way")
         .click();
     harness.run();
     harness.get_by_label("around").click();
     harness.run_steps(3);
-    assert_eq!(one(&mut harness, "way"), Touch::Chose(1));
+    assert_eq!(only_gesture(&mut harness, "way"), Touch::Chose(1));
 }
 
 #[test]
-fn a_click_on_a_plane_is_handed_back_in_metres_to_the_pixel() {
+fn a_click_on_a_plane_is_reported_in_metres_to_the_pixel() {
     for forward_up in [false, true] {
-        let mut harness = with(vec![field(clicks(), forward_up)]);
+        let mut harness = harness_with(vec![field(clicks(), forward_up)]);
         let rect = harness.get_by_label("field").rect();
         let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
-        for (place, with, button) in [
+        for (place, pointer_button, button) in [
             ([1.0, 2.0], PointerButton::Primary, Button::Primary),
             ([-1.2, 0.4], PointerButton::Secondary, Button::Secondary),
             ([0.3, 2.2], PointerButton::Middle, Button::Middle),
         ] {
             let at = on_screen(rect, place, forward_up);
-            press(&mut harness, at, with, true);
-            press(&mut harness, at, with, false);
-            let Touch::Clicked { at, button: by } = one(&mut harness, "field") else {
+            press(&mut harness, at, pointer_button, true);
+            press(&mut harness, at, pointer_button, false);
+            let Touch::Clicked { at, button: by } = only_gesture(&mut harness, "field") else {
                 panic!("no click");
             };
             assert_eq!(by, button);
-            near(at, place, pixel);
+            assert_near(at, place, pixel);
         }
     }
 }
 
 #[test]
-fn a_drag_is_handed_back_until_it_ends_and_moves_nothing() {
+fn a_drag_is_reported_until_it_ends_and_does_not_pan() {
     let wants = Wants {
         drags: true,
         ..Wants::default()
     };
-    let mut harness = with(vec![field(wants, false)]);
+    let mut harness = harness_with(vec![field(wants, false)]);
     let rect = harness.get_by_label("field").rect();
     let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
     let (start, end) = ([0.0, 0.0], [1.0, 1.5]);
@@ -252,8 +252,8 @@ fn a_drag_is_handed_back_until_it_ends_and_moves_nothing() {
         PointerButton::Primary,
         true,
     );
-    moved(&mut harness, on_screen(rect, [0.5, 0.5], false));
-    moved(&mut harness, on_screen(rect, end, false));
+    move_pointer(&mut harness, on_screen(rect, [0.5, 0.5], false));
+    move_pointer(&mut harness, on_screen(rect, end, false));
     press(
         &mut harness,
         on_screen(rect, end, false),
@@ -279,21 +279,23 @@ fn a_drag_is_handed_back_until_it_ends_and_moves_nothing() {
         under_way.iter().all(|(_, _, ended)| !ended) && last.2,
         "{drags:?}"
     );
-    drags.iter().for_each(|(from, _, _)| near(*from, start, pixel));
-    near(last.1, end, pixel);
+    drags
+        .iter()
+        .for_each(|(from, _, _)| assert_near(*from, start, pixel));
+    assert_near(last.1, end, pixel);
 }
 
 #[test]
-fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
-    let mut harness = with(vec![field(Wants::default(), false)]);
+fn a_plane_without_listeners_can_be_panned_zoomed_and_reset() {
+    let mut harness = harness_with(vec![field(Wants::default(), false)]);
     let rect = harness.get_by_label("field").rect();
     let place = [1.0, 2.0];
     let seen = |harness: &mut Harness<'_, Bench>, at: Pos2| {
-        says(harness, vec![field(clicks(), false)]);
+        show_items(harness, vec![field(clicks(), false)]);
         press(harness, at, PointerButton::Primary, true);
         press(harness, at, PointerButton::Primary, false);
-        let touch = one(harness, "field");
-        says(harness, vec![field(Wants::default(), false)]);
+        let touch = only_gesture(harness, "field");
+        show_items(harness, vec![field(Wants::default(), false)]);
         match touch {
             Touch::Clicked { at, .. } => at,
             other => panic!("{other:?}"),
@@ -302,8 +304,8 @@ fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
     let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
     let at = on_screen(rect, place, false);
     press(&mut harness, at, PointerButton::Primary, true);
-    moved(&mut harness, at + vec2(20.0, 0.0));
-    moved(&mut harness, at + vec2(60.0, -40.0));
+    move_pointer(&mut harness, at + vec2(20.0, 0.0));
+    move_pointer(&mut harness, at + vec2(60.0, -40.0));
     press(
         &mut harness,
         at + vec2(60.0, -40.0),
@@ -311,11 +313,11 @@ fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
         false,
     );
     assert_eq!(gestures(&mut harness), []);
-    near(seen(&mut harness, at + vec2(60.0, -40.0)), place, pixel);
-    // The wheel zooms at the pointer: the point under it stays, and a point beside it is then nearer.
+    assert_near(seen(&mut harness, at + vec2(60.0, -40.0)), place, pixel);
+    // The wheel zooms at the pointer: the point under it stays, and a point beside it moves nearer.
     let pointer = at + vec2(60.0, -40.0);
     let beside = seen(&mut harness, pointer - vec2(80.0, 0.0));
-    moved(&mut harness, pointer);
+    move_pointer(&mut harness, pointer);
     harness.event(egui::Event::MouseWheel {
         unit: egui::MouseWheelUnit::Point,
         delta: vec2(0.0, 120.0),
@@ -324,30 +326,30 @@ fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
         modifiers: egui::Modifiers::NONE,
     });
     harness.run();
-    near(seen(&mut harness, pointer), place, pixel);
+    assert_near(seen(&mut harness, pointer), place, pixel);
     let nearer = seen(&mut harness, pointer - vec2(80.0, 0.0));
     assert!(nearer[0] > beside[0] + 4.0 * pixel, "{nearer:?} was {beside:?}");
     harness.get_by_label("whole view of field").click();
     harness.run();
-    near(seen(&mut harness, at), place, pixel);
+    assert_near(seen(&mut harness, at), place, pixel);
     // The keys pan too, once the plane has the focus.
     harness.get_by_label("field").focus();
     harness.run();
     harness.key_press(Key::ArrowRight);
     harness.run();
-    near(seen(&mut harness, at - vec2(40.0, 0.0)), place, pixel);
+    assert_near(seen(&mut harness, at - vec2(40.0, 0.0)), place, pixel);
     harness.key_press(Key::Num0);
     harness.run();
-    near(seen(&mut harness, at), place, pixel);
+    assert_near(seen(&mut harness, at), place, pixel);
 }
 
 #[test]
-fn keys_go_to_the_plane_that_has_the_focus_and_come_up_when_it_is_lost() {
+fn keys_go_to_the_focused_plane_and_are_released_when_the_focus_is_lost() {
     let wants = Wants {
         keys: true,
         ..Wants::default()
     };
-    let mut harness = with(vec![field(wants, false)]);
+    let mut harness = harness_with(vec![field(wants, false)]);
     harness.key_press(Key::A);
     harness.run();
     assert_eq!(gestures(&mut harness), []);
@@ -372,7 +374,7 @@ fn keys_go_to_the_plane_that_has_the_focus_and_come_up_when_it_is_lost() {
 }
 
 #[test]
-fn a_click_on_a_picture_is_handed_back_in_its_pixels() {
+fn a_click_on_a_picture_is_reported_in_its_pixels() {
     let picture = Item::Image {
         id: "seen".to_owned(),
         width: 8,
@@ -381,20 +383,20 @@ fn a_click_on_a_picture_is_handed_back_in_its_pixels() {
         pixels: vec![128; 32],
         wants: clicks(),
     };
-    let mut harness = with(vec![picture]);
+    let mut harness = harness_with(vec![picture]);
     let rect = harness.get_by_label("seen").rect();
     assert!((rect.width() / rect.height() - 2.0).abs() < 0.01, "{rect:?}");
     let at = rect.min + vec2(rect.width() * 2.5 / 8.0, rect.height() * 3.5 / 4.0);
     press(&mut harness, at, PointerButton::Primary, true);
     press(&mut harness, at, PointerButton::Primary, false);
-    let Touch::Clicked { at, .. } = one(&mut harness, "seen") else {
+    let Touch::Clicked { at, .. } = only_gesture(&mut harness, "seen") else {
         panic!("no click");
     };
-    near(at, [2.5, 3.5], 8.0 / f64::from(rect.width()));
+    assert_near(at, [2.5, 3.5], 8.0 / f64::from(rect.width()));
 }
 
 #[test]
-fn a_picture_that_is_larger_than_the_graphics_card_takes_is_refused_in_words() {
+fn a_picture_that_exceeds_the_graphics_cards_limit_is_refused_with_a_message() {
     let picture = Item::Image {
         id: "seen".to_owned(),
         width: 2049,
@@ -403,16 +405,16 @@ fn a_picture_that_is_larger_than_the_graphics_card_takes_is_refused_in_words() {
         pixels: vec![128; 2049],
         wants: clicks(),
     };
-    let mut harness = with(Vec::new());
+    let mut harness = harness_with(Vec::new());
     harness.input_mut().max_texture_side = Some(2048);
     harness.run();
-    says(&mut harness, vec![picture]);
+    show_items(&mut harness, vec![picture]);
     harness
         .get_by_label("seen: 2049 × 1 pixels are too large for this graphics card, which takes 2048 × 2048");
 }
 
 #[test]
-fn of_a_table_only_what_is_in_view_is_laid_out_and_a_heading_sorts_it() {
+fn only_visible_table_rows_are_laid_out_and_a_heading_sorts_the_table() {
     let table = Item::Table {
         id: "rows".to_owned(),
         columns: vec!["name".to_owned(), "distance".to_owned()],
@@ -420,7 +422,7 @@ fn of_a_table_only_what_is_in_view_is_laid_out_and_a_heading_sorts_it() {
             .map(|n| vec![format!("wall {n}"), format!("{} m", (n * 7919) % 2000)])
             .collect(),
     };
-    let mut harness = with(vec![table]);
+    let mut harness = harness_with(vec![table]);
     assert!(harness.query_by_label("wall 0").is_some());
     assert!(harness.query_by_label("wall 1500").is_none());
     harness.get_by_label("distance").click();
@@ -431,7 +433,7 @@ fn of_a_table_only_what_is_in_view_is_laid_out_and_a_heading_sorts_it() {
 }
 
 #[test]
-fn a_group_is_unfolded_by_a_click() {
+fn a_click_unfolds_a_group() {
     let group = Item::Group {
         id: "more".to_owned(),
         label: "More".to_owned(),
@@ -441,7 +443,7 @@ fn a_group_is_unfolded_by_a_click() {
             words: Words::Plain,
         }],
     };
-    let mut harness = with(vec![group]);
+    let mut harness = harness_with(vec![group]);
     assert!(harness.query_by_label("hidden").is_none());
     harness.get_by_label("More").click();
     harness.run();

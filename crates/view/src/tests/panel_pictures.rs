@@ -4,7 +4,7 @@ use eframe::egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
 use jde_panel::{Ink, Item, Trace, Wants, Words};
 
-use super::panel::{board, clicks, field};
+use super::panel::{clicks, field, harness_of};
 
 /// A list with every widget.
 fn everything() -> Vec<Item> {
@@ -80,7 +80,7 @@ fn everything() -> Vec<Item> {
                 field(clicks(), true),
                 Item::Image {
                     id: "seen".to_owned(),
-                    // Primes: no edge of an enlarged pixel falls on the middle of a pixel of the screen,
+                    // Primes: no edge of an enlarged pixel falls on the centre of a screen pixel,
                     // where renderers differ.
                     width: 31,
                     height: 23,
@@ -125,12 +125,12 @@ fn everything() -> Vec<Item> {
 }
 
 #[test]
-fn a_panel_with_every_widget_looks_as_it_did() {
+fn a_panel_with_every_widget_matches_its_snapshots() {
     // Renderers differ in the rounding at the edges of letters.
     let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(60);
     let mut results = SnapshotResults::new();
     for (theme, name) in [(Theme::Dark, "panel-dark"), (Theme::Light, "panel-light")] {
-        let mut harness = board(everything(), [760.0, 640.0], theme);
+        let mut harness = harness_of(everything(), [760.0, 640.0], theme);
         harness.snapshot_options(name, &options);
         results.extend_harness(&mut harness);
     }

@@ -4,10 +4,10 @@ use eframe::egui::{self, Key};
 use egui_kittest::kittest::Queryable;
 use jde_panel::{Item, Touch};
 
-use super::panel::{gestures, with};
+use super::panel::{gestures, harness_with};
 
 #[test]
-fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si() {
+fn a_number_is_typed_in_the_users_unit_and_reported_in_the_si_unit() {
     let slider = Item::Slider {
         id: "turn".to_owned(),
         label: "Turn rate".to_owned(),
@@ -16,7 +16,7 @@ fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si()
         greatest: 2.0,
         unit: "rad/s".to_owned(),
     };
-    let mut harness = with(vec![slider]);
+    let mut harness = harness_with(vec![slider]);
     let typed = harness.get_by_role(egui::accesskit::Role::SpinButton);
     assert_eq!(typed.value().as_deref(), Some("0.0 deg/s"));
     typed.click();
@@ -38,7 +38,7 @@ fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si()
 }
 
 #[test]
-fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
+fn a_tap_within_one_frame_moves_a_slider() {
     let slider = Item::Slider {
         id: "turn".to_owned(),
         label: "Turn rate".to_owned(),
@@ -47,7 +47,7 @@ fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
         greatest: 3.0,
         unit: String::new(),
     };
-    let mut harness = with(vec![slider]);
+    let mut harness = harness_with(vec![slider]);
     let rail = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
     let at = rail.rect().center();
     harness.hover_at(at);
@@ -69,7 +69,7 @@ fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
 }
 
 #[test]
-fn what_is_said_out_of_range_is_nobodys_gesture() {
+fn a_value_out_of_range_in_the_list_causes_no_gesture() {
     let slider = Item::Slider {
         id: "turn".to_owned(),
         label: "Turn rate".to_owned(),
@@ -78,7 +78,7 @@ fn what_is_said_out_of_range_is_nobodys_gesture() {
         greatest: 3.0,
         unit: String::new(),
     };
-    let mut harness = with(vec![slider]);
+    let mut harness = harness_with(vec![slider]);
     harness.run();
     assert!(gestures(&mut harness).is_empty());
 }

@@ -1,4 +1,5 @@
-//! Sensors and motors on real robots: sensor data is shown, a pad drives, and its release returns control.
+//! The window of sensors and motors on real robots: it shows sensor data, its pad drives, and a release of
+//! the pad returns control.
 
 use eframe::egui::accesskit::Toggled;
 use eframe::egui::{self, Key, Modifiers, Rect, Theme, vec2};
@@ -19,41 +20,44 @@ use crate::window::robot::RobotWindow as Shown;
 use crate::window::robot::fixture;
 
 /// Maximum number of polls for a state of the robot: minutes, on any machine.
-const LOOKS: usize = 2_000_000;
+const MAX_POLLS: usize = 2_000_000;
 
-struct Desk {
+struct Fixture {
     session: Session,
     window: Shown,
 }
 
-type Looking = Harness<'static, Desk>;
+type RobotHarness = Harness<'static, Fixture>;
 
-fn look(robot: &Robot) -> Looking {
-    look_with(robot, &serde_json::Value::Null)
+fn open(robot: &Robot) -> RobotHarness {
+    open_with(robot, &serde_json::Value::Null)
 }
 
 /// Opens the window with its saved state.
-fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
-    let workspace = Desk {
+fn open_with(robot: &Robot, saved: &serde_json::Value) -> RobotHarness {
+    let fixture = Fixture {
         session: robot.session(),
-        window: Shown::open(kept),
+        window: Shown::open(saved),
     };
-    let show = |ui: &mut egui::Ui, workspace: &mut Desk| {
-        workspace.session.begin_frame();
+    let show = |ui: &mut egui::Ui, fixture: &mut Fixture| {
+        fixture.session.begin_frame();
         let style = Style::of(ui.ctx(), Units::default());
-        workspace.window.show(ui, &workspace.session, &style);
+        fixture.window.show(ui, &fixture.session, &style);
     };
     Harness::builder()
         .with_size([900.0, 600.0])
-        .build_ui_state(show, workspace)
+        .build_ui_state(show, fixture)
 }
 
 /// Switches driving on. Returns the rectangle of the pad.
-fn at_the_pad(harness: &mut Looking) -> Rect {
+fn enable_driving(harness: &mut RobotHarness) -> Rect {
     until(harness, |harness| harness.query_by_label("Drive").is_some());
-    assert!(harness.query_by_label("Drive pad").is_none(), "off at first");
+    assert!(
+        harness.query_by_label("Drive pad").is_none(),
+        "driving is off at first"
+    );
     until(harness, |harness| {
-        // New rows may have moved the switch away from the pointer.
+        // New rows may move the switch away from the pointer.
         let drive = harness.get_by_label("Drive");
         if drive.accesskit_node().toggled() != Some(Toggled::True) {
             drive.click();
@@ -68,102 +72,104 @@ fn at_the_pad(harness: &mut Looking) -> Rect {
 fn state(handle: &Handle, schema: &str) -> State {
     let snapshot = handle.snapshot();
     let view = snapshot.schemas.iter().find(|view| view.name == schema);
-    view.expect("it is in the application").state
+    view.expect("the application has the schema").state
 }
 
-fn turns_left(handle: &Handle) -> bool {
-    let odometry: Option<Odometry> = handle.value("pioneer.odometry").expect("it is exported");
+fn is_turning_left(handle: &Handle) -> bool {
+    let odometry: Option<Odometry> = handle
+        .value("pioneer.odometry")
+        .expect("the variable is exported");
     odometry.is_some_and(|odometry| {
         let twist = odometry.twist.twist;
         twist.angular.z > 0.3 && twist.linear.x.abs() < 0.02
     })
 }
 
-fn says(harness: &Harness<'_, Desk>, words: &str) -> bool {
-    harness.query_by_label_contains(words).is_some()
+fn has_text(harness: &Harness<'_, Fixture>, text: &str) -> bool {
+    harness.query_by_label_contains(text).is_some()
 }
 
 /// Waits until the pad drives: the robot turns on the spot, which `example` does not do on its way.
-fn drives(harness: &mut Looking, handle: &Handle) {
+fn wait_until_driving(harness: &mut RobotHarness, handle: &Handle) {
     until(harness, |_| {
-        state(handle, "teleop") == State::Winner && turns_left(handle)
+        state(handle, "teleop") == State::Winner && is_turning_left(handle)
     });
-    until(harness, |harness| says(harness, "driving: "));
+    until(harness, |harness| has_text(harness, "driving: "));
 }
 
-fn given_back(harness: &mut Looking, handle: &Handle) {
+fn wait_until_returned(harness: &mut RobotHarness, handle: &Handle) {
     until(harness, |_| state(handle, "example") == State::Winner);
     assert_ne!(state(handle, "teleop"), State::Winner);
-    until(harness, |harness| says(harness, "example has control"));
+    until(harness, |harness| has_text(harness, "example has control"));
     let snapshot = handle.snapshot();
     let teleop = snapshot.schemas.iter().find(|view| view.name == "teleop");
     assert_eq!(
         teleop.and_then(|view| view.operator.clone()),
         None,
-        "nobody holds it"
+        "no operator holds teleop"
     );
 }
 
-/// Gives the focus to a pad. One frame later, the arrow keys no longer move the focus elsewhere.
-fn focus(harness: &mut Looking, pad: &str) {
+/// Focuses a pad. One frame later, the arrow keys no longer move the focus to another widget.
+fn focus(harness: &mut RobotHarness, pad: &str) {
     until(harness, |harness| harness.query_by_label(pad).is_some());
     harness.get_by_label(pad).focus();
     until(harness, |harness| harness.get_by_label(pad).is_focused());
     harness.run_steps(2);
 }
 
-fn push_left(harness: &mut Looking, pad: Rect) {
+fn push_left(harness: &mut RobotHarness, pad: Rect) {
     harness.drag_at(pad.center());
     harness.step();
     harness.hover_at(pad.center() - vec2(0.49 * pad.width(), 0.0));
     harness.step();
 }
 
-/// A robot that is driven with the pad, and the rectangle of the pad.
-fn driving() -> (Robot, Looking, Rect) {
+/// Returns a robot that the pad drives, its window, and the rectangle of the pad.
+fn driving_robot() -> (Robot, RobotHarness, Rect) {
     let robot = Robot::of("safe-navigation");
-    let mut harness = look(&robot);
-    let pad = at_the_pad(&mut harness);
+    let mut harness = open(&robot);
+    let pad = enable_driving(&mut harness);
     push_left(&mut harness, pad);
-    drives(&mut harness, &robot.handle());
+    wait_until_driving(&mut harness, &robot.handle());
     (robot, harness, pad)
 }
 
 #[test]
-fn r13_a_hand_on_the_pad_drives_and_letting_go_gives_the_robot_back() {
-    let (robot, mut harness, pad) = driving();
+fn r13_the_pad_drives_while_it_is_pressed_and_its_release_returns_control() {
+    let (robot, mut harness, pad) = driving_robot();
     harness.drop_at(pad.center());
-    given_back(&mut harness, &robot.handle());
+    wait_until_returned(&mut harness, &robot.handle());
 }
 
 #[test]
-fn keys_drive_while_the_pad_has_the_focus_and_no_longer() {
+fn keys_drive_only_while_the_pad_has_the_focus() {
     let robot = Robot::of("safe-navigation");
     let handle = robot.handle();
-    let mut harness = look(&robot);
-    at_the_pad(&mut harness);
+    let mut harness = open(&robot);
+    enable_driving(&mut harness);
     focus(&mut harness, "Drive pad");
     harness.key_down(Key::ArrowLeft);
-    drives(&mut harness, &handle);
+    wait_until_driving(&mut harness, &handle);
     assert!(
         harness.get_by_label("Drive pad").is_focused(),
-        "arrows drive, and do not move the focus"
+        "arrow keys drive and do not move the focus"
     );
     harness.key_up(Key::ArrowLeft);
-    given_back(&mut harness, &handle);
-    // Standing still is a command too.
+    wait_until_returned(&mut harness, &handle);
+    // A standstill is a command too.
     harness.key_down(Key::Space);
     until(&mut harness, |_| state(&handle, "teleop") == State::Winner);
-    until(&mut harness, |harness| says(harness, "driving: 0.00 m/s"));
+    until(&mut harness, |harness| has_text(harness, "driving: 0.00 m/s"));
     harness.key_up(Key::Space);
-    given_back(&mut harness, &handle);
+    wait_until_returned(&mut harness, &handle);
 }
 
 #[test]
-fn a_tap_on_the_pad_gives_it_the_keyboard() {
+fn a_tap_on_the_pad_focuses_it() {
     let robot = Robot::of("safe-navigation");
-    let mut harness = look(&robot);
-    let pad = at_the_pad(&mut harness);
+    let mut harness = open(&robot);
+    let pad = enable_driving(&mut harness);
     harness.hover_at(pad.center());
     harness.step();
     // A tap within one frame, as on a trackpad.
@@ -182,34 +188,38 @@ fn a_tap_on_the_pad_gives_it_the_keyboard() {
 }
 
 #[test]
-fn a_window_that_loses_the_focus_lets_go_although_the_button_is_down() {
-    let (robot, mut harness, _) = driving();
+fn a_window_that_loses_the_focus_returns_control_although_the_button_is_down() {
+    let (robot, mut harness, _) = driving_robot();
     harness.input_mut().focused = false;
-    given_back(&mut harness, &robot.handle());
+    wait_until_returned(&mut harness, &robot.handle());
 }
 
 #[test]
-fn the_switch_turned_off_lets_go() {
+fn switching_driving_off_returns_control() {
     let robot = Robot::of("safe-navigation");
     let handle = robot.handle();
-    let mut harness = look(&robot);
-    at_the_pad(&mut harness);
+    let mut harness = open(&robot);
+    enable_driving(&mut harness);
     focus(&mut harness, "Drive pad");
     harness.key_down(Key::ArrowLeft);
-    drives(&mut harness, &handle);
+    wait_until_driving(&mut harness, &handle);
     harness.get_by_label("Drive").click();
-    given_back(&mut harness, &handle);
+    wait_until_returned(&mut harness, &handle);
     assert!(harness.query_by_label("Drive pad").is_none());
 }
 
 #[test]
-fn the_speed_that_was_chosen_is_kept_through_a_robot_that_is_slower() {
+fn the_chosen_speed_is_kept_although_the_robot_limits_it() {
     let robot = Robot::of("safe-navigation");
-    let mut harness = look_with(&robot, &serde_json::json!({ "speed": 0.4 }));
-    at_the_pad(&mut harness);
-    let speed = |harness: &Looking| harness.state().window.keep()["speed"].clone();
-    assert_eq!(speed(&harness), 0.4, "its limits were waited for");
-    let slider = |harness: &Harness<'_, Desk>| {
+    let mut harness = open_with(&robot, &serde_json::json!({ "speed": 0.4 }));
+    enable_driving(&mut harness);
+    let speed = |harness: &RobotHarness| harness.state().window.keep()["speed"].clone();
+    assert_eq!(
+        speed(&harness),
+        0.4,
+        "the chosen speed is kept until the limits are known"
+    );
+    let slider = |harness: &Harness<'_, Fixture>| {
         let slider = harness.get_by_role(egui::Role::Slider);
         slider.accesskit_node().numeric_value()
     };
@@ -225,34 +235,34 @@ fn the_speed_that_was_chosen_is_kept_through_a_robot_that_is_slower() {
 }
 
 /// Polls until `example` has control, without a step of any window.
-fn comes_back(handle: &Handle) {
-    let back = (0..LOOKS).any(|_| {
+fn assert_returned(handle: &Handle) {
+    let returned = (0..MAX_POLLS).any(|_| {
         std::thread::yield_now();
         state(handle, "example") == State::Winner
     });
-    assert!(back, "the robot was not given back");
+    assert!(returned, "`example` did not get control back");
 }
 
 #[test]
-fn r14_a_viewer_that_freezes_with_a_hand_on_the_pad_drives_no_longer() {
-    let (robot, _harness, _) = driving();
-    comes_back(&robot.handle());
+fn r14_a_viewer_that_freezes_while_the_pad_is_pressed_stops_driving() {
+    let (robot, _harness, _) = driving_robot();
+    assert_returned(&robot.handle());
 }
 
 #[test]
-fn a_window_that_is_closed_with_a_hand_on_the_pad_drives_no_longer() {
-    let (robot, harness, _) = driving();
+fn a_window_that_is_closed_while_the_pad_is_pressed_stops_driving() {
+    let (robot, harness, _) = driving_robot();
     drop(harness);
-    comes_back(&robot.handle());
+    assert_returned(&robot.handle());
 }
 
-/// As with a viewer that is killed: its lease is not renewed, and its wanted value grows old.
+/// As after the death of a viewer: the lease is not renewed, and the value of `want` grows old.
 #[test]
-fn r14_a_wish_that_nobody_renews_ends_with_or_without_its_lease() {
+fn r14_a_command_that_is_not_renewed_ends_with_or_without_a_lease() {
     let robot = Robot::of("safe-navigation");
     let handle = robot.handle();
-    let client = Client::connect(&robot.reach()).expect("it is there");
-    let remote = client.application(None).expect("it answers");
+    let client = Client::connect(&robot.reach()).expect("the application is running");
+    let remote = client.application(None).expect("the application replies");
     for lease_ms in [Some(600), None] {
         let value = serde_json::json!({ "twist": { "angular": { "z": 0.5 } }, "wanted": true });
         let request = Request {
@@ -264,50 +274,52 @@ fn r14_a_wish_that_nobody_renews_ends_with_or_without_its_lease() {
             },
             lease_ms,
         };
-        remote.operate(&request).expect("it may");
-        let won = (0..LOOKS).any(|_| {
+        remote.operate(&request).expect("the request is accepted");
+        let won = (0..MAX_POLLS).any(|_| {
             std::thread::yield_now();
             state(&handle, "teleop") == State::Winner
         });
-        assert!(won, "it drives at first");
-        comes_back(&handle);
+        assert!(won, "`teleop` drives at first");
+        assert_returned(&handle);
     }
 }
 
 #[test]
-fn what_the_robot_senses_is_told_in_numbers_and_in_words() {
+fn sensor_data_is_shown_as_numbers_and_text() {
     let robot = Robot::of("safe-navigation");
-    let mut harness = look(&robot);
-    for words in ["none pressed", "left ", "ahead, level", "nearest "] {
+    let mut harness = open(&robot);
+    for text in ["none pressed", "left ", "ahead, level", "nearest "] {
         until(&mut harness, |harness| {
-            harness.query_all_by_label_contains(words).next().is_some()
+            harness.query_all_by_label_contains(text).next().is_some()
         });
     }
     until(&mut harness, |harness| {
         harness.query_by_role(egui::Role::ProgressIndicator).is_some()
     });
     until(&mut harness, |harness| {
-        says(harness, "no camera in this application")
+        has_text(harness, "no camera in this application")
     });
     assert!(
         harness.query_by_label("around the robot").is_some(),
-        "the plane has a name"
+        "the plane has a label"
     );
 }
 
 #[test]
-fn the_picture_of_a_camera_is_shown_and_a_head_is_turned_by_its_pad() {
+fn the_camera_image_is_shown_and_the_look_pad_turns_the_head() {
     let robot = Robot::of("follow-ball");
     let handle = robot.handle();
-    let mut harness = look(&robot);
+    let mut harness = open(&robot);
     until(&mut harness, |harness| {
         harness.query_by_label("picture of camera.image").is_some()
     });
-    at_the_pad(&mut harness);
+    enable_driving(&mut harness);
     focus(&mut harness, "Look pad");
     harness.key_down(Key::ArrowUp);
     until(&mut harness, |_| {
-        let head: Option<PanTilt> = handle.value("pioneer.pan_tilt").expect("it is exported");
+        let head: Option<PanTilt> = handle
+            .value("pioneer.pan_tilt")
+            .expect("the variable is exported");
         state(&handle, "gaze") == State::Winner && head.is_some_and(|head| head.tilt < -0.1)
     });
     harness.key_up(Key::ArrowUp);
@@ -315,11 +327,11 @@ fn the_picture_of_a_camera_is_shown_and_a_head_is_turned_by_its_pad() {
 }
 
 #[test]
-fn an_application_that_nobody_can_drive_says_how_to_let_one() {
+fn an_application_without_teleoperation_shows_the_lines_that_add_it() {
     let robot = Robot::of("family");
-    let mut harness = look(&robot);
+    let mut harness = open(&robot);
     until(&mut harness, |harness| {
-        says(harness, "Nobody can drive this application by hand")
+        has_text(harness, "This application cannot be driven by hand")
     });
     let lines = "roots = [\"teleop\", \"padre\"]\n\n[schemas.teleop]\ntype      = \"teleop/base\"\n\
                  actuators = { base = \"pioneer.velocity\" }\n";
@@ -330,7 +342,7 @@ fn an_application_that_nobody_can_drive_says_how_to_let_one() {
                 .value()
                 .is_some_and(|value| value.trim() == lines.trim())
         });
-    assert!(shown, "the lines that are missing");
+    assert!(shown, "the window shows the missing lines");
     harness.get_by_label("Copy").click();
     harness.step();
     let copied = |command: &egui::OutputCommand| matches!(command, egui::OutputCommand::CopyText(text) if text == lines);
@@ -391,13 +403,13 @@ imports = { laser = "eye.laser" }
 "#;
 
 #[test]
-fn a_laser_that_is_taken_back_is_shown_as_none_and_comes_back() {
+fn a_retracted_scan_is_no_longer_shown_until_the_next_one() {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&EYE).expect("it is well formed");
+    plugins.link(&EYE).expect("the plugin is well formed");
     let robot = Robot::linked(EYED, plugins);
-    let mut harness = look(&robot);
-    until(&mut harness, |harness| says(harness, "nearest 1.00 m"));
-    let cover = |harness: &Looking, sees: bool| {
+    let mut harness = open(&robot);
+    until(&mut harness, |harness| has_text(harness, "nearest 1.00 m"));
+    let cover = |harness: &RobotHarness, sees: bool| {
         harness.state().session.act(Action::Modulate {
             schema: "eye".to_owned(),
             variable: "sees".to_owned(),
@@ -406,38 +418,38 @@ fn a_laser_that_is_taken_back_is_shown_as_none_and_comes_back() {
     };
     cover(&harness, false);
     until(&mut harness, |harness| {
-        says(harness, "no value: eye has none now")
+        has_text(harness, "no value: eye has none now")
     });
-    assert!(!says(&harness, "nearest"), "what it no longer says is not shown");
+    assert!(!has_text(&harness, "nearest"), "the retracted scan is not shown");
     cover(&harness, true);
-    until(&mut harness, |harness| says(harness, "nearest 1.00 m"));
+    until(&mut harness, |harness| has_text(harness, "nearest 1.00 m"));
 }
 
 #[test]
-fn a_driver_that_nobody_needs_is_said_to_sleep_and_can_be_played() {
+fn an_unused_driver_is_shown_as_asleep_and_can_be_played() {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&EYE).expect("it is well formed");
+    plugins.link(&EYE).expect("the plugin is well formed");
     let lone = "name = \"lone\"\nroots = [\"watcher\"]\n[schemas.eye]\ntype = \"eye/eye\"\n[schemas.other]\ntype = \"eye/eye\"\n\
                 [schemas.watcher]\ntype = \"eye/watcher\"\nimports = { laser = \"other.laser\" }\n";
     let robot = Robot::linked(lone, plugins);
     let handle = robot.handle();
-    let mut harness = look(&robot);
+    let mut harness = open(&robot);
     until(&mut harness, |harness| {
         harness.query_by_label("Play eye").is_some()
     });
-    assert!(says(&harness, "eye sleeps"));
+    assert!(has_text(&harness, "eye sleeps"));
     until(&mut harness, |harness| {
-        // A new row may have moved the button away from the pointer.
+        // A new row may move the button away from the pointer.
         if let Some(play) = harness.query_by_label("Play eye") {
             play.click();
             harness.run_steps(4);
         }
         state(&handle, "eye") == State::Winner
     });
-    until(&mut harness, |harness| says(harness, "nearest 1.00 m"));
+    until(&mut harness, |harness| has_text(harness, "nearest 1.00 m"));
 }
 
-fn pictured(theme: Theme, name: &str) {
+fn assert_snapshot(theme: Theme, name: &str) {
     let show = |ui: &mut egui::Ui, scene: &mut fixture::FixedRobot| {
         let style = Style::of(ui.ctx(), Units::default());
         scene.show(ui, &style);
@@ -451,24 +463,24 @@ fn pictured(theme: Theme, name: &str) {
 }
 
 #[test]
-fn a_fixed_scene_looks_as_it_should_in_the_dark() {
-    pictured(Theme::Dark, "robot_dark");
+fn a_fixed_scene_matches_its_snapshot_in_the_dark_theme() {
+    assert_snapshot(Theme::Dark, "robot_dark");
 }
 
 #[test]
-fn a_fixed_scene_looks_as_it_should_in_the_light() {
-    pictured(Theme::Light, "robot_light");
+fn a_fixed_scene_matches_its_snapshot_in_the_light_theme() {
+    assert_snapshot(Theme::Light, "robot_light");
 }
 
 #[test]
-fn the_plane_is_turned_to_the_floor_by_its_button() {
+fn the_floor_button_turns_the_plane_to_the_floor() {
     let robot = Robot::of("safe-navigation");
-    let mut harness = look(&robot);
+    let mut harness = open(&robot);
     until(&mut harness, |harness| harness.query_by_label("Floor").is_some());
     assert!(harness.query_by_label("Follow").is_none());
     harness.get_by_label("Floor").click();
     until(&mut harness, |harness| harness.query_by_label("Follow").is_some());
     harness.key_press_modifiers(Modifiers::NONE, Key::Escape);
-    let kept = harness.state().window.keep();
-    assert_eq!(kept["plane"]["ahead_up"], false, "kept for the next start");
+    let saved = harness.state().window.keep();
+    assert_eq!(saved["plane"]["ahead_up"], false, "saved for the next start");
 }

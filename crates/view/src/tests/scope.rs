@@ -1,4 +1,4 @@
-//! The oscilloscope on artificial hierarchies, whose past is always the same.
+//! The oscilloscope on artificial hierarchies with a constant past.
 
 use eframe::egui::{Event, Key, Modifiers, MouseWheelUnit, Pos2, Theme, TouchPhase, Vec2, pos2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -13,14 +13,14 @@ use crate::window::scope::{Request, Scope};
 struct Shown {
     scope: Scope,
     fixed: Fixed,
-    asks: Vec<Request>,
+    requests: Vec<Request>,
 }
 
 fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
     let shown = Shown {
         scope: Scope::open(&serde_json::Value::Null),
         fixed,
-        asks: Vec::new(),
+        requests: Vec::new(),
     };
     let mut harness = Harness::builder()
         .with_size(vec2(900.0, 520.0))
@@ -30,7 +30,7 @@ fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
             |ui, shown: &mut Shown| {
                 let style = Style::of(ui.ctx(), Units::default());
                 shown
-                    .asks
+                    .requests
                     .extend(shown.scope.show_fixed(ui, &shown.fixed, &[], &style));
             },
             shown,
@@ -40,7 +40,7 @@ fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
 }
 
 /// The position of a time in a schema's row, for a window of 20 s that ends at 10 s.
-fn moment(harness: &Harness<'_, Shown>, schema: &str, time: f64) -> Pos2 {
+fn position_of(harness: &Harness<'_, Shown>, schema: &str, time: f64) -> Pos2 {
     let traces = harness.get_by_label("Traces").rect();
     let row = harness.get_by_label_contains(&format!("{schema}, ")).rect();
     let share = (time + 10.0) / 20.0;
@@ -66,30 +66,30 @@ fn has(harness: &Harness<'_, Shown>, text: &str) -> bool {
 }
 
 #[test]
-fn it_looks_as_it_did_in_the_dark() {
-    looks_as_it_did(Theme::Dark, "scope_dark");
+fn the_oscilloscope_matches_its_snapshot_in_the_dark_theme() {
+    assert_snapshot(Theme::Dark, "scope_dark");
 }
 
 #[test]
-fn it_looks_as_it_did_in_the_light() {
-    looks_as_it_did(Theme::Light, "scope_light");
+fn the_oscilloscope_matches_its_snapshot_in_the_light_theme() {
+    assert_snapshot(Theme::Light, "scope_light");
 }
 
 /// Software renderers may differ only at the edges of letters.
-fn looks_as_it_did(theme: Theme, name: &str) {
+fn assert_snapshot(theme: Theme, name: &str) {
     let mut harness = shown(fixture::navigation(), theme);
     let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(400);
     harness.snapshot_options(name, &options);
 }
 
 #[test]
-fn r15_a_click_on_a_switch_opens_its_record_with_the_candidates() {
+fn r15_a_click_on_a_takeover_opens_its_record_with_the_candidates() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     assert!(
         has(&harness, "Cause: the readiness of stop changed"),
-        "the newest comes first"
+        "the newest takeover is shown first"
     );
-    let at = moment(&harness, "vff", 4.0);
+    let at = position_of(&harness, "vff", 4.0);
     click(&mut harness, at);
     assert!(has(&harness, "Cause: the readiness of vff changed"));
     assert!(has(&harness, "collision: several were ready"));
@@ -97,11 +97,11 @@ fn r15_a_click_on_a_switch_opens_its_record_with_the_candidates() {
     let names: Vec<_> = ["goon", "vff"]
         .map(|name| harness.query_all_by_label(name).count())
         .into();
-    assert_eq!(names, [1, 1], "both candidates are named");
+    assert_eq!(names, [1, 1], "the record names both candidates");
 }
 
 #[test]
-fn arrows_go_from_switch_to_switch_and_from_row_to_row_and_letters_operate() {
+fn arrow_keys_move_between_takeovers_and_rows_and_letter_keys_operate() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     harness.get_by_label("Traces").focus();
     harness.run_steps(2);
@@ -118,19 +118,19 @@ fn arrows_go_from_switch_to_switch_and_from_row_to_row_and_letters_operate() {
     press(&mut harness, Key::P);
     press(&mut harness, Key::R);
     let schema = || "goon".to_owned();
-    let asked = [
+    let expected = [
         Request::Act(Action::Force { schema: schema() }),
         Request::Act(Action::Stop { schema: schema() }),
         Request::Act(Action::Release { schema: schema() }),
     ];
-    assert_eq!(harness.state().asks, asked);
+    assert_eq!(harness.state().requests, expected);
 }
 
 #[test]
-fn space_holds_the_picture_still_and_lets_it_go_on() {
+fn the_space_key_pauses_the_picture_and_run_resumes_it() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     press(&mut harness, Key::Space);
-    let before = moment(&harness, "vff", 4.0);
+    let before = position_of(&harness, "vff", 4.0);
     let state = harness.state_mut();
     state.fixed.snapshot.time += 2_000_000_000;
     let later = state.fixed.snapshot.clone();
@@ -139,7 +139,7 @@ fn space_holds_the_picture_still_and_lets_it_go_on() {
     click(&mut harness, before);
     assert!(
         has(&harness, "Cause: the readiness of vff changed"),
-        "it is where it was"
+        "the paused picture did not move"
     );
     harness.get_by_label("Run").click();
     harness.run_steps(2);
@@ -147,11 +147,11 @@ fn space_holds_the_picture_still_and_lets_it_go_on() {
 }
 
 #[test]
-fn the_wheel_zooms_at_the_pointer_and_a_drag_moves() {
+fn the_wheel_zooms_at_the_pointer_and_a_drag_pans() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     press(&mut harness, Key::Space);
     assert!(has(&harness, "2 s/div"));
-    let at = moment(&harness, "vff", 4.0);
+    let at = position_of(&harness, "vff", 4.0);
     harness.hover_at(at);
     harness.event(Event::MouseWheel {
         unit: MouseWheelUnit::Point,
@@ -161,11 +161,11 @@ fn the_wheel_zooms_at_the_pointer_and_a_drag_moves() {
         modifiers: Modifiers::NONE,
     });
     harness.run_steps(40);
-    assert!(!has(&harness, "2 s/div"), "less time");
+    assert!(!has(&harness, "2 s/div"), "a division spans less time");
     click(&mut harness, at);
     assert!(
         has(&harness, "Cause: the readiness of vff changed"),
-        "the moment is still under the pointer"
+        "the time is still under the pointer"
     );
 
     harness.get_by_label("Newest").click();
@@ -182,12 +182,12 @@ fn the_wheel_zooms_at_the_pointer_and_a_drag_moves() {
     click(&mut harness, moved);
     assert!(
         has(&harness, "Cause: the readiness of vff changed"),
-        "the moment went with the pointer"
+        "the time moved with the pointer"
     );
 }
 
 #[test]
-fn the_filter_leaves_the_fitting_and_their_fathers() {
+fn the_filter_keeps_matching_schemas_and_their_fathers() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     assert!(has(&harness, "goon, CHECKING"));
     harness.get_by_label("Filter").focus();
@@ -205,7 +205,7 @@ fn the_filter_leaves_the_fitting_and_their_fathers() {
 }
 
 #[test]
-fn what_is_below_a_schema_folds_away() {
+fn the_children_of_a_schema_can_be_folded() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     harness.get_by_label("Fold example").click();
     harness.run_steps(2);
@@ -216,7 +216,7 @@ fn what_is_below_a_schema_folds_away() {
 }
 
 #[test]
-fn a_period_that_cannot_be_read_says_why_and_one_that_can_is_asked_for() {
+fn an_invalid_period_is_refused_with_the_reason_and_a_valid_one_is_requested() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     let retype = |harness: &mut Harness<'_, Shown>, text: &str| {
         harness.get_by_label("New period of goon").type_text(text);
@@ -227,18 +227,18 @@ fn a_period_that_cannot_be_read_says_why_and_one_that_can_is_asked_for() {
     harness.run_steps(3);
     retype(&mut harness, "50");
     assert!(has(&harness, "needs a unit"));
-    assert!(harness.state().asks.is_empty());
+    assert!(harness.state().requests.is_empty());
     retype(&mut harness, "ms");
-    let asked = Request::Act(Action::Period {
+    let expected = Request::Act(Action::Period {
         schema: "goon".to_owned(),
         period_s: 0.05,
     });
-    assert_eq!(harness.state().asks, [asked]);
+    assert_eq!(harness.state().requests, [expected]);
     assert!(harness.query_by_label("New period of goon").is_none());
 }
 
 #[test]
-fn r14_buttons_ask_as_an_operator_and_only_for_what_can_be_done() {
+fn r14_buttons_send_operator_requests_and_are_disabled_where_an_action_is_impossible() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     for label in [
         "Play goon",
@@ -251,7 +251,7 @@ fn r14_buttons_ask_as_an_operator_and_only_for_what_can_be_done() {
         harness.run_steps(2);
     }
     let schema = |name: &str| name.to_owned();
-    let asked = [
+    let expected = [
         Request::Act(Action::Play {
             schema: schema("goon"),
         }),
@@ -266,7 +266,7 @@ fn r14_buttons_ask_as_an_operator_and_only_for_what_can_be_done() {
         }),
         Request::Panel(schema("example")),
     ];
-    assert_eq!(harness.state().asks, asked);
+    assert_eq!(harness.state().requests, expected);
     for label in ["Force pioneer", "Release goon"] {
         assert!(
             harness.get_by_label(label).accesskit_node().is_disabled(),
@@ -276,27 +276,27 @@ fn r14_buttons_ask_as_an_operator_and_only_for_what_can_be_done() {
 }
 
 #[test]
-fn two_cursors_tell_the_time_between_them() {
+fn two_cursors_show_the_time_between_them() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     harness.get_by_label("Cursors").click();
     harness.run_steps(2);
     assert!(has(&harness, "B − A 6.67 s"), "at the thirds of 20 s");
     press(&mut harness, Key::Space);
-    let from = moment(&harness, "vff", 10.0 - 20.0 / 3.0);
+    let from = position_of(&harness, "vff", 10.0 - 20.0 / 3.0);
     harness.hover_at(from);
     harness.step();
     harness.drag_at(from);
     harness.step();
     for step in 1..=4 {
-        harness.hover_at(from + step as f32 * 0.25 * (moment(&harness, "vff", 8.0) - from));
+        harness.hover_at(from + step as f32 * 0.25 * (position_of(&harness, "vff", 8.0) - from));
         harness.step();
     }
-    harness.drop_at(moment(&harness, "vff", 8.0));
+    harness.drop_at(position_of(&harness, "vff", 8.0));
     harness.run_steps(2);
     assert!(has(&harness, "B − A 11.3 s"), "from -3.33 s to 8 s");
 }
 
-/// A thousand schemas, most in groups of ten, each with this many changes of state.
+/// A thousand schemas, most in groups of ten, each with `bands` changes of state.
 fn thousand(bands: usize) -> Fixed {
     use jde_abi::describe::Kind;
     use jde_core::State;
@@ -322,13 +322,13 @@ fn thousand(bands: usize) -> Fixed {
         groups,
     };
     let mut fixed = Fixed::of(snapshot);
-    let words = ["slept", "checking", "ready", "winner"];
+    let states = ["slept", "checking", "ready", "winner"];
     for nth in 0..1000 {
         let name = fixed.snapshot.schemas[nth].name.clone();
         for band in 0..bands {
             let time = (band as f64 + nth as f64 / 1000.0) * 999.0 / bands as f64;
-            let word = |step: usize| words[(step + nth) % 4];
-            fixed.change(time, &name, word(band), word(band + 1));
+            let state_at = |step: usize| states[(step + nth) % 4];
+            fixed.change(time, &name, state_at(band), state_at(band + 1));
         }
     }
     for nth in 0..20_000 {
@@ -353,7 +353,7 @@ fn thousand(bands: usize) -> Fixed {
 }
 
 #[test]
-fn of_a_thousand_schemas_those_in_sight_are_drawn() {
+fn of_a_thousand_schemas_only_visible_rows_are_drawn() {
     let mut harness = shown(thousand(50), Theme::Dark);
     assert!(has(&harness, "schema1, "));
     assert!(!has(&harness, "schema900, "));
@@ -367,7 +367,7 @@ fn of_a_thousand_schemas_those_in_sight_are_drawn() {
 }
 
 #[test]
-fn what_is_drawn_does_not_grow_with_the_history() {
+fn the_number_of_shapes_does_not_grow_with_the_history() {
     let shapes = |bands| {
         let fixed = thousand(bands);
         let mut scope = Scope::open(&serde_json::json!({ "span": 1000.0, "share": 0.5 }));

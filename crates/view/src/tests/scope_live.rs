@@ -13,31 +13,31 @@ use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::scope::Scope;
 
-struct Looked {
+struct Shown {
     session: Session,
     scope: Scope,
 }
 
-fn looked(robot: &Robot) -> Harness<'static, Looked> {
-    let looked = Looked {
+fn shown(robot: &Robot) -> Harness<'static, Shown> {
+    let shown = Shown {
         session: robot.session(),
         scope: Scope::open(&serde_json::Value::Null),
     };
     Harness::builder().with_size(vec2(1000.0, 600.0)).build_ui_state(
-        |ui, looked: &mut Looked| {
-            looked.session.begin_frame();
+        |ui, shown: &mut Shown| {
+            shown.session.begin_frame();
             let style = Style::of(ui.ctx(), Units::default());
-            looked.scope.show(ui, &looked.session, &style);
+            shown.scope.show(ui, &shown.session, &style);
         },
-        looked,
+        shown,
     )
 }
 
-fn has(harness: &Harness<'_, Looked>, text: &str) -> bool {
+fn has(harness: &Harness<'_, Shown>, text: &str) -> bool {
     harness.query_all_by_label_contains(text).next().is_some()
 }
 
-fn click(harness: &mut Harness<'_, Looked>, label: &str) {
+fn click(harness: &mut Harness<'_, Shown>, label: &str) {
     harness.get_by_label(label).click();
     harness.run_steps(2);
 }
@@ -48,7 +48,7 @@ fn view(robot: &Robot, name: &str) -> SchemaView {
     let mut schemas = snapshot.schemas.into_iter();
     schemas
         .find(|view| view.name == name)
-        .expect("the application has it")
+        .expect("the application has the schema")
 }
 
 fn hold(robot: &Robot, name: &str) -> Option<HoldKind> {
@@ -56,9 +56,9 @@ fn hold(robot: &Robot, name: &str) -> Option<HoldKind> {
 }
 
 #[test]
-fn r14_play_stop_force_and_release_reach_the_application_and_are_shown_with_who_did_it() {
+fn r14_play_stop_force_and_release_take_effect_and_are_shown_with_their_operator() {
     let robot = Robot::of("family");
-    let mut harness = looked(&robot);
+    let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "hijo1, "));
 
     click(&mut harness, "Stop hijo1");
@@ -81,9 +81,9 @@ fn r14_play_stop_force_and_release_reach_the_application_and_are_shown_with_who_
 }
 
 #[test]
-fn a_period_that_is_typed_is_the_period_of_the_schema() {
+fn a_typed_period_becomes_the_period_of_the_schema() {
     let robot = Robot::of("family");
-    let mut harness = looked(&robot);
+    let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "Period of padre: 1 s"));
     click(&mut harness, "Period of padre: 1 s");
     harness.step();
@@ -95,9 +95,9 @@ fn a_period_that_is_typed_is_the_period_of_the_schema() {
 }
 
 #[test]
-fn a_trigger_fires_on_a_collision_and_the_record_says_why() {
+fn a_trigger_fires_on_a_collision_and_the_record_shows_the_cause() {
     let robot = Robot::of("family");
-    let mut harness = looked(&robot);
+    let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "hijo1, "));
     harness.get_by_label("Trigger").focus();
     harness.step();
@@ -115,7 +115,7 @@ fn a_trigger_fires_on_a_collision_and_the_record_says_why() {
 #[test]
 fn a_trace_of_a_variable_shows_its_value() {
     let robot = Robot::of("family");
-    let mut harness = looked(&robot);
+    let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "hijo1, "));
     click(&mut harness, "+ trace");
     harness.run_steps(2);

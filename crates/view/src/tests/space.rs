@@ -21,14 +21,14 @@ fn harness(robot: &Robot) -> Harness<'static, Shown> {
         eframe::egui_wgpu::RendererOptions::PREDICTABLE,
     );
     let card = state.clone();
-    // Hides all other red items. The eye is near and does not move.
-    let kept = serde_json::json!({
+    // Hides all other red items. The camera of the view is near and does not move.
+    let saved = serde_json::json!({
         "orbit": { "distance": 3.0, "pitch": 1.0 },
         "items": { "axes": false, "walls": false, "movers": false, "labels": false },
     });
     let shown = Shown {
         session: robot.session(),
-        space: Space::open(&kept),
+        space: Space::open(&saved),
     };
     Harness::builder()
         .with_size([600.0, 420.0])
@@ -46,7 +46,7 @@ fn harness(robot: &Robot) -> Harness<'static, Shown> {
 }
 
 #[test]
-fn a_robot_that_drives_moves_in_the_picture() {
+fn a_driving_robot_moves_in_the_picture() {
     let robot = Robot::of("safe-navigation");
     let mut harness = harness(&robot);
     until(&mut harness, |harness| {
@@ -57,23 +57,31 @@ fn a_robot_that_drives_moves_in_the_picture() {
     });
     harness.state_mut().space.stay();
     harness.step();
-    let from = place(&harness);
-    let first = harness.render().expect("a picture");
-    until(&mut harness, |harness| place(harness).distance(from) > 120.0);
-    let second = harness.render().expect("a picture");
+    let from = robot_on_screen(&harness);
+    let first = harness.render().expect("the window renders");
+    until(&mut harness, |harness| {
+        robot_on_screen(harness).distance(from) > 120.0
+    });
+    let second = harness.render().expect("the window renders");
     assert!(first != second);
     // The red shell is at the reported position, within the body's radius. The plate hides half of it.
-    let (at, shell) = (
-        place(&harness),
-        shell(second.enumerate_pixels().map(|(x, y, pixel)| (x, y, pixel.0))),
+    let (at, mean_red_position) = (
+        robot_on_screen(&harness),
+        mean_red_position(second.enumerate_pixels().map(|(x, y, pixel)| (x, y, pixel.0))),
     );
     let reach = 0.25 * eye(&harness).0.scale(harness.state().space.orbit().target);
-    assert!(shell.distance(at) < reach, "the shell is at {shell}, not at {at}");
-    assert!(shell.distance(from) > reach, "the shell is where the robot was");
+    assert!(
+        mean_red_position.distance(at) < reach,
+        "the shell is at {mean_red_position}, and not at {at}"
+    );
+    assert!(
+        mean_red_position.distance(from) > reach,
+        "the shell is still where the robot was"
+    );
 }
 
 #[test]
-fn the_walls_are_where_the_laser_meets_them() {
+fn the_walls_are_where_the_laser_measures_them() {
     let robot = Robot::of("safe-navigation");
     let mut harness = harness(&robot);
     harness.state_mut().space.want(|items| items.walls = true);
@@ -85,9 +93,9 @@ fn the_walls_are_where_the_laser_meets_them() {
     });
     let seen = harness.state().space.seen();
     let robot = &seen.robots[0];
-    let (laser, scan) = (robot.laser().expect("it has a place"), &robot.lasers[0].1);
-    let scenery = seen.world.scenery.as_ref().expect("it was told");
-    let mut met = 0;
+    let (laser, scan) = (robot.laser().expect("the laser has a pose"), &robot.lasers[0].1);
+    let scenery = seen.world.scenery.as_ref().expect("the scenery was received");
+    let mut at_a_wall = 0;
     for point in scan.points() {
         let at = laser.transform_point3(glam::Vec3::new(point.x as f32, point.y as f32, 0.0));
         let gap = scenery.things.iter().map(|thing| {
@@ -97,22 +105,22 @@ fn the_walls_are_where_the_laser_meets_them() {
             out.max(Vec2::ZERO).length()
         });
         // Moving things are not part of the scenery.
-        met += usize::from(gap.fold(f32::INFINITY, f32::min) < 0.12);
+        at_a_wall += usize::from(gap.fold(f32::INFINITY, f32::min) < 0.12);
     }
     let all = scan.points().count();
     assert!(
-        all > 50 && 10 * met > 8 * all,
-        "{met} of {all} points are at a wall"
+        all > 50 && 10 * at_a_wall > 8 * all,
+        "{at_a_wall} of {all} points are at a wall"
     );
 }
 
 /// The position of the robot's middle in the picture.
-fn place(harness: &Harness<'_, Shown>) -> Vec2 {
+fn robot_on_screen(harness: &Harness<'_, Shown>) -> Vec2 {
     let space = &harness.state().space;
-    let robot = space.seen().robots[0].place().expect("it has a place");
+    let robot = space.seen().robots[0].place().expect("the robot has a pose");
     let at = robot.transform_point3(glam::Vec3::Z * 0.15);
     let (eye, corner) = eye(harness);
-    eye.project(at).expect("it is before the eye") + corner
+    eye.project(at).expect("the robot is in front of the eye") + corner
 }
 
 /// The eye, and the upper left corner of its picture.
@@ -127,11 +135,11 @@ fn eye(harness: &Harness<'_, Shown>) -> (Eye, Vec2) {
 }
 
 /// The mean position of all red pixels.
-fn shell(pixels: impl Iterator<Item = (u32, u32, [u8; 4])>) -> Vec2 {
+fn mean_red_position(pixels: impl Iterator<Item = (u32, u32, [u8; 4])>) -> Vec2 {
     let red = pixels.filter(|(_, _, [red, green, blue, _])| *red > 90 && *green < red / 3 && *blue < red / 3);
     let (sum, count) = red.fold((Vec2::ZERO, 0.0), |(sum, count), (x, y, _)| {
         (sum + Vec2::new(x as f32, y as f32), count + 1.0)
     });
-    assert!(count > 20.0, "there is nothing red in the picture");
+    assert!(count > 20.0, "the picture has no red pixels");
     sum / count
 }

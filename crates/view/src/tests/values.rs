@@ -30,14 +30,19 @@ fn shown<W: Window + 'static>(session: Session, window: W) -> Harness<'static, S
 }
 
 fn number<W>(harness: &Harness<'_, Shown<W>>, name: &str) -> f64 {
-    let sample = harness.state().session.remote().get(name).expect("it is there");
-    let bytes = sample.bytes.expect("it has a value");
-    f64::from_ne_bytes(bytes.try_into().expect("it is a number"))
+    let sample = harness
+        .state()
+        .session
+        .remote()
+        .get(name)
+        .expect("the variable exists");
+    let bytes = sample.bytes.expect("the variable has a value");
+    f64::from_ne_bytes(bytes.try_into().expect("the value is a number"))
 }
 
 fn enter(harness: &mut Harness<'_, Shown<Values>>, field: &str, text: &str) {
     let role = egui::accesskit::Role::TextInput;
-    // Not by a click: arriving values still change the widths of columns, and so the position of the field.
+    // Not by a click: new values change the widths of the columns, and therefore the position of the field.
     harness.get_by_role_and_label(role, field).focus();
     harness.step();
     harness.step();
@@ -56,7 +61,7 @@ fn field(harness: &Harness<'_, Shown<Values>>, name: &str) -> Option<String> {
 }
 
 #[test]
-fn r14_a_modulation_typed_in_its_place_is_in_force_until_it_is_reset() {
+fn r14_a_typed_modulation_is_in_force_until_it_is_reset() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
     until(&mut harness, |harness| {
@@ -80,7 +85,7 @@ fn r14_a_modulation_typed_in_its_place_is_in_force_until_it_is_reset() {
 }
 
 #[test]
-fn what_was_recorded_is_shown_and_not_to_be_changed() {
+fn recorded_values_are_shown_and_cannot_be_changed() {
     let robot = painter::recorded();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
     until(&mut harness, |harness| {
@@ -90,21 +95,21 @@ fn what_was_recorded_is_shown_and_not_to_be_changed() {
 }
 
 #[test]
-fn what_is_out_of_range_or_of_another_unit_is_refused_beside_its_field() {
+fn a_value_out_of_range_or_in_another_unit_is_refused_beside_its_field() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
     until(&mut harness, |harness| {
         field(harness, "goon.speed").as_deref() == Some("0.500 m/s")
     });
     enter(&mut harness, "goon.speed", "9");
-    harness.get_by_label("give 0.000 m/s to 2.00 m/s");
+    harness.get_by_label("enter 0.000 m/s to 2.00 m/s");
     enter(&mut harness, "goon.speed", "1 kg");
     harness.get_by_label("its unit is m/s, not kg");
     assert_eq!(number(&harness, "goon.speed"), 0.5);
 }
 
 #[test]
-fn variables_are_searched_and_unfolded() {
+fn variables_can_be_searched_and_unfolded() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
     until(&mut harness, |harness| {
@@ -122,12 +127,12 @@ fn variables_are_searched_and_unfolded() {
 }
 
 #[test]
-fn a_click_on_the_panel_of_a_schema_that_runs_reaches_it_and_shows() {
+fn a_click_on_the_panel_of_a_running_schema_reaches_it_and_changes_the_panel() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Panel::open("goon", &serde_json::Value::Null));
     until(&mut harness, |harness| {
         let drawn = harness.query_by_label("no target").is_some();
-        // Until the schema has drawn, the window says what it waits for.
+        // Until the schema has drawn, the window shows what it waits for.
         assert!(drawn || harness.query_by_label("waiting for the first picture").is_some());
         drawn
     });
@@ -146,7 +151,7 @@ fn a_click_on_the_panel_of_a_schema_that_runs_reaches_it_and_shows() {
 }
 
 #[test]
-fn what_is_no_panel_is_refused_with_its_reason() {
+fn a_panel_of_an_unknown_schema_is_refused_with_the_reason() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Panel::open("goom", &serde_json::Value::Null));
     harness.step();

@@ -31,13 +31,13 @@ pub(crate) fn take_over(ctx: &egui::Context, card: &RenderState, effort: Quality
 /// Replaces egui's shapes at the end of each frame with one paint callback.
 pub(crate) struct UiRenderer {
     card: RenderState,
-    pipes: Pipelines,
+    pipelines: Pipelines,
 }
 
 impl UiRenderer {
     pub(crate) fn new(card: RenderState) -> Self {
         Self {
-            pipes: Pipelines::new(&card.device, card.target_format),
+            pipelines: Pipelines::new(&card.device, card.target_format),
             card,
         }
     }
@@ -54,7 +54,7 @@ impl UiRenderer {
 
     fn ui_frame(&self, primitives: &[ClippedPrimitive], size: Vec2) -> UiFrame {
         let renderer = self.card.renderer.read();
-        let (mut corners, mut indices, mut strokes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut corners, mut indices, mut draw_calls) = (Vec::new(), Vec::new(), Vec::new());
         for ClippedPrimitive { clip_rect, primitive } in primitives {
             // The windows use no other paint callbacks.
             let Primitive::Mesh(mesh) = primitive else {
@@ -69,7 +69,7 @@ impl UiRenderer {
             for (way, run) in runs(mesh) {
                 let group = (way == TriangleKind::Textured).then(|| texture.bind_group.clone());
                 let indices = (first + run.start) as u32..(first + run.end) as u32;
-                strokes.push(DrawCall {
+                draw_calls.push(DrawCall {
                     clip: *clip_rect,
                     group,
                     indices,
@@ -86,10 +86,10 @@ impl UiRenderer {
             })
         };
         UiFrame {
-            pipes: self.pipes.clone(),
+            pipelines: self.pipelines.clone(),
             corners: buffer(bytemuck::cast_slice(&corners), BufferUsages::VERTEX),
             indices: buffer(bytemuck::cast_slice(&indices), BufferUsages::INDEX),
-            strokes,
+            draw_calls,
             size,
         }
     }
@@ -114,19 +114,19 @@ impl egui::Plugin for UiRenderer {
         self.put_textures(output);
         let size = ctx.viewport_rect().size();
         let primitives = ctx.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        let whole = Rect::from_min_size(Pos2::ZERO, size);
-        let sketch = self.ui_frame(&primitives, size);
-        let picture = Shape::Callback(Callback::new_paint_callback(whole, sketch));
-        output.shapes = vec![ClippedShape::new(whole, picture)];
+        let screen_rect = Rect::from_min_size(Pos2::ZERO, size);
+        let frame = self.ui_frame(&primitives, size);
+        let picture = Shape::Callback(Callback::new_paint_callback(screen_rect, frame));
+        output.shapes = vec![ClippedShape::new(screen_rect, picture)];
     }
 }
 
 /// One frame, ready to draw.
 struct UiFrame {
-    pipes: Pipelines,
+    pipelines: Pipelines,
     corners: wgpu::Buffer,
     indices: wgpu::Buffer,
-    strokes: Vec<DrawCall>,
+    draw_calls: Vec<DrawCall>,
     /// Size of the screen, in points.
     size: Vec2,
 }
@@ -149,19 +149,19 @@ impl CallbackTrait for UiFrame {
         pass.set_viewport(0.0, 0.0, pixels.x, pixels.y, 0.0, 1.0);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         pass.set_index_buffer(self.indices.slice(..), IndexFormat::Uint32);
-        for stroke in &self.strokes {
-            let Some([x, y, width, height]) = scissors(stroke.clip, &info) else {
+        for draw_call in &self.draw_calls {
+            let Some([x, y, width, height]) = scissors(draw_call.clip, &info) else {
                 continue;
             };
             pass.set_scissor_rect(x, y, width, height);
-            match &stroke.group {
-                None => pass.set_pipeline(&self.pipes.solid),
+            match &draw_call.group {
+                None => pass.set_pipeline(&self.pipelines.solid),
                 Some(group) => {
-                    pass.set_pipeline(&self.pipes.textured);
+                    pass.set_pipeline(&self.pipelines.textured);
                     pass.set_bind_group(0, group, &[]);
                 }
             }
-            pass.draw_indexed(stroke.indices.clone(), stroke.base, 0..1);
+            pass.draw_indexed(draw_call.indices.clone(), draw_call.base, 0..1);
         }
     }
 }
@@ -169,7 +169,7 @@ impl CallbackTrait for UiFrame {
 /// The pixels of a rectangle, clipped to the screen. `None` if it is empty.
 fn scissors(clip: Rect, info: &PaintCallbackInfo) -> Option<[u32; 4]> {
     let [width, height] = info.screen_size_px;
-    let pixel = |at: f32, most: u32| (at * info.pixels_per_point).round().clamp(0.0, most as f32) as u32;
+    let pixel = |at: f32, limit: u32| (at * info.pixels_per_point).round().clamp(0.0, limit as f32) as u32;
     let (left, right) = (pixel(clip.min.x, width), pixel(clip.max.x, width));
     let (top, bottom) = (pixel(clip.min.y, height), pixel(clip.max.y, height));
     (left < right && top < bottom).then(|| [left, top, right - left, bottom - top])
@@ -202,7 +202,7 @@ mod tests {
             .renderer(WgpuTestRenderer::from_render_state(card))
             .build_ui(move |ui| contents(ui, own));
         harness.run();
-        let picture = harness.render().expect("it is drawn");
+        let picture = harness.render().expect("the window renders");
         (picture.dimensions().into(), picture.into_raw())
     }
 
@@ -264,17 +264,17 @@ mod tests {
     }
 
     #[test]
-    fn what_it_draws_is_what_egui_draws() {
+    fn the_output_equals_that_of_egui() {
         for scale in [1.0, 1.5] {
             let ((size, ours), (expected, theirs)) = (drawn(true, scale), drawn(false, scale));
             assert_eq!(size, expected);
             let colors: HashSet<&[u8]> = theirs.chunks(4).collect();
-            assert!(colors.len() > 50, "there is much to see");
-            let differ = ours
+            assert!(colors.len() > 50, "the picture has many colors");
+            let different = ours
                 .iter()
                 .zip(&theirs)
                 .filter(|(ours, theirs)| ours.abs_diff(**theirs) > 3);
-            assert_eq!(differ.count(), 0, "at {scale} pixels a point");
+            assert_eq!(different.count(), 0, "at {scale} pixels per point");
         }
     }
 }

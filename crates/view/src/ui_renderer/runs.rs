@@ -21,11 +21,11 @@ const LARGE: f32 = 2048.0;
 pub(super) fn runs(mesh: &Mesh) -> Vec<(TriangleKind, Range<usize>)> {
     let mut runs: Vec<(TriangleKind, Range<usize>)> = Vec::new();
     for (number, corners) in mesh.indices.as_chunks::<3>().0.iter().enumerate() {
-        let way = triangle_kind(mesh, corners.map(|corner| &mesh.vertices[corner as usize]));
+        let kind = triangle_kind(mesh, corners.map(|corner| &mesh.vertices[corner as usize]));
         let indices = 3 * number..3 * number + 3;
         match runs.last_mut() {
-            Some((before, run)) if *before == way => run.end = indices.end,
-            _ => runs.push((way, indices)),
+            Some((before, run)) if *before == kind => run.end = indices.end,
+            _ => runs.push((kind, indices)),
         }
     }
     runs
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hides_a_large_part_of_the_screen_is_solid_and_the_order_stays() {
+    fn large_opaque_triangles_are_solid_and_the_order_is_kept() {
         let mut mesh = Mesh::default();
         mesh.add_colored_rect(rect(100.0), Color32::RED);
         mesh.add_colored_rect(rect(10.0), Color32::RED);
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_texture_of_others_nothing_is_taken_for_white() {
+    fn triangles_of_another_texture_are_never_solid() {
         let mut mesh = Mesh::with_texture(TextureId::User(1));
         let corner = Rect::from_min_max(WHITE_UV, WHITE_UV);
         mesh.add_rect_with_uv(rect(100.0), corner, Color32::RED);

@@ -1,4 +1,4 @@
-// Triangles in one colour, or in colours times a texture. There is one way through each, for a processor goes every way there is.
+// Triangles with vertex colors only, or multiplied by a texture. Each kind has its own entry point, because a software renderer executes all branches.
 
 struct Corner {
     @builtin(position) place: vec4<f32>,

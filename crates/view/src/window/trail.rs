@@ -12,7 +12,7 @@ const MOST: usize = 10_000;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trail {
     of: String,
-    places: Vec<TrailPoint>,
+    points: Vec<TrailPoint>,
     last: u64,
 }
 
@@ -36,44 +36,44 @@ impl Trail {
 
     /// Adds a position, in m, at a time in ns. Positions that are not finite are ignored.
     pub(crate) fn add(&mut self, time: u64, at: [f64; 2]) {
-        if !at.iter().all(|part| part.is_finite()) {
+        if !at.iter().all(|coordinate| coordinate.is_finite()) {
             return;
         }
         if time < self.last {
             // A recording jumped back: the trail lies in the future.
-            self.places.clear();
+            self.points.clear();
         }
         self.last = time;
-        let moved = self
-            .places
+        let distance = self
+            .points
             .last()
             .map(|before| (at[0] - before.at[0]).hypot(at[1] - before.at[1]));
-        if moved.is_some_and(|moved| moved < STEP) {
+        if distance.is_some_and(|distance| distance < STEP) {
             return;
         }
-        if self.places.len() == MOST {
+        if self.points.len() == MOST {
             self.thin();
         }
-        let begins = moved.is_none_or(|moved| moved > JUMP);
-        self.places.push(TrailPoint { at, begins });
+        let begins = distance.is_none_or(|distance| distance > JUMP);
+        self.points.push(TrailPoint { at, begins });
     }
 
     /// The paths, oldest first, each with its points in m.
     pub(crate) fn paths(&self) -> impl Iterator<Item = impl ExactSizeIterator<Item = [f64; 2]> + '_> {
-        self.places
+        self.points
             .chunk_by(|_, next| !next.begins)
             .map(|path| path.iter().map(|place| place.at))
     }
 
     fn thin(&mut self) {
         let mut number = 0_usize;
-        self.places.retain(|place| {
+        self.points.retain(|place| {
             number += 1;
             number % 2 == 1 || place.begins
         });
         // A trail that consists of jumps cannot be thinned: the oldest points are removed.
-        let surplus = self.places.len().saturating_sub(MOST / 4 * 3);
-        self.places.drain(..surplus);
+        let surplus = self.points.len().saturating_sub(MOST / 4 * 3);
+        self.points.drain(..surplus);
     }
 }
 
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_stands_leaves_one_place_and_one_that_drives_a_path_of_bounded_length() {
+    fn a_standing_robot_adds_one_point_and_a_driving_one_a_bounded_path() {
         let mut trail = Trail::default();
         for time in 0..100 {
             trail.add(time, [1.0, 0.001 * (time % 2) as f64]);
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_put_elsewhere_did_not_drive_there() {
+    fn a_robot_that_is_moved_by_hand_starts_a_new_path() {
         let mut trail = Trail::default();
         for (time, at) in [[0.0, 0.0], [0.5, 0.0], [f64::NAN, 0.0], [9.0, 9.0], [9.5, 9.0]]
             .into_iter()
@@ -116,11 +116,11 @@ mod tests {
         for step in 0..100_000_u64 {
             trail.add(9 + step, [10.0 * step as f64, 0.0]);
         }
-        assert!(paths(&trail).len() <= MOST, "bounded, whatever it does");
+        assert!(paths(&trail).len() <= MOST, "a trail of jumps is bounded too");
     }
 
     #[test]
-    fn a_recording_that_goes_back_and_another_robot_begin_anew() {
+    fn a_jump_back_in_time_and_another_robot_clear_the_trail() {
         let mut trail = Trail::default();
         trail.of("one.odometry");
         trail.add(5, [1.0, 0.0]);

@@ -6,7 +6,7 @@ use eframe::egui;
 use jde_core::Health;
 use jde_link::message::{Action, Network};
 
-use super::menu::look_menu;
+use super::menu::appearance_menu;
 use super::{Navigation, Workspace};
 use crate::settings::Settings;
 use crate::start::Discovery;
@@ -19,26 +19,26 @@ const SILENT: Duration = Duration::from_secs(1);
 impl Workspace {
     /// Draws the bar. Returns where the user navigates to, if so.
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
-        let mut leave = None;
+        let mut navigation = None;
         egui::MenuBar::new().ui(ui, |ui| {
             let away = ui
                 .button("Applications")
-                .on_hover_text("Back to what runs and what was recorded. The robot goes on.");
-            leave = away.clicked().then_some(Navigation::Away);
+                .on_hover_text("Back to the list of applications and recordings. The robot continues.");
+            navigation = away.clicked().then_some(Navigation::Away);
             ui.separator();
             self.title(ui);
-            leave = self.reopen_button(ui).or(leave.take());
+            navigation = self.reopen_button(ui).or(navigation.take());
             ui.separator();
             ui.menu_button("Windows", |ui| self.windows_menu(ui));
             ui.menu_button("Panels", |ui| self.panels_menu(ui));
-            ui.menu_button("Look", |ui| look_menu(ui, settings));
+            ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
             ui.separator();
             self.notice(ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 self.stop_all(ui)
             });
         });
-        leave
+        navigation
     }
 
     fn title(&self, ui: &mut egui::Ui) {
@@ -64,7 +64,7 @@ impl Workspace {
                 .color(ui.visuals().error_fg_color)
                 .strong();
             ui.label(text).on_hover_text(
-                "It ended, was killed, or the network to it is cut. What is shown is how it was last.",
+                "It ended, was killed, or its network connection is cut. The windows show its last state.",
             );
             return;
         }
@@ -74,18 +74,18 @@ impl Workspace {
         if silent > SILENT {
             let text = format!("no news for {} s", silent.as_secs());
             ui.colored_label(ui.visuals().error_fg_color, text).on_hover_text(
-                "It hangs, was suspended, or the network to it is cut. What is shown is how it was then.",
+                "It hangs, was suspended, or its network connection is cut. The windows show its last state.",
             );
         }
         // During silence no snapshot triggers a repaint, so this one is scheduled.
         ui.ctx().request_repaint_after(SILENT / 2);
-        let troubled = self
+        let unhealthy = self
             .session
             .snapshot()
             .schemas
             .iter()
             .filter(|schema| schema.health != Health::Ok);
-        match troubled.count() {
+        match unhealthy.count() {
             0 => {}
             1 => drop(ui.colored_label(ui.visuals().warn_fg_color, "1 schema in trouble")),
             count => {
@@ -94,7 +94,7 @@ impl Workspace {
         }
         if about.network == Network::Read {
             ui.weak("read only")
-                .on_hover_text("Clients from the network may look here, and not operate.");
+                .on_hover_text("Clients from the network may observe this application, but not operate it.");
         }
     }
 
@@ -104,19 +104,19 @@ impl Workspace {
         if !self.session.is_gone() || self.session.is_recording() {
             return None;
         }
-        let lookout = self
-            .lookout
+        let discovery = self
+            .discovery
             .get_or_insert_with(|| Discovery::new(ui.ctx(), &self.reach, &[]));
         let gone = self.session.about();
-        let seen = lookout.seen();
+        let seen = discovery.seen();
         let again = seen
             .running
             .iter()
             .find(|about| about.name == gone.name && about.id != gone.id)?;
         // Buttons of a menu bar have no background by default.
-        let open = egui::Button::new("It runs again: open it").fill(ui.visuals().selection.bg_fill);
+        let open = egui::Button::new("It is running again: open it").fill(ui.visuals().selection.bg_fill);
         let open = ui.add(open);
-        open.on_hover_text("Windows on the new run, laid out as these are.")
+        open.on_hover_text("Opens windows on the new run, in the same layout.")
             .clicked()
             .then(|| Navigation::For(Box::new(again.clone())))
     }
@@ -125,11 +125,11 @@ impl Workspace {
     fn notice(&self, ui: &mut egui::Ui) {
         let notices = self.session.notices();
         let Some(notice) = notices.last() else { return };
-        let left = SHOWN.saturating_sub(notice.at.elapsed());
-        if left.is_zero() {
+        let remaining = SHOWN.saturating_sub(notice.at.elapsed());
+        if remaining.is_zero() {
             return;
         }
-        ui.ctx().request_repaint_after(left);
+        ui.ctx().request_repaint_after(remaining);
         let color = ui.visuals().error_fg_color;
         ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(color)).truncate())
             .on_hover_text(&notice.text);
@@ -149,9 +149,9 @@ impl Workspace {
             && self.session.is_everything_stopped();
         let stop = egui::RichText::new("Stop everything").strong();
         if held {
-            let go = ui.button("Let it go on");
+            let go = ui.button("Resume");
             if go
-                .on_hover_text("The hierarchy decides again. What was stopped by itself stays so.")
+                .on_hover_text("The hierarchy resumes. Schemas that were stopped separately stay stopped.")
                 .clicked()
             {
                 self.session.act(Action::ReleaseAll);
@@ -163,7 +163,7 @@ impl Workspace {
                     .fill(egui::Color32::from_rgb(176, 32, 32)),
             )
             .on_hover_text(
-                "Ctrl+Space. Puts every root to sleep, and with it all that acts; the actuators brake. Nothing is lost.",
+                "Ctrl+Space. Puts every root and all schemas below it to sleep; the actuators brake. All schemas keep their memory.",
             )
             .clicked()
         {

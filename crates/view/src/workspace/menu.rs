@@ -13,8 +13,8 @@ impl Workspace {
             self.window_entry(ui, kind);
         }
         ui.separator();
-        if ui.button("As they usually are").clicked() {
-            self.tidy();
+        if ui.button("Default layout").clicked() {
+            self.restore_default_layout();
         }
     }
 
@@ -41,12 +41,12 @@ impl Workspace {
 }
 
 /// The menu of theme, size and units.
-pub(crate) fn look_menu(ui: &mut egui::Ui, settings: &mut Settings) {
+pub(crate) fn appearance_menu(ui: &mut egui::Ui, settings: &mut Settings) {
     let before = settings.clone();
     ui.label("Theme");
     ui.horizontal(|ui| {
         use egui::ThemePreference::{Dark, Light, System};
-        for (theme, name) in [(System, "As the desktop"), (Dark, "Dark"), (Light, "Light")] {
+        for (theme, name) in [(System, "System"), (Dark, "Dark"), (Light, "Light")] {
             ui.selectable_value(&mut settings.theme, theme, name);
         }
     });

@@ -6,7 +6,7 @@ mod menu;
 mod seek_bar;
 mod tiles;
 
-pub(crate) use menu::look_menu;
+pub(crate) use menu::appearance_menu;
 
 use std::collections::HashMap;
 
@@ -28,17 +28,17 @@ pub(crate) struct Workspace {
     session: Session,
     tree: Tree<Kind>,
     windows: HashMap<Kind, Box<dyn Window>>,
-    kept: HashMap<String, serde_json::Value>,
+    saved_windows: HashMap<String, serde_json::Value>,
     store: SettingsStore,
     /// The layout as last written. An unchanged layout is not written again.
     saved: Option<String>,
-    looked: f64,
+    saved_at: f64,
     /// The process that plays the recording for these windows. It ends with them.
     _player: Option<Player>,
     slider: seek_bar::SeekBar,
     reach: Reach,
     /// Searches for a new run of an application that is gone.
-    lookout: Option<Discovery>,
+    discovery: Option<Discovery>,
 }
 
 /// What the user wants instead of these windows.
@@ -59,24 +59,26 @@ struct SavedLayout {
 impl Workspace {
     /// Opens the windows on an application, in its saved layout.
     pub(crate) fn open(session: Session, store: SettingsStore, player: Option<Player>, reach: Reach) -> Self {
-        let left: Option<SavedLayout> = store.take(&layout_name(&session));
-        let (tree, kept) = match left {
+        let saved_layout: Option<SavedLayout> = store.take(&layout_name(&session));
+        let (tree, saved_windows) = match saved_layout {
             // The user may have closed all windows; then the default layout is used.
-            Some(left) if left.tree.root().is_some() => (left.tree, left.windows),
-            Some(_) | None => (usual(&session), HashMap::new()),
+            Some(saved_layout) if saved_layout.tree.root().is_some() => {
+                (saved_layout.tree, saved_layout.windows)
+            }
+            Some(_) | None => (default_layout(&session), HashMap::new()),
         };
         Self {
             session,
             tree,
             windows: HashMap::new(),
-            kept,
+            saved_windows,
             store,
             saved: None,
-            looked: 0.0,
+            saved_at: 0.0,
             _player: player,
             slider: seek_bar::SeekBar::default(),
             reach,
-            lookout: None,
+            discovery: None,
         }
     }
 
@@ -88,8 +90,8 @@ impl Workspace {
         settings: &mut Settings,
     ) -> Option<Navigation> {
         self.session.begin_frame();
-        let mut leave = None;
-        egui::Panel::top("bar").show(ui, |ui| leave = self.bar(ui, settings));
+        let mut navigation = None;
+        egui::Panel::top("bar").show(ui, |ui| navigation = self.bar(ui, settings));
         if self.session.is_recording() {
             egui::Panel::bottom("replay").show(ui, |ui| self.slider.show(ui, &self.session));
         }
@@ -97,7 +99,7 @@ impl Workspace {
             let mut shown = tiles::Tiling {
                 session: &self.session,
                 windows: &mut self.windows,
-                kept: &self.kept,
+                saved_windows: &self.saved_windows,
                 style,
             };
             self.tree.ui(&mut shown, ui);
@@ -106,11 +108,11 @@ impl Workspace {
             self.show_window(kind);
         }
         let now = ui.input(|input| input.time);
-        if now - self.looked > 2.0 {
-            self.looked = now;
+        if now - self.saved_at > 2.0 {
+            self.saved_at = now;
             self.save();
         }
-        leave
+        navigation
     }
 
     /// Whether the workspace has this window.
@@ -140,9 +142,9 @@ impl Workspace {
                 Some(root) => self.dock(root, pane),
             }
         }
-        let wanted = kind;
+        let shown = kind;
         self.tree
-            .make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == wanted));
+            .make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == shown));
     }
 
     /// Docks a new window. It joins the existing panels if there are any, or else the root.
@@ -171,23 +173,23 @@ impl Workspace {
     }
 
     /// Restores the default layout.
-    fn tidy(&mut self) {
-        self.tree = usual(&self.session);
+    fn restore_default_layout(&mut self) {
+        self.tree = default_layout(&self.session);
     }
 
     fn save(&mut self) {
         for (kind, window) in &self.windows {
-            self.kept.insert(kind.title(), window.keep());
+            self.saved_windows.insert(kind.title(), window.keep());
         }
-        let left = SavedLayout {
+        let saved_layout = SavedLayout {
             tree: self.tree.clone(),
-            windows: self.kept.clone(),
+            windows: self.saved_windows.clone(),
         };
-        let Ok(text) = serde_json::to_string(&left) else {
+        let Ok(text) = serde_json::to_string(&saved_layout) else {
             return;
         };
         if self.saved.as_ref() != Some(&text) {
-            self.store.keep(&layout_name(&self.session), &left);
+            self.store.keep(&layout_name(&self.session), &saved_layout);
             self.saved = Some(text);
         }
     }
@@ -205,7 +207,7 @@ fn layout_name(session: &Session) -> String {
 }
 
 /// The default layout.
-fn usual(session: &Session) -> Tree<Kind> {
+fn default_layout(session: &Session) -> Tree<Kind> {
     let mut tiles = Tiles::default();
     let mut tab = |kinds: Vec<Kind>| {
         let panes = kinds.into_iter().map(|kind| tiles.insert_pane(kind)).collect();

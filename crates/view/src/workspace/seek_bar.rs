@@ -26,7 +26,7 @@ struct Seek {
     outcome: Outcome,
     /// The sequence number of the newest position when the order was accepted. Later positions follow the
     /// jump.
-    taken: Option<u64>,
+    accepted_at: Option<u64>,
 }
 
 impl Seek {
@@ -36,7 +36,7 @@ impl Seek {
         match self.outcome.get() {
             None => false,
             Some(Err(_)) => true,
-            Some(Ok(())) => *self.taken.get_or_insert(newest) != newest,
+            Some(Ok(())) => *self.accepted_at.get_or_insert(newest) != newest,
         }
     }
 }
@@ -45,15 +45,15 @@ impl SeekBar {
     pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &Session) {
         let number = |name: &str| {
             session
-                .read::<f64>(&of(name), Rate::Hz(20))
+                .read::<f64>(&variable_name(name), Rate::Hz(20))
                 .map(|(number, _)| number)
         };
         let flag = |name: &str| {
             session
-                .read::<Flag>(&of(name), Rate::Hz(20))
+                .read::<Flag>(&variable_name(name), Rate::Hz(20))
                 .map(|(flag, _)| flag.get())
         };
-        let position = session.read::<f64>(&of("position"), Rate::Hz(20));
+        let position = session.read::<f64>(&variable_name("position"), Rate::Hz(20));
         let (position, newest) = position.map_or((0.0, 0), |(place, sample)| (place, sample.sequence));
         let paused = flag("paused").unwrap_or_default();
         let looping = flag("loop").unwrap_or_default();
@@ -61,7 +61,7 @@ impl SeekBar {
         let range = session
             .variables()
             .iter()
-            .find(|variable| variable.name == of("position"))
+            .find(|variable| variable.name == variable_name("position"))
             .and_then(|variable| variable.range.least.zip(variable.range.greatest));
         ui.horizontal(|ui| {
             let play = if paused { "Play" } else { "Pause" };
@@ -71,7 +71,7 @@ impl SeekBar {
             }
             let step = ui.button("Next takeover");
             if step
-                .on_hover_text("Goes on to the next change of winner, and stands there.")
+                .on_hover_text("Continues to the next change of winner and pauses there.")
                 .clicked()
             {
                 set(session, "step", json!(true));
@@ -90,24 +90,26 @@ impl SeekBar {
                     }
                 })
                 .response
-                .on_hover_text("Seconds of the recording in a second.");
+                .on_hover_text("Seconds of the recording per second.");
             let mut again = looping;
             if ui.checkbox(&mut again, "Loop").changed() {
                 set(session, "loop", json!(again));
             }
             ui.label(format!("{position:.2} s"));
-            if let Some((damage, _)) = session.read::<Text<256>>(&of("damage"), Rate::Hz(1))
+            if let Some((damage, _)) = session.read::<Text<256>>(&variable_name("damage"), Rate::Hz(1))
                 && !damage.is_empty()
             {
                 ui.colored_label(ui.visuals().warn_fg_color, "cut off")
-                    .on_hover_text(format!("{}; what is before is played", damage.as_str()));
+                    .on_hover_text(format!("{}; the part before is played", damage.as_str()));
             }
             let Some((begin, end)) = range else { return };
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
             let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);
             let slider = egui::Slider::new(&mut place, begin..=end).show_value(false);
-            let slider = ui.add(slider).on_hover_text("Where the recording is.");
-            slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Place in the recording"));
+            let slider = ui
+                .add(slider)
+                .on_hover_text("The current position in the recording.");
+            slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Position in the recording"));
             let tapped = tap(ui, &slider).filter(|_| !slider.changed());
             if let Some(at) = tapped {
                 let (left, right) = (slider.rect.left(), slider.rect.right());
@@ -117,7 +119,7 @@ impl SeekBar {
                 self.sought = Some(Seek {
                     place,
                     outcome: session.order(order("position", json!(place))),
-                    taken: None,
+                    accepted_at: None,
                 });
             } else if !slider.dragged() && self.sought.as_mut().is_some_and(|sought| sought.is_over(newest)) {
                 self.sought = None;
@@ -133,7 +135,7 @@ fn space(ui: &egui::Ui) -> bool {
         && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Space))
 }
 
-fn of(name: &str) -> String {
+fn variable_name(name: &str) -> String {
     format!("{STEERING}.{name}")
 }
 

@@ -13,7 +13,7 @@ use crate::window::{Kind, Window};
 pub(super) struct Tiling<'a> {
     pub(super) session: &'a Session,
     pub(super) windows: &'a mut HashMap<Kind, Box<dyn Window>>,
-    pub(super) kept: &'a HashMap<String, serde_json::Value>,
+    pub(super) saved_windows: &'a HashMap<String, serde_json::Value>,
     pub(super) style: &'a Style,
 }
 
@@ -23,10 +23,12 @@ impl Behavior<Kind> for Tiling<'_> {
     }
 
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Kind) -> UiResponse {
-        let kept = &self.kept;
+        let saved_windows = self.saved_windows;
         let window = self.windows.entry(pane.clone()).or_insert_with(|| {
-            let kept = kept.get(&pane.title()).unwrap_or(&serde_json::Value::Null);
-            pane.open(kept)
+            let saved = saved_windows
+                .get(&pane.title())
+                .unwrap_or(&serde_json::Value::Null);
+            pane.open(saved)
         });
         let id = ui.scope_id().with(&*pane);
         // The background is already drawn: a software renderer pays for every pixel that is drawn twice.

@@ -15,46 +15,43 @@ pub(super) enum Shape {
 
 /// Returns the type of a field's elements, and their number.
 pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> {
-    let refused = |why| ReadError::Kind {
+    let error = |reason| ReadError::Kind {
         line: line.number,
         kind: line.kind.to_owned(),
-        why,
+        reason,
     };
     let number = |text: &str| {
         text.parse::<u32>()
             .ok()
             .filter(|number| *number > 0)
             .map(|number| number as usize)
-            .ok_or_else(|| refused("its number of elements is 1 to 4294967295"))
+            .ok_or_else(|| error("its number of elements is 1 to 4294967295"))
     };
     let (element, bracket) = match line.kind.split_once('[') {
         Some((element, rest)) => (
             element,
-            Some(
-                rest.strip_suffix(']')
-                    .ok_or_else(|| refused("a `]` is missing"))?,
-            ),
+            Some(rest.strip_suffix(']').ok_or_else(|| error("a `]` is missing"))?),
         ),
         None => (line.kind, None),
     };
     let text = match element.split_once("<=") {
-        Some(("string", most)) => Some(Some(most)),
+        Some(("string", limit)) => Some(Some(limit)),
         None if element == "string" => Some(None),
         Some(_) | None => None,
     };
     match (text, bracket) {
-        (Some(_), Some(_)) => Err(refused("give each text a field of its own")),
-        (Some(None), None) => Err(refused("give it a bound, as in `string<=64`")),
-        (Some(Some(most)), None) => Ok(("uint8", Shape::Text(number(most)?))),
-        (None, Some("")) => Err(refused("give it a bound, as in `float32[<=64]`")),
+        (Some(_), Some(_)) => Err(error("give each text a field of its own")),
+        (Some(None), None) => Err(error("give it a bound, as in `string<=64`")),
+        (Some(Some(limit)), None) => Ok(("uint8", Shape::Text(number(limit)?))),
+        (None, Some("")) => Err(error("give it a bound, as in `float32[<=64]`")),
         (None, Some(count)) => Ok((
             element,
             match count.strip_prefix("<=") {
-                Some(most) => Shape::Sequence(number(most)?),
+                Some(limit) => Shape::Sequence(number(limit)?),
                 None => Shape::Array(number(count)?),
             },
         )),
-        (None, None) if element.starts_with("wstring") => Err(refused("texts are UTF-8: `string<=64`")),
+        (None, None) if element.starts_with("wstring") => Err(error("texts are UTF-8: `string<=64`")),
         (None, None) => Ok((element, Shape::One)),
     }
 }

@@ -37,14 +37,14 @@ pub enum ReadError {
         text: String,
     },
     /// The type of a field is not possible in a shared value.
-    #[error("line {line}: a field of `{kind}` cannot be shared; {why}")]
+    #[error("line {line}: a field of `{kind}` cannot be shared; {reason}")]
     Kind {
         /// Its number, from 1.
         line: usize,
         /// The type of the field.
         kind: String,
         /// What to use instead.
-        why: &'static str,
+        reason: &'static str,
     },
     /// The text does not define a structure.
     #[error("line {line}: `{name}` is not defined; expected it behind a line `MSG: {name}`")]
@@ -92,10 +92,10 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
         sections: &sections,
         parsed: BTreeMap::new(),
     };
-    let made = reader.structure(&root, 0)?;
+    let parsed = reader.structure(&root, 0)?;
     Ok(Type {
         name: name.to_owned(),
-        ..(*made.value_type).clone()
+        ..(*parsed.value_type).clone()
     })
 }
 
@@ -114,8 +114,8 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn structure(&mut self, title: &str, depth: usize) -> Result<ParsedType, ReadError> {
-        if let Some(made) = self.parsed.get(title) {
-            return Ok(made.clone());
+        if let Some(parsed) = self.parsed.get(title) {
+            return Ok(parsed.clone());
         }
         if depth > MAX_DEPTH {
             return Err(ReadError::TooDeep(title.to_owned()));
@@ -154,13 +154,13 @@ impl Reader<'_> {
             return Err(ReadError::TooLarge(title.to_owned()));
         }
         let (package, name) = parts(title);
-        let made = ParsedType {
+        let parsed = ParsedType {
             value_type: Arc::new(layout.finish(format!("{package}/msg/{name}"), section.doc.clone())),
             height,
             fields: count,
         };
-        self.parsed.insert(title.to_owned(), made.clone());
-        Ok(made)
+        self.parsed.insert(title.to_owned(), parsed.clone());
+        Ok(parsed)
     }
 
     /// Returns the structure that is the type of a field.

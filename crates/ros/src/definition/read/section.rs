@@ -77,11 +77,11 @@ impl<'a> Section<'a> {
             comments.push(comment.trim());
             return Ok(());
         }
-        let wrong = || ReadError::Line {
+        let error = || ReadError::Line {
             line: number,
             text: line.to_owned(),
         };
-        let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(wrong)?;
+        let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(error)?;
         let rest = rest.trim_start();
         let end = rest
             .find(|letter: char| letter.is_whitespace() || "=#".contains(letter))
@@ -94,7 +94,7 @@ impl<'a> Section<'a> {
         }
         let legal = |letter: char| letter.is_ascii_alphanumeric() || letter == '_' || letter == '-';
         if name.is_empty() || name.len() > 64 || !name.chars().all(legal) {
-            return Err(wrong());
+            return Err(error());
         }
         if let Some(comment) = rest.strip_prefix('#')
             && comments.is_empty()

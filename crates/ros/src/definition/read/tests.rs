@@ -8,22 +8,22 @@ use super::super::definition;
 use super::*;
 use crate::random::types;
 
-fn is_read_back(value_type: &Type) {
+fn assert_read_back(value_type: &Type) {
     let text = definition(value_type);
-    let back = read(&value_type.name, &text).unwrap_or_else(|error| panic!("{error} in\n{text}"));
-    assert_eq!(back.hash(), value_type.hash(), "{text}");
-    assert_eq!(&back, value_type, "{text}");
+    let result = read(&value_type.name, &text).unwrap_or_else(|error| panic!("{error} in\n{text}"));
+    assert_eq!(result.hash(), value_type.hash(), "{text}");
+    assert_eq!(&result, value_type, "{text}");
 }
 
 #[test]
 fn every_standard_type_is_read_back_with_docs_and_units() {
     for value_type in standard() {
-        is_read_back(&value_type);
+        assert_read_back(&value_type);
     }
 }
 
 #[test]
-fn a_definition_as_ros_writes_it_is_read() {
+fn a_definition_in_the_style_of_ros_is_read() {
     let text = "\
 # A reading.
 # Of something.
@@ -87,40 +87,40 @@ uint64 ns
 }
 
 #[track_caller]
-fn is_refused(text: &str, words: &str) {
-    let refused = read("a/msg/A", text).unwrap_err().to_string();
-    assert!(refused.contains(words), "{refused}");
+fn assert_refused(text: &str, message: &str) {
+    let error = read("a/msg/A", text).unwrap_err().to_string();
+    assert!(error.contains(message), "{error}");
 }
 
 #[test]
-fn what_cannot_be_shared_is_refused_with_its_line() {
-    is_refused("# doc\nfloat32[] ranges\n", "line 2: a field of `float32[]`");
-    is_refused(
+fn types_that_cannot_be_shared_are_refused_with_the_line() {
+    assert_refused("# doc\nfloat32[] ranges\n", "line 2: a field of `float32[]`");
+    assert_refused(
         "string name",
         "line 1: a field of `string` cannot be shared; give it a bound",
     );
-    is_refused("wstring<=4 name", "UTF-8");
-    is_refused("string<=4[2] names", "each text");
-    is_refused("float32[0] none", "1 to 4294967295");
-    is_refused("float32[<=99999999999] many", "1 to 4294967295");
-    is_refused("float32[3 axes", "`]`");
-    is_refused("\nfloat32\n", "line 2: `float32` is no field");
-    is_refused("float32 a.b", "is no field");
-    is_refused("float32 #comment", "is no field");
-    is_refused("float32 a\nint8 a", "line 2: there is a `a`");
-    is_refused("b/B b", "line 1: `b/B` is not defined");
-    is_refused("B b", "line 1: `a/B` is not defined");
-    is_refused("===\nfloat32 x", "line 2");
-    is_refused("===", "line 1");
-    is_refused("===\nMSG: a/A\nint8 x", "there is a `a/A`");
+    assert_refused("wstring<=4 name", "UTF-8");
+    assert_refused("string<=4[2] names", "each text");
+    assert_refused("float32[0] none", "1 to 4294967295");
+    assert_refused("float32[<=99999999999] many", "1 to 4294967295");
+    assert_refused("float32[3 axes", "`]`");
+    assert_refused("\nfloat32\n", "line 2: `float32` is no field");
+    assert_refused("float32 a.b", "is no field");
+    assert_refused("float32 #comment", "is no field");
+    assert_refused("float32 a\nint8 a", "line 2: there is a `a`");
+    assert_refused("b/B b", "line 1: `b/B` is not defined");
+    assert_refused("B b", "line 1: `a/B` is not defined");
+    assert_refused("===\nfloat32 x", "line 2");
+    assert_refused("===", "line 1");
+    assert_refused("===\nMSG: a/A\nint8 x", "there is a `a/A`");
 }
 
 #[test]
-fn what_would_never_end_is_refused() {
-    is_refused("a/A again", "contains itself");
-    is_refused("b/B b\n===\nMSG: b/B\na/A[4] a", "contains itself");
-    is_refused(&"#".repeat(MAX_TEXT + 1), "at most");
-    is_refused("float64[4294967295] many", "too large");
+fn recursive_and_oversized_types_are_refused() {
+    assert_refused("a/A again", "contains itself");
+    assert_refused("b/B b\n===\nMSG: b/B\na/A[4] a", "contains itself");
+    assert_refused(&"#".repeat(MAX_TEXT + 1), "at most");
+    assert_refused("float64[4294967295] many", "too large");
     let chain = |links: usize, of: &str| -> String {
         let link = |n| {
             let fields = of.replace("NEXT", &format!("a/T{}", n + 1));
@@ -130,9 +130,9 @@ fn what_would_never_end_is_refused() {
         format!("a/T0 first\n{links}===\nMSG: a/T{}\nint8 x\n", links_of(&links))
     };
     assert!(read("a/msg/A", &chain(15, "NEXT next")).is_ok());
-    is_refused(&chain(16, "NEXT next"), "deeper");
+    assert_refused(&chain(16, "NEXT next"), "deeper");
     // Each level has twice the fields of the next.
-    is_refused(&chain(15, "NEXT x\nNEXT y\nNEXT z\n"), "too large");
+    assert_refused(&chain(15, "NEXT x\nNEXT y\nNEXT z\n"), "too large");
 }
 
 fn links_of(text: &str) -> usize {
@@ -140,29 +140,29 @@ fn links_of(text: &str) -> usize {
 }
 
 #[test]
-fn a_type_that_nests_deep_is_refused_however_it_is_reached() {
+fn a_deeply_nested_type_is_refused_in_any_order_of_use() {
     // The shallow use is first, so the type is finished when the deep use reaches it.
     let mut text = "a/T8 early\na/T0 first\n".to_owned();
     for n in 0..17 {
         text += &format!("===\nMSG: a/T{n}\na/T{} next\n", n + 1);
     }
     text += "===\nMSG: a/T17\nint8 x\n";
-    is_refused(&text, "deeper");
+    assert_refused(&text, "deeper");
 }
 
 proptest! {
     #[test]
     fn random_types_are_read_back(value_type in types()) {
-        is_read_back(&value_type);
+        assert_read_back(&value_type);
     }
 
     #[test]
-    fn texts_nobody_meant_do_no_harm(text in "([ -~]{0,12}\n?){0,40}") {
+    fn random_texts_do_not_panic(text in "([ -~]{0,12}\n?){0,40}") {
         let _ = read("a/msg/A", &text);
     }
 
     #[test]
-    fn a_definition_that_was_damaged_does_no_harm(
+    fn a_damaged_definition_does_not_panic(
         value_type in types(),
         at: prop::sample::Index,
         put in "[=#\\[\\]<a-c/ \n0-9]{0,6}",

@@ -19,37 +19,37 @@ pub(super) struct Range<'a> {
 }
 
 /// Shows a number with its label.
-pub(super) fn value(board: &ListLayout<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
+pub(super) fn value(layout: &ListLayout<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
     ui.horizontal(|ui| {
-        name(ui, board.style, label, !board.beside);
-        ui.label(RichText::new(board.style.units.show(value, unit)).monospace());
+        name(ui, layout.style, label, !layout.beside);
+        ui.label(RichText::new(layout.style.units.show(value, unit)).monospace());
     });
 }
 
-pub(super) fn toggle(board: &mut ListLayout<'_>, ui: &mut Ui, id: &str, label: &str, said: bool) {
-    let mut on = board.kept.shown(ui, id, f64::from(said)) != 0.0;
+pub(super) fn toggle(layout: &mut ListLayout<'_>, ui: &mut Ui, id: &str, label: &str, reported: bool) {
+    let mut on = layout.kept.shown(ui, id, f64::from(reported)) != 0.0;
     if ui.checkbox(&mut on, label).clicked() {
-        board.kept.moved(id, f64::from(said), f64::from(on));
-        board.did(id, Touch::Toggled(on));
+        layout.kept.moved(id, f64::from(reported), f64::from(on));
+        layout.record_gesture(id, Touch::Toggled(on));
     }
 }
 
 pub(super) fn slider(
-    board: &mut ListLayout<'_>,
+    layout: &mut ListLayout<'_>,
     ui: &mut Ui,
     id: &str,
     label: &str,
-    said: f64,
+    reported: f64,
     range: &Range<'_>,
 ) {
-    let (factor, unit) = board.style.units.convert(1.0, range.unit);
-    let before = board.kept.shown(ui, id, said) * factor;
+    let (factor, unit) = layout.style.units.convert(1.0, range.unit);
+    let before = layout.kept.shown(ui, id, reported) * factor;
     let mut number = before;
     let suffix = if unit.is_empty() { unit } else { format!(" {unit}") };
     let (least, greatest) = (range.least * factor, range.greatest * factor);
     let (response, moved) = ui
         .horizontal(|ui| {
-            let name = name(ui, board.style, label, !board.beside);
+            let name = name(ui, layout.style, label, !layout.beside);
             let width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
             ui.spacing_mut().slider_width = width;
             let slider = ui.add(Slider::new(&mut number, least..=greatest).suffix(suffix));
@@ -66,52 +66,52 @@ pub(super) fn slider(
     // A schema's value may be out of range. That the slider clamps it is not a move by the user.
     if moved && number != before {
         let number = (number / factor).clamp(range.least, range.greatest);
-        board.kept.moved(id, said, number);
-        board.did(id, Touch::Moved(number));
+        layout.kept.moved(id, reported, number);
+        layout.record_gesture(id, Touch::Moved(number));
     } else if response.dragged() {
         // The slider keeps its value while the user holds it.
-        board.kept.moved(id, said, before / factor);
+        layout.kept.moved(id, reported, before / factor);
     }
 }
 
 pub(super) fn choice(
-    board: &mut ListLayout<'_>,
+    layout: &mut ListLayout<'_>,
     ui: &mut Ui,
     id: &str,
     label: &str,
     options: &[String],
-    said: u32,
+    reported: u32,
 ) {
-    let shown = board.kept.shown(ui, id, f64::from(said)) as usize;
-    let mut taken = None;
+    let shown = layout.kept.shown(ui, id, f64::from(reported)) as usize;
+    let mut chosen = None;
     ui.horizontal(|ui| {
-        let name = name(ui, board.style, label, !board.beside);
+        let name = name(ui, layout.style, label, !layout.beside);
         egui::ComboBox::from_id_salt(id)
             .selected_text(options.get(shown).map_or("", String::as_str))
             .show_ui(ui, |ui| {
                 for (place, option) in options.iter().enumerate() {
                     if ui.selectable_label(place == shown, option).clicked() {
-                        taken = Some(place as u32);
+                        chosen = Some(place as u32);
                     }
                 }
             })
             .response
             .labelled_by(name.id);
     });
-    if let Some(place) = taken {
-        board.kept.moved(id, f64::from(said), f64::from(place));
-        board.did(id, Touch::Chose(place));
+    if let Some(place) = chosen {
+        layout.kept.moved(id, f64::from(reported), f64::from(place));
+        layout.record_gesture(id, Touch::Chose(place));
     }
 }
 
 /// Shows a label. In a column, it is at least [`NAMES`] wide; in a row, only as wide as its text.
 fn name(ui: &mut Ui, style: &Style, label: &str, column: bool) -> egui::Response {
-    let words = RichText::new(label).color(style::color_of(Ink::Plain, style).gamma_multiply(0.75));
+    let text = RichText::new(label).color(style::color_of(Ink::Plain, style).gamma_multiply(0.75));
     let left = ui.cursor().left();
-    let response = ui.label(words);
-    let lacks = NAMES - (ui.cursor().left() - left);
-    if column && lacks > 0.0 {
-        ui.allocate_space(vec2(lacks - ui.spacing().item_spacing.x, 0.0));
+    let response = ui.label(text);
+    let missing = NAMES - (ui.cursor().left() - left);
+    if column && missing > 0.0 {
+        ui.allocate_space(vec2(missing - ui.spacing().item_spacing.x, 0.0));
     }
     response
 }

@@ -9,7 +9,7 @@ use super::state::Texture;
 use crate::{picture, style};
 
 /// Shows the image, and records the gestures on it.
-pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
+pub(super) fn show(layout: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
     let Item::Image {
         id,
         width,
@@ -21,24 +21,27 @@ pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
     else {
         return;
     };
-    let most = ui.input(|input| input.max_texture_side);
-    if let Err(reason) = picture::fits([*width, *height].map(|side| side as usize), most) {
-        ui.colored_label(style::color_of(Ink::Warn, board.style), format!("{id}: {reason}"));
+    let limit = ui.input(|input| input.max_texture_side);
+    if let Err(reason) = picture::fits([*width, *height].map(|side| side as usize), limit) {
+        ui.colored_label(
+            style::color_of(Ink::Warn, layout.style),
+            format!("{id}: {reason}"),
+        );
         return;
     }
     let size = vec2(*width as f32, *height as f32);
-    let room = vec2(ui.available_width(), board.height());
-    let scale = (room.x / size.x).min(room.y / size.y);
+    let space = vec2(ui.available_width(), layout.height());
+    let scale = (space.x / size.x).min(space.y / size.y);
     let (rect, response) = ui.allocate_exact_size(size * scale, sense(*wants));
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, id));
-    let serial = board.kept.serial;
+    let serial = layout.kept.serial;
     let picture = || image(*width, *height, *channels, pixels);
     let options = if scale > 3.0 {
         TextureOptions::NEAREST
     } else {
         TextureOptions::LINEAR
     };
-    match board.kept.textures.get_mut(id) {
+    match layout.kept.textures.get_mut(id) {
         Some(texture) if texture.serial == serial => {}
         Some(texture) => {
             texture.handle.set(picture(), options);
@@ -46,11 +49,14 @@ pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
         }
         None => {
             let handle = ui.ctx().load_texture(id, picture(), options);
-            board.kept.textures.insert(id.clone(), Texture { handle, serial });
+            layout
+                .kept
+                .textures
+                .insert(id.clone(), Texture { handle, serial });
         }
     }
     let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-    if let Some(texture) = board.kept.textures.get(id) {
+    if let Some(texture) = layout.kept.textures.get(id) {
         ui.painter()
             .image(texture.handle.id(), rect, whole, egui::Color32::WHITE);
     }
@@ -63,11 +69,11 @@ pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
         let at = (rect.clamp(at) - rect.min) / scale;
         [f64::from(at.x), f64::from(at.y), 0.0]
     };
-    let mut gestures = board.kept.gestures.remove(id).unwrap_or_default();
+    let mut gestures = layout.kept.gestures.remove(id).unwrap_or_default();
     for touch in gestures.touches(ui, &response, *wants, pixel) {
-        board.did(id, touch);
+        layout.record_gesture(id, touch);
     }
-    board.kept.gestures.insert(id.clone(), gestures);
+    layout.kept.gestures.insert(id.clone(), gestures);
     if let Some(hint) = hint(*wants) {
         response.on_hover_text_at_pointer(hint);
     }

@@ -38,23 +38,23 @@ impl<'a> ListLayout<'a> {
 
     /// Draws the list. Returns the gestures on it.
     pub(super) fn show(mut self, ui: &mut Ui, list: &List) -> Vec<Gesture> {
-        let room = ui.available_height();
+        let available = ui.available_height();
         let large = list.items.iter().filter(|item| stretches(item)).count();
         if large > 0 {
-            self.height = ((room - self.kept.small) / large as f32).floor().max(LEAST);
+            self.height = ((available - self.kept.small) / large as f32).floor().max(LEAST);
         }
-        let mut small = 0.0;
+        let mut fixed = 0.0;
         for (place, item) in list.items.iter().enumerate() {
             let top = ui.cursor().top();
             ui.push_id(place, |ui| self.item(ui, item));
-            small += if stretches(item) {
+            fixed += if stretches(item) {
                 ui.spacing().item_spacing.y
             } else {
                 ui.cursor().top() - top
             };
         }
-        if (small - self.kept.small).abs() > 0.5 {
-            self.kept.small = small;
+        if (fixed - self.kept.small).abs() > 0.5 {
+            self.kept.small = fixed;
             // The height of the fixed widgets is known only now, so the frame is drawn again.
             ui.ctx().request_discard("the height of a panel's widgets");
         }
@@ -68,15 +68,15 @@ impl<'a> ListLayout<'a> {
     }
 
     fn item(&mut self, ui: &mut Ui, item: &Item) {
-        if !self.alive && answers(item) {
+        if !self.alive && needs_schema(item) {
             ui.disable();
         }
         match item {
-            Item::Text { text, words } => drop(ui.label(self.words(text, *words))),
+            Item::Text { text, words } => drop(ui.label(self.styled(text, *words))),
             Item::Value { label, value, unit } => field::value(self, ui, label, *value, unit),
             Item::Button { id, label, enabled } => {
                 if ui.add_enabled(*enabled, egui::Button::new(label)).clicked() {
-                    self.did(id, Touch::Pressed);
+                    self.record_gesture(id, Touch::Pressed);
                 }
             }
             Item::Toggle { id, label, on } => field::toggle(self, ui, id, label, *on),
@@ -115,9 +115,9 @@ impl<'a> ListLayout<'a> {
                 table::show(ui, self.height, id, columns, rows, sorted);
             }
             Item::Row { items } => {
-                let around = std::mem::replace(&mut self.beside, true);
+                let outer = std::mem::replace(&mut self.beside, true);
                 self.row(ui, items);
-                self.beside = around;
+                self.beside = outer;
             }
             Item::Group {
                 id,
@@ -202,7 +202,7 @@ impl<'a> ListLayout<'a> {
             return;
         }
         for touch in shown.touches {
-            self.did(id, touch);
+            self.record_gesture(id, touch);
         }
         if let Some(hint) = hint(wants) {
             shown.response.on_hover_text_at_pointer(hint);
@@ -210,7 +210,7 @@ impl<'a> ListLayout<'a> {
     }
 
     /// Records a gesture on a widget.
-    pub(super) fn did(&mut self, id: &str, touch: Touch) {
+    pub(super) fn record_gesture(&mut self, id: &str, touch: Touch) {
         self.gestures.push(Gesture {
             widget: id.to_owned(),
             touch,
@@ -222,7 +222,7 @@ impl<'a> ListLayout<'a> {
         self.height
     }
 
-    fn words(&self, text: &str, words: Words) -> RichText {
+    fn styled(&self, text: &str, words: Words) -> RichText {
         let color_of = |color| style::color_of(color, self.style);
         let text = RichText::new(text);
         match words {
@@ -255,7 +255,7 @@ fn stretches(item: &Item) -> bool {
 
 /// Whether a widget is useless without a schema that receives gestures. Planes and tables can still be
 /// viewed.
-fn answers(item: &Item) -> bool {
+fn needs_schema(item: &Item) -> bool {
     matches!(
         item,
         Item::Button { .. }
@@ -268,15 +268,15 @@ fn answers(item: &Item) -> bool {
 
 /// A text about the gestures that a plane or image accepts, as these show no buttons.
 pub(super) fn hint(wants: Wants) -> Option<String> {
-    let mut does = Vec::new();
+    let mut inputs = Vec::new();
     if wants.clicks {
-        does.push("click");
+        inputs.push("click");
     }
     if wants.drags {
-        does.push("drag (Shift moves the view)");
+        inputs.push("drag (Shift moves the view)");
     }
     if wants.keys {
-        does.push("keys, once clicked");
+        inputs.push("keys, once clicked");
     }
-    (!does.is_empty()).then(|| format!("This schema listens to: {}.", does.join(", ")))
+    (!inputs.is_empty()).then(|| format!("This schema accepts: {}.", inputs.join(", ")))
 }

@@ -83,8 +83,12 @@ impl Panel {
             let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
             ui.painter()
                 .circle_filled(spot.center(), 4.5, style::state(view.state, style));
-            let word = if unloaded { "unloaded" } else { word(view.state) };
-            ui.label(word).on_hover_text(
+            let state_name = if unloaded {
+                "unloaded"
+            } else {
+                state_name(view.state)
+            };
+            ui.label(state_name).on_hover_text(
                 session
                     .schema(&self.schema)
                     .map_or("", |schema| schema.doc.as_str()),
@@ -93,7 +97,7 @@ impl Panel {
                 ui.label(colored(
                     style,
                     Ink::Bad,
-                    "the application is gone: this is the last it showed",
+                    "the application is gone; this is its last panel",
                 ));
             } else if unloaded {
                 ui.label(faint(style, "it draws nothing until it is loaded again"));
@@ -107,13 +111,15 @@ impl Panel {
                     session.act(Action::Play { schema });
                 }
             }
-            if let Some((_, came)) = &self.newest
-                && came.elapsed() > OLD
+            if let Some((_, received)) = &self.newest
+                && received.elapsed() > OLD
                 && !session.is_gone()
             {
-                let age = came.elapsed().as_secs_f64();
+                let age = received.elapsed().as_secs_f64();
                 ui.label(colored(style, Ink::Warn, &format!("drawn {age:.0} s ago")))
-                    .on_hover_text("No newer picture came. One that draws nothing new may be at rest");
+                    .on_hover_text(
+                        "No newer panel has arrived. A schema whose panel does not change may send nothing",
+                    );
                 ui.ctx().request_repaint_after(Duration::from_secs(1));
             }
         });
@@ -121,15 +127,15 @@ impl Panel {
             ui.label(colored(
                 style,
                 Ink::Bad,
-                &format!("What you did was refused: {reason}"),
+                &format!("The gesture was refused: {reason}"),
             ));
         }
         !session.is_gone() && !unloaded && !session.is_recording()
     }
 
     /// Draws the content. Returns the gestures on it.
-    fn body(&mut self, ui: &mut Ui, style: &Style, news: &Content<'_>, alive: bool) -> Vec<Gesture> {
-        match news {
+    fn body(&mut self, ui: &mut Ui, style: &Style, content: &Content<'_>, alive: bool) -> Vec<Gesture> {
+        match content {
             Content::Waiting => {
                 ui.centered_and_justified(|ui| ui.label(faint(style, "waiting for the first picture")));
                 Vec::new()
@@ -142,7 +148,7 @@ impl Panel {
             }
             Content::Unrecorded => {
                 ui.add_space(8.0);
-                ui.label(faint(style, "This panel was not recorded. They are with"));
+                ui.label(faint(style, "This panel was not recorded. To record panels:"));
                 ui.code("jde run APP --record FILE --panels");
                 Vec::new()
             }
@@ -185,13 +191,13 @@ impl Window for Panel {
         let newest = self.newest.as_ref().map(|(list, _)| Arc::clone(list));
         let unrecorded =
             session.is_recording() && !session.schema(&self.schema).is_some_and(|schema| schema.panel);
-        let news = match (&refused, &newest) {
+        let content = match (&refused, &newest) {
             (Some(_), _) if unrecorded => Content::Unrecorded,
             (Some(reason), _) => Content::Refused(reason),
             (None, Some(list)) => Content::Shown(list),
             (None, None) => Content::Waiting,
         };
-        for gesture in self.body(ui, style, &news, alive) {
+        for gesture in self.body(ui, style, &content, alive) {
             self.outcome = session.touch(&self.schema, gesture);
         }
     }
@@ -201,7 +207,7 @@ impl Window for Panel {
     }
 }
 
-fn word(state: State) -> &'static str {
+fn state_name(state: State) -> &'static str {
     match state {
         State::Slept => "slept",
         State::Checking => "checking",

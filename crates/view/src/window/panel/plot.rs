@@ -56,19 +56,17 @@ fn thinned(points: &[[f64; 2]], columns: usize) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return Vec::new();
     };
-    if points.len() <= 4 * columns || !points.is_sorted_by(|one, other| one[0] <= other[0]) {
+    if points.len() <= 4 * columns || !points.is_sorted_by(|a, b| a[0] <= b[0]) {
         return points.to_vec();
     }
     let width = (last[0] - first[0]) / columns as f64;
     points
-        .chunk_by(|one, other| {
-            ((one[0] - first[0]) / width).floor() == ((other[0] - first[0]) / width).floor()
-        })
+        .chunk_by(|a, b| ((a[0] - first[0]) / width).floor() == ((b[0] - first[0]) / width).floor())
         .flat_map(|column| {
-            let least = column.iter().min_by(|one, other| one[1].total_cmp(&other[1]));
-            let greatest = column.iter().max_by(|one, other| one[1].total_cmp(&other[1]));
+            let least = column.iter().min_by(|a, b| a[1].total_cmp(&b[1]));
+            let greatest = column.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
             let mut ends: Vec<_> = least.into_iter().chain(greatest).copied().collect();
-            ends.sort_by(|one, other| one[0].total_cmp(&other[0]));
+            ends.sort_by(|a, b| a[0].total_cmp(&b[0]));
             ends
         })
         .collect()
@@ -79,22 +77,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_peak_is_lost_where_points_are_thinned() {
+    fn thinned_points_keep_every_peak() {
         let mut points: Vec<_> = (0..100_000).map(|x| [f64::from(x), 0.0]).collect();
         points[54_321][1] = 9.0;
         points[77_777][1] = -3.0;
-        let thin = thinned(&points, 200);
-        assert!(thin.len() <= 402, "{}", thin.len());
-        assert!(thin.contains(&[54_321.0, 9.0]) && thin.contains(&[77_777.0, -3.0]));
-        assert!(thin.is_sorted_by(|one, other| one[0] <= other[0]));
+        let thinned_points = thinned(&points, 200);
+        assert!(thinned_points.len() <= 402, "{}", thinned_points.len());
+        assert!(thinned_points.contains(&[54_321.0, 9.0]) && thinned_points.contains(&[77_777.0, -3.0]));
+        assert!(thinned_points.is_sorted_by(|a, b| a[0] <= b[0]));
     }
 
     #[test]
-    fn a_curve_that_turns_back_stays_as_it_is() {
-        let round: Vec<_> = (0..5000)
+    fn a_curve_that_turns_back_is_not_thinned() {
+        let circle: Vec<_> = (0..5000)
             .map(|n| f64::from(n) * 0.01)
             .map(|a| [a.cos(), a.sin()])
             .collect();
-        assert_eq!(thinned(&round, 10), round);
+        assert_eq!(thinned(&circle, 10), circle);
     }
 }

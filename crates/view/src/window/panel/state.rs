@@ -79,18 +79,18 @@ impl PanelState {
         self.textures.retain(|_, texture| texture.serial + 2 > serial);
     }
 
-    /// The value that a widget shows, if the list has `said`.
-    pub(super) fn shown(&mut self, ui: &Ui, id: &str, said: f64) -> f64 {
+    /// The value that a widget shows when the list has `reported`.
+    pub(super) fn shown(&mut self, ui: &Ui, id: &str, reported: f64) -> f64 {
         let Some(moved) = self.moved.get(id) else {
-            return said;
+            return reported;
         };
-        let left = moved.until.saturating_duration_since(Instant::now());
-        if moved.from == said && !left.is_zero() {
-            ui.ctx().request_repaint_after(left);
+        let remaining = moved.until.saturating_duration_since(Instant::now());
+        if moved.from == reported && !remaining.is_zero() {
+            ui.ctx().request_repaint_after(remaining);
             return moved.to;
         }
         self.moved.remove(id);
-        said
+        reported
     }
 
     /// Records that the user moved a widget, for which the list has `from`.
@@ -118,10 +118,10 @@ impl PanelState {
             .any(|axis| drawn.least[axis] < home.least[axis] || drawn.greatest[axis] > home.greatest[axis]);
         let small = (0..2).all(|axis| size(&drawn, axis) < SHRUNK * size(home, axis));
         if outside || small {
-            let room = |axis: usize| 0.08 * size(&drawn, axis);
+            let margin = |axis: usize| 0.08 * size(&drawn, axis);
             *home = Area {
-                least: [drawn.least[0] - room(0), drawn.least[1] - room(1)],
-                greatest: [drawn.greatest[0] + room(0), drawn.greatest[1] + room(1)],
+                least: [drawn.least[0] - margin(0), drawn.least[1] - margin(1)],
+                greatest: [drawn.greatest[0] + margin(0), drawn.greatest[1] + margin(1)],
             };
         }
         *home

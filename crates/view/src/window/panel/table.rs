@@ -49,13 +49,13 @@ impl Sorted {
         }
         self.of = Some((serial, self.by));
         self.order = (0..rows.len()).collect();
-        if let Some((column, way)) = self.by {
+        if let Some((column, order)) = self.by {
             let text = |row: &usize| rows[*row].get(column).map_or("", String::as_str);
             self.order.sort_by(|one, other| {
-                let order = natural(text(one), text(other));
-                match way {
-                    SortOrder::Up => order,
-                    SortOrder::Down => order.reverse(),
+                let ascending = natural(text(one), text(other));
+                match order {
+                    SortOrder::Up => ascending,
+                    SortOrder::Down => ascending.reverse(),
                 }
             });
         }
@@ -97,10 +97,10 @@ pub(super) fn show(
                     header.col(|ui| {
                         let title = RichText::new(name).strong();
                         let title = ui.add(Label::new(title).sense(Sense::click()).selectable(false));
-                        if let Some((by, way)) = sorted.by
+                        if let Some((by, order)) = sorted.by
                             && by == column
                         {
-                            way.paint(ui);
+                            order.paint(ui);
                         }
                         if title.on_hover_text("Sort by this").clicked() {
                             sorted.next(column);
@@ -110,7 +110,7 @@ pub(super) fn show(
             })
             .body(|body| {
                 body.rows(line, sorted.order.len(), |mut row| {
-                    let texts = sorted.order.get(row.index()).and_then(|place| rows.get(*place));
+                    let texts = sorted.order.get(row.index()).and_then(|number| rows.get(*number));
                     for text in texts.into_iter().flatten() {
                         row.col(|ui| drop(ui.label(text)));
                     }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_sorted_as_numbers_and_stand_before_texts() {
+    fn numbers_are_sorted_by_value_and_before_texts() {
         let rows: Vec<_> = ["10 m", "goon", "9 m", "-3", "avoid"]
             .map(|text| vec![text.to_owned()])
             .into();

@@ -58,11 +58,11 @@ impl FixedRobot {
         };
         for step in 0..60_u32 {
             let turn = 0.4 - 0.02 * f64::from(60 - step);
-            let way = 0.05 * f64::from(60 - step);
-            let place = [pose.x - way * turn.cos(), pose.y - way * turn.sin()];
+            let distance = 0.05 * f64::from(60 - step);
+            let place = [pose.x - distance * turn.cos(), pose.y - distance * turn.sin()];
             senses.trail.add(u64::from(step), place);
         }
-        if let Reading::Here(_, fresh) = &mut senses.sonars {
+        if let Reading::Present(_, fresh) = &mut senses.sonars {
             (fresh.age, fresh.stale) = (3.4, true);
         }
         Self {
@@ -111,17 +111,20 @@ fn sonars() -> RangeRing {
     for (degrees, range) in [(90.0, 0.8), (50.0, 1.1), (-30.0, 1.9), (0.0, f32::INFINITY)] {
         let theta = f64::to_radians(degrees);
         let mount = Pose2D::new(0.16 * theta.cos(), 0.16 * theta.sin(), theta);
-        ring.poses.push(mount).expect("there is room");
-        ring.ranges.push(range).expect("there is room");
+        ring.poses.push(mount).expect("the sequence has room");
+        ring.ranges.push(range).expect("the sequence has room");
     }
     ring
 }
 
 fn bumpers() -> Bumpers {
     let mut bumpers = Bumpers::default();
-    for place in 0..5 {
-        bumpers.front.push(Flag::new(place == 1)).expect("there is room");
-        bumpers.rear.push(Flag::FALSE).expect("there is room");
+    for number in 0..5 {
+        bumpers
+            .front
+            .push(Flag::new(number == 1))
+            .expect("the sequence has room");
+        bumpers.rear.push(Flag::FALSE).expect("the sequence has room");
     }
     bumpers
 }
@@ -133,5 +136,5 @@ fn reading<T>(variable: &str, value: T) -> Reading<T> {
         stale: false,
         asleep: None,
     };
-    Reading::Here(value, fresh)
+    Reading::Present(value, fresh)
 }

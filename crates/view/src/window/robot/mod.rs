@@ -44,12 +44,12 @@ struct SavedState {
 
 impl RobotWindow {
     /// Opens the window with its saved state. Driving is off at first.
-    pub(crate) fn open(kept: &serde_json::Value) -> Self {
-        let kept = SavedState::deserialize(kept).unwrap_or_default();
+    pub(crate) fn open(saved: &serde_json::Value) -> Self {
+        let saved = SavedState::deserialize(saved).unwrap_or_default();
         Self {
-            choice: kept.choice,
-            plane: kept.plane,
-            drive: Drive::new(kept.speed),
+            choice: saved.choice,
+            plane: saved.plane,
+            drive: Drive::new(saved.speed),
             senses: Sensors::default(),
             pictures: Pictures::default(),
         }
@@ -72,11 +72,11 @@ impl Window for RobotWindow {
     fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
         let offer = self.senses.update(session, &self.choice);
         bar(ui, &mut self.choice, &mut self.plane, &self.senses, &offer);
-        let room = ui.available_size();
-        if room.x < NARROW {
+        let size = ui.available_size();
+        if size.x < NARROW {
             ScrollArea::vertical().show(ui, |ui| {
-                let height = (0.5 * room.y).max(200.0);
-                ui.allocate_ui([room.x, height].into(), |ui| {
+                let height = (0.5 * size.y).max(200.0);
+                ui.allocate_ui([size.x, height].into(), |ui| {
                     self.plane.show(ui, &self.senses, style)
                 });
                 self.column(ui, session, style);
@@ -85,7 +85,7 @@ impl Window for RobotWindow {
         }
         Panel::right(ui.scope_id().with("numbers"))
             .default_size(330.0)
-            .size_range(260.0..=0.6 * room.x)
+            .size_range(260.0..=0.6 * size.x)
             .show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| self.column(ui, session, style));
             });
@@ -93,12 +93,12 @@ impl Window for RobotWindow {
     }
 
     fn keep(&self) -> serde_json::Value {
-        let kept = SavedState {
+        let saved = SavedState {
             choice: self.choice.clone(),
             plane: self.plane.clone(),
             speed: Some(self.drive.speed()),
         };
-        serde_json::to_value(kept).unwrap_or_default()
+        serde_json::to_value(saved).unwrap_or_default()
     }
 }
 
@@ -106,23 +106,23 @@ impl Window for RobotWindow {
 fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, offer: &Candidates) {
     ui.horizontal_wrapped(|ui| {
         if senses.bodies.len() > 1 {
-            one_of(ui, "Robot", &senses.body, &senses.bodies, &mut choice.body);
+            choice_box(ui, "Robot", &senses.body, &senses.bodies, &mut choice.body);
         }
         if offer.lasers.len() > 1 {
             let chosen = senses.laser.name().unwrap_or_default().to_owned();
-            one_of(ui, "Laser", &chosen, &offer.lasers, &mut choice.laser);
+            choice_box(ui, "Laser", &chosen, &offer.lasers, &mut choice.laser);
         }
         let before = plane.ahead_up;
         ui.selectable_value(&mut plane.ahead_up, true, "Ahead is up")
-            .on_hover_text("The robot stays in the middle, and looks up");
+            .on_hover_text("The robot stays in the middle and faces up");
         ui.selectable_value(&mut plane.ahead_up, false, "Floor")
-            .on_hover_text("The floor stays as it is, and the robot moves on it");
+            .on_hover_text("The floor stays fixed, and the robot moves on it");
         if plane.ahead_up != before {
             plane.fit();
         }
         if !plane.ahead_up {
             ui.checkbox(&mut plane.follow, "Follow")
-                .on_hover_text("Keep the robot in sight");
+                .on_hover_text("Keep the robot in view");
         }
         ui.separator();
         for (shown, name, hint) in [
@@ -130,13 +130,13 @@ fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, of
             (
                 &mut plane.sonars,
                 "Sonars",
-                "Cones of the sonars that hear something",
+                "Cones of the sonars that receive an echo",
             ),
-            (&mut plane.path, "Path", "Where it has been, as its wheels tell"),
+            (&mut plane.path, "Path", "The driven path, by the wheel odometry"),
             (
                 &mut plane.speeds,
                 "Speeds",
-                "Thick: as its wheels tell. Thin: as it is told",
+                "Thick: measured at the wheels. Thin: commanded",
             ),
         ] {
             ui.toggle_value(shown, name).on_hover_text(hint);
@@ -144,8 +144,8 @@ fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, of
     });
 }
 
-fn one_of(ui: &mut Ui, what: &str, chosen: &str, all: &[String], choice: &mut Option<String>) {
-    let inner = egui::ComboBox::from_label(what)
+fn choice_box(ui: &mut Ui, label: &str, chosen: &str, all: &[String], choice: &mut Option<String>) {
+    let inner = egui::ComboBox::from_label(label)
         .selected_text(chosen)
         .show_ui(ui, |ui| {
             for name in all {
@@ -156,5 +156,5 @@ fn one_of(ui: &mut Ui, what: &str, chosen: &str, all: &[String], choice: &mut Op
         });
     inner
         .response
-        .on_hover_text(format!("{what}: which of {}", all.len()));
+        .on_hover_text(format!("{label}: which of {}", all.len()));
 }

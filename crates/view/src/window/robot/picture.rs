@@ -33,10 +33,10 @@ impl Pictures {
             .find(|variable| variable.name == camera);
         let reading = sampled(session, variable, RATE);
         let (sample, fresh) = match &reading {
-            Reading::Here(sample, fresh) => (sample, fresh),
-            Reading::None(name, why) => {
+            Reading::Present(sample, fresh) => (sample, fresh),
+            Reading::None(name, reason) => {
                 self.shown.remove(camera);
-                ui.weak(format!("{name}: {}", why.words()));
+                ui.weak(format!("{name}: {}", reason.message()));
                 super::table::play(ui, session, reading.sleeper());
                 return;
             }
@@ -47,13 +47,13 @@ impl Pictures {
             .get(camera)
             .filter(|shown| shown.sequence == sample.sequence);
         if shown.is_none() {
-            let before = self.shown.remove(camera);
-            let most = ui.input(|input| input.max_texture_side);
+            let previous = self.shown.remove(camera);
+            let limit = ui.input(|input| input.max_texture_side);
             let image = Picture::read(sample).and_then(|picture| {
-                picture::fits(picture.size, most)?;
+                picture::fits(picture.size, limit)?;
                 Ok(picture.image())
             });
-            let picture = image.map(|image| match before {
+            let picture = image.map(|image| match previous {
                 Some(Shown {
                     picture: Ok(mut texture),
                     ..

@@ -29,7 +29,7 @@ const CORNERS: usize = 32;
 /// Distance of the bumpers from the middle of a robot whose radius is not known, in m.
 const REACH: f64 = 0.25;
 /// A speed is drawn as the distance covered in this time, in s.
-const SECONDS: f64 = 1.5;
+const ARROW_SECONDS: f64 = 1.5;
 /// A slower robot stands still, in m/s and rad/s.
 const STILL: f64 = 0.005;
 
@@ -267,13 +267,13 @@ impl Drawing<'_, '_> {
 
     /// Draws the bumpers as arcs in front and at the rear, in their order. Pressed ones are highlighted.
     fn bumpers(&self, bumpers: &Bumpers, outline: Outline, fresh: bool) {
-        let reach = 0.05
+        let radius_of_arc = 0.05
             + match outline {
                 Outline::Round(radius) => radius,
                 Outline::Pioneer | Outline::Unknown => REACH,
             };
         // Both in front and at the rear from left to right.
-        for (side, from, way) in [
+        for (side, from, direction) in [
             (&bumpers.front, FRAC_PI_2 * 0.8, -1.0),
             (&bumpers.rear, PI - FRAC_PI_2 * 0.8, 1.0),
         ] {
@@ -282,8 +282,8 @@ impl Drawing<'_, '_> {
                 let arc: Vec<_> = (0..=4)
                     .map(|step| {
                         let share = place as f64 + 0.08 + 0.84 * f64::from(step) / 4.0;
-                        let (sin, cos) = (from + way * width * share).sin_cos();
-                        on(&self.robot, [reach * cos, reach * sin])
+                        let (sin, cos) = (from + direction * width * share).sin_cos();
+                        on(&self.robot, [radius_of_arc * cos, radius_of_arc * sin])
                     })
                     .collect();
                 if pressed.get() {
@@ -295,15 +295,15 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// Draws a speed: an arrow for the distance of [`SECONDS`], and an arc for the turn.
+    /// Draws a speed: an arrow for the distance of [`ARROW_SECONDS`], and an arc for the turn.
     fn speed(&self, twist: &Twist, width: f32, color: Color32) {
         let (x, y, turn) = (twist.linear.x, twist.linear.y, twist.angular.z);
         if x.hypot(y) > STILL {
-            let tip = on(&self.robot, [x * SECONDS, y * SECONDS]);
+            let tip = on(&self.robot, [x * ARROW_SECONDS, y * ARROW_SECONDS]);
             self.draw.arrow([self.robot.x, self.robot.y], tip, width, color);
         }
         if turn.abs() > STILL {
-            let end = (turn * SECONDS).clamp(-1.9 * PI, 1.9 * PI);
+            let end = (turn * ARROW_SECONDS).clamp(-1.9 * PI, 1.9 * PI);
             let radius = 0.42;
             let arc: Vec<_> = (0..=16)
                 .map(|step| {

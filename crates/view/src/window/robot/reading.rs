@@ -23,7 +23,7 @@ pub(super) enum Reading<T> {
     /// The variable of this name has no value.
     None(String, NoReading),
     /// The newest value.
-    Here(T, Freshness),
+    Present(T, Freshness),
 }
 
 /// Why there is no value.
@@ -56,22 +56,22 @@ impl<T> Reading<T> {
     /// The value, of any age.
     pub(super) fn value(&self) -> Option<&T> {
         match self {
-            Self::Here(value, _) => Some(value),
+            Self::Present(value, _) => Some(value),
             Self::Absent | Self::None(..) => None,
         }
     }
 
     /// Whether there is a value that is not stale.
     pub(super) fn is_fresh(&self) -> bool {
-        matches!(self, Self::Here(_, fresh) if !fresh.stale)
+        matches!(self, Self::Present(_, fresh) if !fresh.stale)
     }
 
     /// The exporting schema, if it is SLEPT and there is therefore no new value.
     pub(super) fn sleeper(&self) -> Option<&str> {
         match self {
             Self::None(_, NoReading::Asleep(owner)) => Some(owner),
-            Self::Here(_, fresh) if fresh.stale => fresh.asleep.as_deref(),
-            Self::Absent | Self::None(..) | Self::Here(..) => None,
+            Self::Present(_, fresh) if fresh.stale => fresh.asleep.as_deref(),
+            Self::Absent | Self::None(..) | Self::Present(..) => None,
         }
     }
 
@@ -79,17 +79,17 @@ impl<T> Reading<T> {
     pub(super) fn name(&self) -> Option<&str> {
         match self {
             Self::Absent => None,
-            Self::None(name, _) | Self::Here(_, Freshness { name, .. }) => Some(name),
+            Self::None(name, _) | Self::Present(_, Freshness { name, .. }) => Some(name),
         }
     }
 
-    fn map<U>(self, to: impl FnOnce(T) -> Option<U>) -> Reading<U> {
+    fn map<U>(self, convert: impl FnOnce(T) -> Option<U>) -> Reading<U> {
         match self {
             Self::Absent => Reading::Absent,
-            Self::None(name, why) => Reading::None(name, why),
-            Self::Here(value, fresh) => match to(value) {
-                Some(value) => Reading::Here(value, fresh),
-                None => Reading::None(fresh.name, NoReading::Trouble("it is of another type".to_owned())),
+            Self::None(name, reason) => Reading::None(name, reason),
+            Self::Present(value, fresh) => match convert(value) {
+                Some(value) => Reading::Present(value, fresh),
+                None => Reading::None(fresh.name, NoReading::Trouble("it has another type".to_owned())),
             },
         }
     }
@@ -97,10 +97,10 @@ impl<T> Reading<T> {
 
 impl NoReading {
     /// The reason as a message for the user.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn message(&self) -> String {
         match self {
             Self::Waiting => "waiting for the first value".to_owned(),
-            Self::Asleep(owner) => format!("no value: {owner} sleeps, for nobody needs it"),
+            Self::Asleep(owner) => format!("no value: {owner} sleeps, because no schema needs it"),
             Self::Silent(owner) => format!("no value: {owner} has none now"),
             Self::Trouble(trouble) => format!("no value: {trouble}"),
         }
@@ -109,7 +109,7 @@ impl NoReading {
 
 impl Freshness {
     /// The age as a text for the user.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn message(&self) -> String {
         match (&self.asleep, self.stale) {
             (Some(owner), true) => format!("{}, {owner} sleeps", ago(self.age)),
             (None, true) => ago(self.age),
@@ -136,18 +136,18 @@ pub(super) fn sampled(
     let sleeps = view.is_some_and(|view| view.state == State::Slept);
     let asleep = sleeps.then(|| owner.clone());
     let Some(sample) = session.value(name, rate) else {
-        let why = match session.trouble(name) {
+        let reason = match session.trouble(name) {
             Some(trouble) => NoReading::Trouble(trouble),
             None => NoReading::Waiting,
         };
-        return Reading::None(name.clone(), why);
+        return Reading::None(name.clone(), reason);
     };
     if sample.bytes.is_none() {
-        let why = match asleep {
+        let reason = match asleep {
             Some(owner) => NoReading::Asleep(owner),
             None => NoReading::Silent(owner.clone()),
         };
-        return Reading::None(name.clone(), why);
+        return Reading::None(name.clone(), reason);
     }
     // Without snapshots, `now` does not advance, so the silence is added to the age.
     let silent = session.silent().as_secs_f64();
@@ -160,7 +160,7 @@ pub(super) fn sampled(
         stale: session.is_gone() || silent > 0.0 || age > SOONEST.max(PERIODS * period),
         asleep,
     };
-    Reading::Here(sample, fresh)
+    Reading::Present(sample, fresh)
 }
 
 /// Formats an age in s.

@@ -12,9 +12,9 @@ use super::reading::{Reading, read};
 use crate::session::Session;
 
 /// Rate of values that are drawn.
-const LIVELY: Rate = Rate::Hz(20);
-/// Rate of numbers: as fast as they can be read.
-const CALM: Rate = Rate::Hz(5);
+const DRAWN_RATE: Rate = Rate::Hz(20);
+/// Rate of numbers: as fast as a person can read them.
+const NUMBER_RATE: Rate = Rate::Hz(5);
 
 /// The user's choice among several robots and lasers.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -91,25 +91,33 @@ impl Sensors {
             .or_else(|| lasers.iter().find(|laser| laser.owner == body))
             .or(lasers.first())
             .copied();
-        let odometry = one::<Odometry>(session, body, &bodies);
+        let odometry = sensor::<Odometry>(session, body, &bodies);
         self.outline = outline(session, body);
-        self.odometry = read(session, odometry, LIVELY);
-        self.laser = boxed(read(session, laser, LIVELY));
-        self.sonars = read(session, one::<RangeRing>(session, body, &bodies), LIVELY);
-        self.bumpers = read(session, one::<Bumpers>(session, body, &bodies), LIVELY);
-        self.battery = read(session, one::<BatteryState>(session, body, &bodies), CALM);
-        self.encoders = read(session, one::<WheelEncoders>(session, body, &bodies), CALM);
-        self.head = read(session, one::<PanTilt>(session, body, &bodies), LIVELY);
+        self.odometry = read(session, odometry, DRAWN_RATE);
+        self.laser = boxed(read(session, laser, DRAWN_RATE));
+        self.sonars = read(session, sensor::<RangeRing>(session, body, &bodies), DRAWN_RATE);
+        self.bumpers = read(session, sensor::<Bumpers>(session, body, &bodies), DRAWN_RATE);
+        self.battery = read(
+            session,
+            sensor::<BatteryState>(session, body, &bodies),
+            NUMBER_RATE,
+        );
+        self.encoders = read(
+            session,
+            sensor::<WheelEncoders>(session, body, &bodies),
+            NUMBER_RATE,
+        );
+        self.head = read(session, sensor::<PanTilt>(session, body, &bodies), DRAWN_RATE);
         self.commanded = commanded(session, body);
         let mission = session.exports::<Mission>().next();
-        let mission: Reading<Mission> = read(session, mission, CALM);
+        let mission: Reading<Mission> = read(session, mission, NUMBER_RATE);
         self.target = mission
             .value()
             .filter(|mission| mission.state == Mission::RUNNING && mission.total > 0)
             .map(|mission| mission.target);
         if let Some(odometry) = odometry {
             self.trail.of(&odometry.name);
-            for sample in session.values(&odometry.name, LIVELY, "path of the robot window") {
+            for sample in session.values(&odometry.name, DRAWN_RATE, "path of the robot window") {
                 let pose = sample.bytes.as_deref().and_then(Odometry::from_bytes);
                 if let Some(odometry) = pose {
                     let pose = odometry.pose2d();
@@ -140,7 +148,7 @@ fn belongs(variable: &VariableInfo, body: &str, bodies: &[String]) -> bool {
 }
 
 /// The export of a type that belongs to the body, or else the first that belongs to no other body.
-fn one<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> Option<&'a VariableInfo> {
+fn sensor<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> Option<&'a VariableInfo> {
     let mut all = session
         .exports::<T>()
         .filter(|variable| belongs(variable, body, bodies));
@@ -157,14 +165,14 @@ fn commanded(session: &Session, body: &str) -> Reading<Twist> {
     let command = session.variables().iter().find(|variable| {
         variable.access == "command" && variable.owner == body && variable.type_name == twist
     });
-    let told = super::reading::sampled(session, command, LIVELY);
+    let sample = super::reading::sampled(session, command, DRAWN_RATE);
     // An expired command is not in force: the driver takes the neutral value, which no schema sends.
-    if let Reading::Here(sample, _) = &told
-        && (sample.valid_until as f64 / 1e9) < session.now()
+    if let Reading::Present(newest, _) = &sample
+        && (newest.valid_until as f64 / 1e9) < session.now()
     {
         return Reading::Absent;
     }
-    read(session, command, LIVELY)
+    read(session, command, DRAWN_RATE)
 }
 
 fn outline(session: &Session, body: &str) -> Outline {
@@ -190,7 +198,7 @@ fn outline(session: &Session, body: &str) -> Outline {
 fn boxed<T>(reading: Reading<T>) -> Reading<Box<T>> {
     match reading {
         Reading::Absent => Reading::Absent,
-        Reading::None(name, why) => Reading::None(name, why),
-        Reading::Here(value, fresh) => Reading::Here(Box::new(value), fresh),
+        Reading::None(name, reason) => Reading::None(name, reason),
+        Reading::Present(value, fresh) => Reading::Present(Box::new(value), fresh),
     }
 }

@@ -36,11 +36,13 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, sty
                     speed(&odometry.twist.twist, style),
                 );
             });
-            if let Reading::Here(twist, _) = &senses.commanded {
-                ui.label("Commanded").on_hover_text("What the base is told now");
+            if let Reading::Present(twist, _) = &senses.commanded {
+                ui.label("Commanded")
+                    .on_hover_text("The command to the base that is in force");
                 ui.colored_label(style::color_of(Ink::Accent, style), speed(twist, style));
             } else {
-                ui.label("Commanded").on_hover_text("What the base is told now");
+                ui.label("Commanded")
+                    .on_hover_text("The command to the base that is in force");
                 ui.weak("nothing in force");
             }
             ui.end_row();
@@ -51,16 +53,16 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, sty
                 ui.label(echoes(sonars, style));
             });
             rows.row(ui, "Bumpers", "bumpers", &senses.bumpers, |ui, bumpers| {
-                let (words, bad) = pressed(bumpers);
+                let (text, bad) = pressed(bumpers);
                 if bad {
-                    ui.colored_label(style::color_of(Ink::Bad, style), words);
+                    ui.colored_label(style::color_of(Ink::Bad, style), text);
                 } else {
-                    ui.label(words);
+                    ui.label(text);
                 }
             });
             rows.row(ui, "Wheels", "encoders", &senses.encoders, |ui, encoders| {
                 ui.label(ticks(encoders))
-                    .on_hover_text("What the encoders have counted");
+                    .on_hover_text("The counts of the encoders");
             });
             rows.row(ui, "Battery", "battery", &senses.battery, |ui, battery| {
                 gauge(ui, battery, style)
@@ -72,21 +74,20 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, sty
     if senses.cameras.is_empty() {
         rows.absent.push("camera");
     }
-    for what in rows.absent {
-        ui.weak(format!("no {what} in this application"));
+    for sensor in rows.absent {
+        ui.weak(format!("no {sensor} in this application"));
     }
 }
 
-/// Shows the age of a value, or "live": hundredths of seconds would not be readable.
+/// Shows the age of a value, or "live", because hundredths of seconds would not be readable.
 pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
-    let text = RichText::new(fresh.words()).small();
+    let text = RichText::new(fresh.message()).small();
     let text = if fresh.stale {
         text.color(style::color_of(Ink::Warn, style))
     } else {
         text.weak()
     };
-    ui.label(text)
-        .on_hover_text(format!("{}, how old it is", fresh.name));
+    ui.label(text).on_hover_text(format!("the age of {}", fresh.name));
 }
 
 /// A button with which an operator wakes a SLEPT schema.
@@ -124,17 +125,17 @@ impl Rows<'_> {
             Reading::Absent if sensor.is_empty() => {}
             Reading::Absent => self.absent.push(sensor),
             Reading::None(_, _) if sensor.is_empty() => {}
-            Reading::None(variable, why) => {
+            Reading::None(variable, reason) => {
                 ui.label(name).on_hover_text(variable);
                 ui.horizontal(|ui| {
-                    ui.weak(why.words());
+                    ui.weak(reason.message());
                     if let Some(session) = self.session {
                         play(ui, session, reading.sleeper());
                     }
                 });
                 ui.end_row();
             }
-            Reading::Here(value, fresh) => {
+            Reading::Present(value, fresh) => {
                 ui.label(name).on_hover_text(&fresh.name);
                 ui.scope(|ui| {
                     if fresh.stale {
@@ -236,7 +237,7 @@ fn aside(toward: f64, style: &Style) -> String {
 fn pressed(bumpers: &Bumpers) -> (String, bool) {
     let count = |side: &[jde_types::Flag]| side.iter().filter(|pressed| pressed.get()).count();
     let (front, rear) = (count(&bumpers.front), count(&bumpers.rear));
-    let mut words = match (front, rear) {
+    let mut text = match (front, rear) {
         (0, 0) => "none pressed".to_owned(),
         (front, 0) => format!("{front} pressed ahead"),
         (0, rear) => format!("{rear} pressed behind"),
@@ -244,9 +245,9 @@ fn pressed(bumpers: &Bumpers) -> (String, bool) {
     };
     let stalled = bumpers.stalled.get();
     if stalled {
-        words.push_str(", wheels held");
+        text.push_str(", wheels held");
     }
-    (words, front + rear > 0 || stalled)
+    (text, front + rear > 0 || stalled)
 }
 
 fn ticks(encoders: &WheelEncoders) -> String {
@@ -268,12 +269,12 @@ fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
         });
         return;
     }
-    let (color, word) = match charge {
+    let (color, note) = match charge {
         charge if charge < EMPTY => (Ink::Bad, "  nearly empty"),
         charge if charge < LOW => (Ink::Warn, "  low"),
         _ => (Ink::Good, ""),
     };
-    let text = format!("{:.0} %{word}  {volts}", charge * 100.0);
+    let text = format!("{:.0} %{note}  {volts}", charge * 100.0);
     let fill: Color32 = style::color_of(color, style).gamma_multiply(0.55);
     let bar = egui::ProgressBar::new(charge.clamp(0.0, 1.0))
         .fill(fill)

@@ -81,15 +81,15 @@ impl Axis {
     }
 
     /// Shows a time at a fraction of the window's width. The axis is not paused by this.
-    pub(super) fn show_at(&mut self, moment: f64, share: f64) {
-        self.edge = Edge::At(moment + (1.0 - share) * self.span);
+    pub(super) fn show_at(&mut self, time: f64, share: f64) {
+        self.edge = Edge::At(time + (1.0 - share) * self.span);
     }
 
     /// Centers a time and pauses, unless it is already visible.
-    pub(super) fn reveal(&mut self, moment: f64, now: f64) {
+    pub(super) fn reveal(&mut self, time: f64, now: f64) {
         let to = self.right(now);
-        if !(to - self.span..=to).contains(&moment) {
-            self.show_at(moment, 0.5);
+        if !(to - self.span..=to).contains(&time) {
+            self.show_at(time, 0.5);
             self.paused = true;
         }
     }
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_zoom_leaves_the_moment_under_the_pointer_where_it_is() {
+    fn a_zoom_keeps_the_time_under_the_pointer() {
         let mut axis = Axis::new(10.0);
         axis.pause(100.0);
         let x = Rangef::new(0.0, 1000.0);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_follows_the_present_does_so_while_it_is_zoomed_and_stops_when_it_is_moved() {
+    fn a_zoom_keeps_following_the_present_and_a_pan_pauses() {
         let mut axis = Axis::new(10.0);
         axis.zoom(2.0, 95.0);
         let x = Rangef::new(0.0, 1.0);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn divisions_go_up_and_down_in_steps_of_one_two_and_five() {
+    fn divisions_follow_the_sequence_one_two_five() {
         assert_eq!([0.7, 1.0, 1.1, 3.0, 0.03].map(nice), [1.0, 1.0, 2.0, 5.0, 0.05]);
         let mut division = 1.0;
         let up = [(); 3].map(|()| {

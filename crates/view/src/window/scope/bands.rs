@@ -11,7 +11,7 @@ use crate::session::StateInterval;
 use crate::style::{self, Style};
 
 /// Number of intervals examined at the beginning and at the end of a column.
-const LOOKED_AT: usize = 12;
+const EXAMINED: usize = 12;
 
 /// Consecutive columns of the same appearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +77,8 @@ pub(super) fn runs(
             continue;
         }
         let last = last_before(bands, band, column_end);
-        let near = (band + LOOKED_AT).min(last);
-        let far = last.saturating_sub(LOOKED_AT).max(near);
+        let near = (band + EXAMINED).min(last);
+        let far = last.saturating_sub(EXAMINED).max(near);
         let (mut low, mut high) = (state, state);
         for state in bands
             .range(band..=near)
@@ -111,8 +111,8 @@ pub(super) fn runs(
 }
 
 /// The last interval that begins before a time, starting at one that does: by doubling, then halving steps.
-fn last_before(bands: &VecDeque<StateInterval>, from: usize, moment: f64) -> usize {
-    let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < moment);
+fn last_before(bands: &VecDeque<StateInterval>, from: usize, end: f64) -> usize {
+    let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < end);
     let (mut low, mut step) = (from, 1);
     while begins(low + step) {
         low += step;
@@ -151,7 +151,7 @@ pub(super) fn level(state: State) -> u8 {
 }
 
 /// The name of a state, as in the paper.
-pub(super) fn word(state: State) -> &'static str {
+pub(super) fn state_name(state: State) -> &'static str {
     match state {
         State::Slept => "SLEPT",
         State::Checking => "CHECKING",
@@ -205,7 +205,7 @@ mod tests {
             .collect()
     }
 
-    fn of(list: &[(f64, State)], from: f64, to: f64, columns: usize, now: f64) -> Vec<ColumnRun> {
+    fn runs_of(list: &[(f64, State)], from: f64, to: f64, columns: usize, now: f64) -> Vec<ColumnRun> {
         let x = Rangef::new(0.0, columns as f32);
         let mut found = Vec::new();
         runs(&bands(list), &Scale { from, to, x }, columns, now, &mut found);
@@ -223,26 +223,29 @@ mod tests {
     }
 
     #[test]
-    fn what_lasts_is_one_run_from_its_beginning_to_its_end() {
+    fn a_lasting_state_is_one_run_from_its_beginning_to_its_end() {
         use State::{Checking, Slept, Winner};
         let list = [(0.0, Slept), (2.0, Checking), (5.0, Winner)];
         assert_eq!(
-            of(&list, 0.0, 10.0, 10, 8.0),
+            runs_of(&list, 0.0, 10.0, 10, 8.0),
             [
                 run(0, 2, Slept, Slept, false),
                 run(2, 5, Checking, Checking, false),
                 run(5, 8, Winner, Winner, false)
             ]
         );
-        assert_eq!(of(&list, 6.0, 7.0, 10, 8.0), [run(0, 10, Winner, Winner, false)]);
         assert_eq!(
-            of(&list[1..], -10.0, 10.0, 20, 8.0)[0],
+            runs_of(&list, 6.0, 7.0, 10, 8.0),
+            [run(0, 10, Winner, Winner, false)]
+        );
+        assert_eq!(
+            runs_of(&list[1..], -10.0, 10.0, 20, 8.0)[0],
             run(12, 15, Checking, Checking, false)
         );
     }
 
     #[test]
-    fn a_change_within_a_column_reaches_over_both_states_and_several_are_said_to_be_so() {
+    fn a_column_with_changes_extends_over_its_states_and_marks_several_changes() {
         use State::{Checking, Ready, Winner};
         let list = [
             (0.0, Checking),
@@ -252,7 +255,7 @@ mod tests {
             (5.3, Ready),
         ];
         assert_eq!(
-            of(&list, 0.0, 10.0, 10, 10.0),
+            runs_of(&list, 0.0, 10.0, 10, 10.0),
             [
                 run(0, 2, Checking, Checking, false),
                 run(2, 3, Checking, Ready, false),
@@ -264,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wink_among_a_thousand_changes_of_a_column_widens_it() {
+    fn a_column_with_many_changes_extends_over_all_of_its_states() {
         let list: Vec<_> = (0..1000)
             .map(|place| {
                 let state = if place % 2 == 0 {
@@ -275,7 +278,7 @@ mod tests {
                 (f64::from(place) * 0.01, state)
             })
             .collect();
-        let all = of(&list, 0.0, 10.0, 5, 10.0);
+        let all = runs_of(&list, 0.0, 10.0, 5, 10.0);
         assert_eq!(all, [run(0, 5, State::Checking, State::Ready, true)]);
     }
 }

@@ -13,11 +13,11 @@ use crate::style::{self, Style, time};
 
 /// Example conditions, each with its meaning.
 const CONDITIONS: [(&str, &str); 7] = [
-    ("collision", "two or more of a group are ready"),
-    ("absence", "somebody is awake and nobody wins"),
+    ("collision", "two or more members of a group are ready"),
+    ("absence", "a member of a group is awake and none wins"),
     ("chatter>5", "more than five switches of a group within a second"),
-    ("overrun", "a deadline is missed or a budget passed"),
-    ("fault", "a schema panics, errs, hangs or dies"),
+    ("overrun", "a schema misses its deadline or exceeds its budget"),
+    ("fault", "a schema panics, fails, hangs or dies"),
     ("refused", "a command or a wake is refused"),
     ("operator", "an operator acts"),
 ];
@@ -37,7 +37,8 @@ impl Scope {
             self.trigger(ui, seen, variables, style);
             ui.separator();
             let shown = self.cursors.at.is_some();
-            let tip = "Two lines to be dragged: the time between them, and all values at them.";
+            let tip =
+                "Two lines that can be dragged. They show the time between them and all values at them.";
             if ui.selectable_label(shown, "Cursors").on_hover_text(tip).clicked() {
                 self.cursors.toggle(scale);
             }
@@ -45,9 +46,9 @@ impl Scope {
             ui.separator();
             self.filter(ui);
         });
-        if let Some(words) = self.cursors.words() {
+        if let Some(text) = self.cursors.text() {
             ui.label(
-                RichText::new(words)
+                RichText::new(text)
                     .color(style::color_of(Ink::Seen, style))
                     .monospace(),
             );
@@ -62,10 +63,7 @@ impl Scope {
         let (text, tip) = if self.axis.is_paused() {
             ("Run", "Show the present again (space).")
         } else {
-            (
-                "Pause",
-                "Hold the picture still; the application runs on (space).",
-            )
+            ("Pause", "Pause the picture; the application continues (space).")
         };
         if ui.button(text).on_hover_text(tip).clicked() {
             self.run_or_pause(seen);
@@ -73,7 +71,7 @@ impl Scope {
         let division = self.axis.division();
         if ui
             .button("−")
-            .on_hover_text("Less time: see more detail.")
+            .on_hover_text("Show less time, in more detail.")
             .accessible_name("Less time per division")
             .clicked()
         {
@@ -83,7 +81,7 @@ impl Scope {
             .on_hover_text("Time between two lines of the grid. The wheel zooms at the pointer, a drag moves, a double click follows the present.");
         if ui
             .button("+")
-            .on_hover_text("More time: see more of the past.")
+            .on_hover_text("Show more time.")
             .accessible_name("More time per division")
             .clicked()
         {
@@ -101,29 +99,29 @@ impl Scope {
 
     fn trigger(&mut self, ui: &mut Ui, seen: &Input<'_>, variables: &[VariableInfo], style: &Style) {
         let label = ui.label("Trigger");
-        let field = TextEdit::singleline(&mut self.trigger.kept.text)
+        let field = TextEdit::singleline(&mut self.trigger.saved.text)
             .hint_text("collision, fault, a.b.c > 0.3 …")
             .desired_width(150.0);
         let response = ui.add(field).labelled_by(label.id);
         let mut arm = response.lost_focus();
         let choose = ui
             .button("…")
-            .on_hover_text("Conditions to begin with.")
+            .on_hover_text("Example conditions.")
             .accessible_name("Conditions");
         Popup::menu(&choose).show(|ui| {
             for (condition, meaning) in CONDITIONS {
                 let text = format!("{condition} — {meaning}");
                 if ui
-                    .selectable_label(self.trigger.kept.text == condition, text)
+                    .selectable_label(self.trigger.saved.text == condition, text)
                     .clicked()
                 {
-                    condition.clone_into(&mut self.trigger.kept.text);
+                    condition.clone_into(&mut self.trigger.saved.text);
                     arm = true;
                 }
             }
             ui.weak("or an expression over variables: pioneer.laser.ranges.exists(r, r < 0.3)");
             if ui.selectable_label(false, "no trigger").clicked() {
-                self.trigger.kept.text.clear();
+                self.trigger.saved.text.clear();
                 arm = true;
             }
         });
@@ -133,31 +131,31 @@ impl Scope {
                 self.axis.follow();
             }
         }
-        let words = self.trigger.kept.mode.words();
-        let modes = ComboBox::from_id_salt("mode").selected_text(words.0).width(64.0);
+        let (mode, mode_hint) = self.trigger.saved.mode.label_and_hint();
+        let modes = ComboBox::from_id_salt("mode").selected_text(mode).width(64.0);
         let shown = modes.show_ui(ui, |ui| {
             for mode in Mode::ALL {
-                let (word, tip) = mode.words();
-                ui.selectable_value(&mut self.trigger.kept.mode, mode, word)
+                let (label, tip) = mode.label_and_hint();
+                ui.selectable_value(&mut self.trigger.saved.mode, mode, label)
                     .on_hover_text(tip);
             }
         });
         shown
             .response
-            .on_hover_text(words.1)
+            .on_hover_text(mode_hint)
             .accessible_name("Mode of the trigger");
         let place = ui
             .button("place")
-            .on_hover_text("Where in the window the moment is put: what led to it is left of it.");
+            .on_hover_text("The position of the firing in the window. What led to it is to its left.");
         Popup::menu(&place)
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
             .show(|ui| {
-                let mut percent = self.trigger.kept.share * 100.0;
+                let mut percent = self.trigger.saved.share * 100.0;
                 let slider = Slider::new(&mut percent, 20.0..=80.0)
                     .suffix(" %")
-                    .text("before the moment");
+                    .text("before the firing");
                 if ui.add(slider).changed() {
-                    self.trigger.kept.share = percent / 100.0;
+                    self.trigger.saved.share = percent / 100.0;
                 }
             });
         status(ui, &self.trigger, style);
@@ -172,9 +170,11 @@ impl Scope {
             self.filter.text.clear();
         }
         ui.toggle_value(&mut self.filter.awake, "awake")
-            .on_hover_text("Only schemas that do not sleep.");
+            .on_hover_text("Only schemas that are not SLEPT.");
         ui.toggle_value(&mut self.filter.troubled, "troubled")
-            .on_hover_text("Only schemas that are late, faulted, refused, or held by an operator.");
+            .on_hover_text(
+                "Only schemas with overruns, faults or refusals, and those that an operator holds.",
+            );
         if !self.filter.is_empty() {
             ui.weak(format!("{} left out", self.left_out));
             if ui
@@ -190,12 +190,12 @@ impl Scope {
 
 /// Shows the phase of the trigger.
 fn status(ui: &mut Ui, trigger: &Trigger, style: &Style) {
-    let (word, color) = match trigger.phase() {
+    let (text, color) = match trigger.phase() {
         Phase::Off => ("off".to_owned(), Ink::Faint),
         Phase::Armed => ("armed".to_owned(), Ink::Warn),
         Phase::Fired { at } | Phase::Done { at } => (format!("triggered at {at:.3} s"), Ink::Good),
     };
-    let response = ui.label(RichText::new(word).color(style::color_of(color, style)));
+    let response = ui.label(RichText::new(text).color(style::color_of(color, style)));
     if let Some((at, text)) = trigger.last() {
         response.on_hover_text(format!("{at:.3} s: {text}"));
     }

@@ -33,18 +33,18 @@ struct Regions {
 }
 
 impl Scope {
-    pub(super) fn body(&mut self, ui: &mut Ui, seen: &Input<'_>, style: &Style, asks: &mut Vec<Request>) {
-        let whole = ui.available_rect_before_wrap();
-        if whole.width() < 120.0 || whole.height() < 2.0 * ROW {
+    pub(super) fn body(&mut self, ui: &mut Ui, seen: &Input<'_>, style: &Style, requests: &mut Vec<Request>) {
+        let area = ui.available_rect_before_wrap();
+        if area.width() < 120.0 || area.height() < 2.0 * ROW {
             return;
         }
-        let parts = self.parts(ui, whole);
+        let parts = self.parts(ui, area);
         let (list, left_out) = rows::rows(seen.snapshot, &self.filter, &self.folded);
         self.left_out = left_out;
         let id = ui.scope_id().with("traces");
-        self.keys(ui, id, seen, &list, asks);
-        let sight = Rect::from_x_y_ranges(parts.x, whole.y_range());
-        let traces = ui.interact(sight, id, Sense::click_and_drag());
+        self.keys(ui, id, seen, &list, requests);
+        let visible = Rect::from_x_y_ranges(parts.x, area.y_range());
+        let traces = ui.interact(visible, id, Sense::click_and_drag());
         traces.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Traces"));
         let now = seen.now();
         self.steer(ui, &traces, &self.axis.scale(now, parts.x), now);
@@ -53,17 +53,17 @@ impl Scope {
         let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.signals.bottom());
         let times = Rect::from_x_y_ranges(parts.x, parts.head.y_range());
         ruler::draw(ui.painter(), times, body, &scale, self.axis.division(), style);
-        let table = Table::new(whole.left(), parts.x.min - 6.0);
+        let table = Table::new(area.left(), parts.x.min - 6.0);
         table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
-        self.rows(ui, seen, &list, &parts, &table, &traces, &scale, style, asks);
+        self.rows(ui, seen, &list, &parts, &table, &traces, &scale, style, requests);
         self.signals
             .show(ui, parts.signals, &scale, now, &self.cursors, style);
-        let over = ui.painter().with_clip_rect(sight);
-        moment(&over, body, &scale, &self.trigger, style);
-        self.cursors.draw(&over, times, body, &scale, style);
+        let overlay = ui.painter().with_clip_rect(visible);
+        trigger_line(&overlay, body, &scale, &self.trigger, style);
+        self.cursors.draw(&overlay, times, body, &scale, style);
         let present = scale.x(now);
         if scale.holds(now) && !self.axis.is_live() {
-            over.vline(
+            overlay.vline(
                 present,
                 body.y_range(),
                 Stroke::new(1.0, style::color_of(Ink::Faint, style)),
@@ -72,7 +72,7 @@ impl Scope {
         if traces.has_focus() {
             let line = ui.visuals().selection.stroke;
             ui.painter().rect_stroke(
-                sight.shrink(0.5),
+                visible.shrink(0.5),
                 0.0,
                 Stroke::new(1.0, line.color),
                 eframe::egui::StrokeKind::Inside,
@@ -82,7 +82,7 @@ impl Scope {
             let text = if seen.snapshot.schemas.is_empty() {
                 "This application has no schemas."
             } else {
-                "No schema fits the filter."
+                "No schema matches the filter."
             };
             paint::write(
                 ui.painter(),
@@ -95,36 +95,36 @@ impl Scope {
     }
 
     /// Divides the space, and handles drags of the border between facts and traces.
-    fn parts(&mut self, ui: &Ui, whole: Rect) -> Regions {
-        let border = whole.left() + whole.width() * self.share;
-        let handle = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
+    fn parts(&mut self, ui: &Ui, area: Rect) -> Regions {
+        let border = area.left() + area.width() * self.share;
+        let handle = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), area.y_range());
         let response = ui
             .interact(handle, ui.scope_id().with("border"), Sense::drag())
             .on_hover_cursor(CursorIcon::ResizeHorizontal);
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
-            self.share = ((at.x - whole.left() + 3.0) / whole.width()).clamp(0.2, 0.8);
+            self.share = ((at.x - area.left() + 3.0) / area.width()).clamp(0.2, 0.8);
         }
         let line = if response.hovered() || response.dragged() {
             ui.visuals().widgets.hovered.fg_stroke
         } else {
             ui.visuals().widgets.noninteractive.bg_stroke
         };
-        ui.painter().vline(handle.center().x, whole.y_range(), line);
-        let border = whole.left() + whole.width() * self.share;
-        let wanted = self.signals.list.len() as f32 * ROW_HEIGHT;
-        let signals = wanted.min(((whole.height() - HEAD) * 0.5 / ROW_HEIGHT).floor().max(1.0) * ROW_HEIGHT);
-        let split = whole.bottom() - signals;
+        ui.painter().vline(handle.center().x, area.y_range(), line);
+        let border = area.left() + area.width() * self.share;
+        let desired = self.signals.list.len() as f32 * ROW_HEIGHT;
+        let signals = desired.min(((area.height() - HEAD) * 0.5 / ROW_HEIGHT).floor().max(1.0) * ROW_HEIGHT);
+        let split = area.bottom() - signals;
         Regions {
-            head: whole.with_max_y(whole.top() + HEAD),
-            rows: Rect::from_min_max(pos2(whole.left(), whole.top() + HEAD), pos2(whole.right(), split)),
-            signals: whole.with_min_y(split),
-            x: Rangef::new(border, whole.right() - BAR),
+            head: area.with_max_y(area.top() + HEAD),
+            rows: Rect::from_min_max(pos2(area.left(), area.top() + HEAD), pos2(area.right(), split)),
+            signals: area.with_min_y(split),
+            x: Rangef::new(border, area.right() - BAR),
         }
     }
 
     #[expect(
         clippy::too_many_arguments,
-        reason = "a row has two halves, and both are drawn here"
+        reason = "the function draws both halves of a row"
     )]
     fn rows(
         &mut self,
@@ -133,16 +133,16 @@ impl Scope {
         list: &[Row],
         parts: &Regions,
         table: &Table,
-        pointed: &Response,
+        pointer: &Response,
         scale: &Scale,
         style: &Style,
-        asks: &mut Vec<Request>,
+        requests: &mut Vec<Request>,
     ) {
         let selected = |row: &Row| match row {
             Row::Schema { schema, .. } => {
                 Some(&seen.snapshot.schemas[*schema].name) == self.selected.as_ref()
             }
-            Row::Group { .. } | Row::Apart => false,
+            Row::Group { .. } | Row::Ungrouped => false,
         };
         let mut area = ScrollArea::vertical().id_salt("rows").auto_shrink(false);
         if std::mem::take(&mut self.reveal)
@@ -162,19 +162,19 @@ impl Scope {
         let output = ui.scope_builder(inside, |ui| {
             ui.set_clip_rect(parts.rows.intersect(ui.clip_rect()));
             ui.spacing_mut().item_spacing = vec2(ui.spacing().item_spacing.x, 0.0);
-            area.show_viewport(ui, |ui, sight| {
+            area.show_viewport(ui, |ui, visible| {
                 ui.set_height(list.len() as f32 * ROW);
                 let top = ui.max_rect().top();
                 let rect_of = |place: usize| {
                     let y = top + place as f32 * ROW;
                     Rect::from_x_y_ranges(parts.rows.x_range(), y..=y + ROW)
                 };
-                let first = (sight.min.y / ROW).floor().max(0.0) as usize;
-                let last = ((sight.max.y / ROW).ceil().max(0.0) as usize).min(list.len());
+                let first = (visible.min.y / ROW).floor().max(0.0) as usize;
+                let last = ((visible.max.y / ROW).ceil().max(0.0) as usize).min(list.len());
                 let index = std::mem::take(&mut self.index);
                 let pixel = 1.0 / ui.pixels_per_point();
                 let mut drawn = Traces::new(seen, &index, *scale, style, pixel);
-                let over = ui.painter().with_clip_rect(
+                let overlay = ui.painter().with_clip_rect(
                     Rect::from_x_y_ranges(parts.x, parts.rows.y_range()).intersect(ui.clip_rect()),
                 );
                 for (place, row) in list.iter().enumerate().take(last).skip(first) {
@@ -183,14 +183,14 @@ impl Scope {
                         ui,
                         rect,
                         selected_row(&self.selected, seen, row),
-                        table::is_hovered(pointed, rect),
+                        table::is_hovered(pointer, rect),
                     );
                     let trace = Rect::from_x_y_ranges(parts.x, rect.y_range());
                     match *row {
                         Row::Group { group, depth } => {
                             let view = &seen.snapshot.groups[group];
                             table.group(ui, rect, seen, view, depth, style);
-                            drawn.group(&over, trace, view);
+                            drawn.group(&overlay, trace, view);
                         }
                         Row::Schema { schema, depth, below } => {
                             let view = &seen.snapshot.schemas[schema];
@@ -202,18 +202,18 @@ impl Scope {
                                 (depth, below),
                                 &mut self.editing,
                                 style,
-                                asks,
+                                requests,
                             );
                             if done.folded && !self.folded.remove(&view.name) {
                                 self.folded.insert(view.name.clone());
                             }
                             if done.selected {
                                 self.selected = Some(view.name.clone());
-                                pointed.request_focus();
+                                pointer.request_focus();
                             }
-                            drawn.schema(&over, trace, view);
+                            drawn.schema(&overlay, trace, view);
                         }
-                        Row::Apart => {
+                        Row::Ungrouped => {
                             let line = rect.with_min_x(rect.left() + 6.0).with_max_x(table.right);
                             let faint = ui.visuals().weak_text_color();
                             paint::write(
@@ -234,17 +234,17 @@ impl Scope {
                         .map(|place| rect_of(place).center().y)
                 };
                 for view in &seen.snapshot.groups {
-                    let sight = rect_of(first).top()..=rect_of(last).bottom();
+                    let visible = rect_of(first).top()..=rect_of(last).bottom();
                     if view
                         .members
                         .iter()
                         .filter_map(|&member| middle(member))
-                        .any(|y| sight.contains(&y))
+                        .any(|y| visible.contains(&y))
                     {
-                        drawn.switches(&over, view, &middle, self.why.opened());
+                        drawn.switches(&overlay, view, &middle, self.why.opened());
                     }
                 }
-                self.point(ui, pointed, &drawn, list, &parts.rows, top);
+                self.point(ui, pointer, &drawn, list, &parts.rows, top);
                 self.index = index;
             })
         });
@@ -255,12 +255,18 @@ impl Scope {
 fn selected_row(selected: &Option<String>, seen: &Input<'_>, row: &Row) -> bool {
     match row {
         Row::Schema { schema, .. } => Some(&seen.snapshot.schemas[*schema].name) == selected.as_ref(),
-        Row::Group { .. } | Row::Apart => false,
+        Row::Group { .. } | Row::Ungrouped => false,
     }
 }
 
 /// Draws the time at which the trigger last fired.
-fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &Trigger, style: &Style) {
+fn trigger_line(
+    painter: &eframe::egui::Painter,
+    body: Rect,
+    scale: &Scale,
+    trigger: &Trigger,
+    style: &Style,
+) {
     let Some((at, text)) = trigger.last().filter(|(at, _)| scale.holds(*at)) else {
         return;
     };
@@ -271,6 +277,6 @@ fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &
         painter.vline(x, Rangef::new(y, y + 4.0), Stroke::new(1.3, color));
         y += 8.0;
     }
-    let room = Rect::from_min_max(pos2(x + 4.0, body.top()), pos2(body.right(), body.top() + 14.0));
-    paint::write(painter, room, &format!("T {text}"), paint::small(), color);
+    let label_area = Rect::from_min_max(pos2(x + 4.0, body.top()), pos2(body.right(), body.top() + 14.0));
+    paint::write(painter, label_area, &format!("T {text}"), paint::small(), color);
 }

@@ -30,7 +30,7 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     ui.painter().text(
         chip.center(),
         Align2::CENTER_CENTER,
-        bands::word(view.state),
+        bands::state_name(view.state),
         paint::small(),
         color,
     );
@@ -72,27 +72,27 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
     } else {
         format!("{:.0}%", share * 100.0)
     };
-    let above = cell.with_max_y(cell.bottom() - 3.0);
+    let text_area = cell.with_max_y(cell.bottom() - 3.0);
     let color = if share < 0.005 {
         ui.visuals().weak_text_color()
     } else {
         ui.visuals().text_color()
     };
-    paint::write_right(ui.painter(), above, &text, color);
+    paint::write_right(ui.painter(), text_area, &text, color);
 }
 
 /// Draws the buttons of an operator's actions (R14).
-pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, asks: &mut Vec<Request>) {
+pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, requests: &mut Vec<Request>) {
     let hold = view.operator.as_ref().map(|hold| hold.kind);
     let schema = || view.name.clone();
     let is_motor = view.kind == Kind::Motor;
-    let answers = seen.answers;
+    let accepts_requests = seen.accepts_requests;
     let list = [
         (
             Icon::Play,
             "Play",
             "Wake it and keep it awake, until it is released.",
-            answers,
+            accepts_requests,
             hold == Some(HoldKind::Played),
             Request::Act(Action::Play { schema: schema() }),
         ),
@@ -100,7 +100,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, 
             Icon::Stop,
             "Stop",
             "Put it to sleep and keep it asleep, until it is released.",
-            answers,
+            accepts_requests,
             hold == Some(HoldKind::Stopped),
             Request::Act(Action::Stop { schema: schema() }),
         ),
@@ -108,36 +108,36 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, 
             Icon::Force,
             "Force",
             "Make it win its group while it is awake, until it is released.",
-            answers && is_motor,
+            accepts_requests && is_motor,
             hold == Some(HoldKind::Forced),
             Request::Act(Action::Force { schema: schema() }),
         ),
         (
             Icon::Release,
             "Release",
-            "Let go of it: the hierarchy decides about it again.",
-            answers && hold.is_some(),
+            "Release it: the hierarchy controls it again.",
+            accepts_requests && hold.is_some(),
             false,
             Request::Act(Action::Release { schema: schema() }),
         ),
         (
             Icon::Panel,
             "Panel of",
-            "Open the panel that it draws of itself.",
+            "Open the panel of the schema.",
             view.panel,
             false,
             Request::Panel(schema()),
         ),
     ];
-    for (place, (icon, verb, tip, enabled, pressed, ask)) in list.into_iter().enumerate() {
+    for (number, (icon, verb, tip, enabled, pressed, request)) in list.into_iter().enumerate() {
         let rect = Rect::from_min_size(
-            pos2(cell.left() + place as f32 * BUTTON, cell.top()),
+            pos2(cell.left() + number as f32 * BUTTON, cell.top()),
             vec2(BUTTON, cell.height()),
         );
         let name = format!("{verb} {}", view.name);
         let id = ui.scope_id().with((&view.name, verb));
         if paint::button(ui, rect, id, icon, (&name, tip), (enabled, pressed)).clicked() {
-            asks.push(ask);
+            requests.push(request);
         }
     }
 }

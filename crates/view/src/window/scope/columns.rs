@@ -41,42 +41,39 @@ impl Column {
         match self {
             Self::State => (
                 "state",
-                "SLEPT costs nothing; CHECKING: its precondition is false; READY: it could act, another was chosen; WINNER: it \
-                 iterates. A diamond: what it commands counts (R7).",
+                "SLEPT: it does not run; CHECKING: its precondition is false; READY: its precondition is true, but another \
+                 was chosen; WINNER: it iterates. A diamond: it has authority (R7).",
             ),
-            Self::Health => ("health", "Whether it keeps its deadlines, or why it cannot run."),
+            Self::Health => ("health", "Whether it meets its deadlines, or why it cannot run."),
             Self::Period => (
                 "period",
-                "The cycle time asked for. Click one to type another: 50ms or 20Hz.",
+                "The configured period. Click it to enter another one: 50ms or 20Hz.",
             ),
-            Self::Measured => ("measured", "The cycle time as it is."),
+            Self::Measured => ("measured", "The measured period."),
             Self::Load => ("load", "Share of one processor core."),
             Self::Overruns => ("late", "Deadlines missed and budgets passed."),
-            Self::Buttons => (
-                "operate",
-                "Play, stop, force to win, let go of it, open its panel.",
-            ),
+            Self::Buttons => ("operate", "Play, stop, force to win, release, open the panel."),
         }
     }
 }
 
-/// The most important columns that fit into `room`, from left to right, each with its left edge. The last
+/// The most important columns that fit into `width`, from left to right, each with its left edge. The last
 /// ends at `end`.
-pub(super) fn fitting(mut room: f32, mut end: f32) -> Vec<(Column, f32)> {
+pub(super) fn fitting(mut width: f32, mut end: f32) -> Vec<(Column, f32)> {
     let mut fitting: Vec<_> = IMPORTANCE
         .into_iter()
         .filter(|column| {
-            let fits = column.width() <= room;
-            room -= if fits { column.width() } else { 0.0 };
+            let fits = column.width() <= width;
+            width -= if fits { column.width() } else { 0.0 };
             fits
         })
         .collect();
     fitting.sort_unstable();
-    let places = fitting.into_iter().rev().map(|column| {
+    let positioned = fitting.into_iter().rev().map(|column| {
         end -= column.width();
         (column, end)
     });
-    let mut columns: Vec<_> = places.collect();
+    let mut columns: Vec<_> = positioned.collect();
     columns.reverse();
     columns
 }
@@ -86,18 +83,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn where_there_is_little_room_the_most_important_columns_stay_in_their_order() {
+    fn a_narrow_table_keeps_the_most_important_columns_in_order() {
         let all = fitting(1000.0, 500.0);
         assert_eq!(all.len(), IMPORTANCE.len());
         assert!(all.is_sorted_by(|one, next| one.0 < next.0 && one.1 + one.0.width() == next.1));
-        let few = IMPORTANCE[0].width() + IMPORTANCE[1].width();
-        let kept: Vec<_> = fitting(few, few).into_iter().map(|(column, _)| column).collect();
+        let narrow = IMPORTANCE[0].width() + IMPORTANCE[1].width();
+        let kept: Vec<_> = fitting(narrow, narrow)
+            .into_iter()
+            .map(|(column, _)| column)
+            .collect();
         assert_eq!(kept, [Column::State, Column::Buttons]);
         let kept: Vec<_> = fitting(90.0, 90.0)
             .into_iter()
             .map(|(column, _)| column)
             .collect();
-        assert_eq!(kept, [Column::State], "it fits where the buttons do not");
+        assert_eq!(kept, [Column::State], "the state fits where the buttons do not");
         assert!(fitting(10.0, 10.0).is_empty());
     }
 }

@@ -9,7 +9,7 @@ use super::axis::Scale;
 use super::paint;
 use crate::style::{self, Style, time};
 
-/// Distance at which a drag takes a line, in points.
+/// Distance within which a drag moves a line, in points.
 const NEAR: f32 = 6.0;
 
 /// Two times.
@@ -34,21 +34,21 @@ impl Cursors {
 
     /// Takes the cursor near a position of the screen. Returns whether there is one.
     pub(super) fn take(&mut self, scale: &Scale, x: f32) -> bool {
-        let at = self
+        let times = self
             .at
             .unwrap_or([f64::NAN; 2])
             .map(|time| (scale.x(time) - x).abs());
         self.held = (0..2)
-            .filter(|&each| at[each] <= NEAR)
-            .min_by(|&one, &other| at[one].total_cmp(&at[other]));
+            .filter(|&cursor| times[cursor] <= NEAR)
+            .min_by(|&a, &b| times[a].total_cmp(&times[b]));
         self.held.is_some()
     }
 
     /// Moves the taken cursor. Returns whether there is one.
     pub(super) fn drag(&mut self, time: f64) -> bool {
         match (self.held, &mut self.at) {
-            (Some(held), Some(at)) => {
-                at[held] = time;
+            (Some(held), Some(times)) => {
+                times[held] = time;
                 true
             }
             _ => false,
@@ -60,24 +60,24 @@ impl Cursors {
     }
 
     /// Both times, their difference and its frequency, as text.
-    pub(super) fn words(&self) -> Option<String> {
+    pub(super) fn text(&self) -> Option<String> {
         let [first, second] = self.at?;
-        let apart = second - first;
-        let often = if apart == 0.0 {
+        let difference = second - first;
+        let frequency = if difference == 0.0 {
             String::new()
         } else {
-            format!(" = 1/({:.4} Hz)", 1.0 / apart.abs())
+            format!(" = 1/({:.4} Hz)", 1.0 / difference.abs())
         };
         Some(format!(
-            "A {first:.4} s   B {second:.4} s   B − A {}{often}",
-            time::span(apart)
+            "A {first:.4} s   B {second:.4} s   B − A {}{frequency}",
+            time::span(difference)
         ))
     }
 
     pub(super) fn draw(&self, painter: &Painter, head: Rect, body: Rect, scale: &Scale, style: &Style) {
-        let Some(at) = self.at else { return };
+        let Some(times) = self.at else { return };
         let color = style::color_of(Ink::Seen, style);
-        for (time, name) in at.into_iter().zip(["A", "B"]) {
+        for (time, name) in times.into_iter().zip(["A", "B"]) {
             if !scale.holds(time) {
                 continue;
             }

@@ -29,7 +29,7 @@ pub(super) fn draw(painter: &Painter, x: f32, row: Rect, sign: Sign, style: &Sty
         Sign::Refused => {
             painter.circle_stroke(pos2(x, top + 3.5), 3.0, Stroke::new(1.3, color));
         }
-        Sign::Well => {
+        Sign::Recovered => {
             painter.circle_filled(pos2(x, top + 3.5), 2.5, color);
         }
     }

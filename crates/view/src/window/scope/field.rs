@@ -32,7 +32,7 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
     let whole = if path.is_empty() {
         match of.fields.as_slice() {
             [only] if of.as_number().is_some() => only.name.as_str(),
-            _ => return Err(format!("a {} is no number: say which field of it", of.name)),
+            _ => return Err(format!("a {} is not a number: name one of its fields", of.name)),
         }
     } else {
         path
@@ -63,11 +63,9 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
                 return Err(format!("`{name}` has {capacity} elements, from 0"));
             }
             (Form::Array(_) | Form::Sequence { .. }, None) => {
-                return Err(format!(
-                    "`{name}` is a list: say which element, as in `{name}[0]`"
-                ));
+                return Err(format!("`{name}` is a list: name an element, as in `{name}[0]`"));
             }
-            (Form::One, Some(_)) => return Err(format!("`{name}` is no list")),
+            (Form::One, Some(_)) => return Err(format!("`{name}` is not a list")),
             (Form::Text { .. }, _) => return Err(format!("`{name}` is a text, not a number")),
         }
         match &field.kind {
@@ -88,7 +86,7 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
         }
     }
     Err(format!(
-        "`{whole}` is a {}: say which field of it",
+        "`{whole}` is a {}: name one of its fields",
         value_type.name
     ))
 }
@@ -99,12 +97,12 @@ pub(super) fn list(of: &Type) -> Vec<String> {
     if of.as_number().is_some() {
         found.push(String::new());
     } else {
-        below(of, "", &mut found);
+        collect_below(of, "", &mut found);
     }
     found
 }
 
-fn below(of: &Type, before: &str, found: &mut Vec<String>) {
+fn collect_below(of: &Type, before: &str, found: &mut Vec<String>) {
     for field in &of.fields {
         if found.len() >= OFFERED {
             return;
@@ -117,7 +115,7 @@ fn below(of: &Type, before: &str, found: &mut Vec<String>) {
         };
         match kind {
             FieldKind::Scalar(_) => found.push(path),
-            FieldKind::Struct(inner) => below(inner, &format!("{path}."), found),
+            FieldKind::Struct(inner) => collect_below(inner, &format!("{path}."), found),
         }
     }
 }
@@ -158,7 +156,7 @@ fn split(part: &str) -> Result<(&str, Option<usize>), String> {
     let element = rest.strip_suffix(']').and_then(|element| element.parse().ok());
     match element {
         Some(element) => Ok((name, Some(element))),
-        None => Err(format!("`{part}` names no element: write `{name}[0]`")),
+        None => Err(format!("`{part}` has no element number: write `{name}[0]`")),
     }
 }
 
@@ -177,36 +175,41 @@ mod tests {
         let read = |path: &str| find(&of, path).expect(path).read(odometry.as_bytes());
         assert_eq!(read("pose.pose.position.x"), Some(1.25));
         assert_eq!(read("pose.covariance[7]"), Some(4.0));
-        assert_eq!(find(&of, "pose.pose.position.x").expect("it is there").unit, "m");
+        assert_eq!(
+            find(&of, "pose.pose.position.x").expect("the field exists").unit,
+            "m"
+        );
         let mut bumpers = Bumpers::zeroed();
-        bumpers.front.push(Flag::TRUE).expect("there is room");
-        let place = find(&Bumpers::describe(), "front[0]").expect("it may be there");
+        bumpers.front.push(Flag::TRUE).expect("the sequence has room");
+        let place = find(&Bumpers::describe(), "front[0]").expect("the path is valid");
         assert_eq!(place.read(bumpers.as_bytes()), Some(1.0));
         let period = f64::describe();
         assert_eq!(
-            find(&period, "").expect("a number").read(0.075.as_bytes()),
+            find(&period, "")
+                .expect("the type is a number")
+                .read(0.075.as_bytes()),
             Some(0.075)
         );
     }
 
     #[test]
-    fn an_element_past_the_end_of_a_list_is_nothing() {
+    fn an_element_past_the_end_of_a_list_has_no_value() {
         let of = LaserScan::describe();
-        let place = find(&of, "ranges[3]").expect("it may be there");
+        let place = find(&of, "ranges[3]").expect("the path is valid");
         assert_eq!(place.read(LaserScan::zeroed().as_bytes()), None);
     }
 
     #[test]
-    fn what_is_no_number_is_refused_with_the_nearest_name() {
+    fn a_path_that_is_not_a_number_is_refused_with_the_nearest_name() {
         let of = Odometry::describe();
         for (path, reason) in [
             ("pose.pose.positon.x", "did you mean `position`?"),
-            ("pose.pose", "say which field"),
+            ("pose.pose", "name one of its fields"),
             ("pose.covariance", "is a list"),
             ("pose.covariance[36]", "36 elements"),
-            ("pose.covariance[a]", "names no element"),
+            ("pose.covariance[a]", "has no element number"),
             ("child_frame_id", "is a text"),
-            ("", "is no number"),
+            ("", "is not a number"),
         ] {
             let refused = find(&of, path).unwrap_err();
             assert!(refused.contains(reason), "{path}: {refused}");
@@ -214,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_that_is_offered_is_found() {
+    fn every_offered_path_is_found() {
         for of in [Odometry::describe(), LaserScan::describe(), f64::describe()] {
             let offered = list(&of);
             assert!(!offered.is_empty());

@@ -1,4 +1,4 @@
-//! Artificial hierarchies with a past: always the same, and without an application.
+//! Artificial hierarchies with a constant past, without an application.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
@@ -20,7 +20,7 @@ impl Scope {
         variables: &[VariableInfo],
         style: &Style,
     ) -> Vec<Request> {
-        self.draw(ui, &fixed.seen(), variables, style)
+        self.draw(ui, &fixed.input(), variables, style)
     }
 }
 
@@ -32,12 +32,12 @@ pub(crate) struct Fixed {
 }
 
 impl Fixed {
-    pub(super) fn seen(&self) -> Input<'_> {
+    pub(super) fn input(&self) -> Input<'_> {
         Input {
             snapshot: &self.snapshot,
             schemas: &self.schemas,
             past: &self.past,
-            answers: true,
+            accepts_requests: true,
         }
     }
 
@@ -56,7 +56,7 @@ impl Fixed {
                 "kind": match schema.kind { Kind::Motor => "motor", Kind::Perceptive => "perceptive", Kind::Driver => "driver" },
                 "period_s": schema.period as f64 / 1e9, "budget_s": 0.01, "children": [], "ports": [],
             });
-            serde_json::from_value::<SchemaInfo>(info).expect("it is one")
+            serde_json::from_value::<SchemaInfo>(info).expect("the description is valid")
         });
         Self {
             schemas: Schemas {
@@ -123,7 +123,7 @@ pub(crate) fn group(name: &str, father: Option<usize>, members: &[usize]) -> Gro
     }
 }
 
-/// Safe navigation after 10 s: goon, vff and stop have won in turn, and an operator holds one.
+/// Safe navigation after 10 s: goon, vff and stop have won in turn, and an operator holds `stop`.
 pub(crate) fn navigation() -> Fixed {
     let mut schemas = vec![
         schema("pioneer", Kind::Driver, None, None),

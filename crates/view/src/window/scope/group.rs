@@ -29,15 +29,15 @@ impl Table {
         let late = takeover.is_some() && group.worst > group.allowed;
         let facts = facts(group, winner, takeover.as_deref());
         let left = self.left + 6.0 + depth as f32 * INDENT;
-        let line = Rect::from_min_max(pos2(left, rect.top()), pos2(self.right - 4.0, rect.bottom()));
-        let response = ui.interact(line, ui.scope_id().with(("group", &group.name)), Sense::hover());
+        let area = Rect::from_min_max(pos2(left, rect.top()), pos2(self.right - 4.0, rect.bottom()));
+        let response = ui.interact(area, ui.scope_id().with(("group", &group.name)), Sense::hover());
         response.widget_info(|| {
             let text = format!("group {}: {facts}", group.name);
             WidgetInfo::labeled(Role::Label, true, text)
         });
         let accent = style::color_of(Ink::Accent, style);
-        let end = paint::write_name(ui.painter(), line, &group.name, paint::font(), accent);
-        let rest = line.with_min_x((end + 8.0).min(line.right()));
+        let end = paint::write_name(ui.painter(), area, &group.name, paint::font(), accent);
+        let rest = area.with_min_x((end + 8.0).min(area.right()));
         let color = if late {
             style::color_of(Ink::Bad, style)
         } else {
@@ -52,13 +52,13 @@ impl Table {
                 .map(|member| member.name.as_str())
                 .collect::<Vec<_>>()
                 .join(", ");
-            let mut tip = format!("{}\nOne of these wins: {members}", group.name);
+            let mut tip = format!("{}\nMembers, of which one wins: {members}", group.name);
             if !group.policy.is_empty() {
                 tip += &format!("\nPolicy: {}", group.policy);
             }
             tip += &format!("\nWinner: {winner}\nSwitches: {}", group.switches);
             if let Some(takeover) = takeover {
-                tip += &format!("\nWorst takeover: {takeover}, which its contract allows (R17)");
+                tip += &format!("\nWorst takeover: {takeover} allowed by its contract (R17)");
             }
             response.on_hover_text(tip);
         }
@@ -93,14 +93,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_group_is_told_as_far_as_it_is_known() {
+    fn the_description_of_a_group_omits_unknown_facts() {
         let mut group = fixture::group("roots", None, &[0]);
-        let told = |group: &GroupView| facts(group, "goon", takeover(group).as_deref());
+        let described = |group: &GroupView| facts(group, "goon", takeover(group).as_deref());
         assert_eq!(
-            told(&group),
+            described(&group),
             "priority · goon wins · 3 switches · worst takeover 1.24 ms of 85.0 ms"
         );
         (group.policy, group.allowed, group.switches) = (String::new(), 0, 1);
-        assert_eq!(told(&group), "goon wins · 1 switch");
+        assert_eq!(described(&group), "goon wins · 1 switch");
     }
 }

@@ -11,7 +11,7 @@ use crate::session::{History, Progress};
 /// Switches and events, to be found by time.
 #[derive(Debug, Default)]
 pub(super) struct Index {
-    heard: Progress,
+    processed: Progress,
     /// Indices of the schemas, by name.
     places: HashMap<String, usize>,
     groups: HashMap<String, VecDeque<Switch>>,
@@ -47,7 +47,7 @@ pub(super) struct Mark {
 /// The kinds of events, the least important first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Sign {
-    Well,
+    Recovered,
     Operator,
     Refused,
     Overrun,
@@ -58,29 +58,32 @@ impl Index {
     /// Adds the new entries of the past. Rebuilds the index if a recording jumped back or the number of
     /// schemas changed.
     pub(super) fn take(&mut self, past: &History, schemas: &Schemas) {
-        let heard = past.progress();
-        if heard.turns != self.heard.turns || self.places.len() != schemas.schemas.len() {
+        let processed = past.progress();
+        if processed.turns != self.processed.turns || self.places.len() != schemas.schemas.len() {
             let places = schemas.schemas.iter().enumerate();
             *self = Self {
                 places: places
-                    .map(|(place, schema)| (schema.name.clone(), place))
+                    .map(|(position, schema)| (schema.name.clone(), position))
                     .collect(),
-                heard: Progress {
-                    turns: heard.turns,
+                processed: Progress {
+                    turns: processed.turns,
                     ..Progress::default()
                 },
                 ..Self::default()
             };
         }
-        for decision in newest(past.decisions(), heard.decisions - self.heard.decisions) {
+        for decision in newest(past.decisions(), processed.decisions - self.processed.decisions) {
             if decision.changed {
-                self.decided(decision, past);
+                self.add_decision(decision, past);
             }
         }
-        for happening in newest(past.happenings(), heard.happenings - self.heard.happenings) {
-            self.happened(happening, past);
+        for happening in newest(
+            past.happenings(),
+            processed.happenings - self.processed.happenings,
+        ) {
+            self.add_event(happening, past);
         }
-        self.heard = heard;
+        self.processed = processed;
     }
 
     /// The switches of a group, oldest first.
@@ -98,13 +101,13 @@ impl Index {
         &self.switches
     }
 
-    fn decided(&mut self, decision: &Decision, past: &History) {
-        let place = |name: &Option<String>| self.places.get(name.as_ref()?).copied();
+    fn add_decision(&mut self, decision: &Decision, past: &History) {
+        let position = |name: &Option<String>| self.places.get(name.as_ref()?).copied();
         let switch = Switch {
             time: decision.time_s,
             number: decision.number,
-            from: place(&decision.before),
-            to: place(&decision.choice),
+            from: position(&decision.before),
+            to: position(&decision.choice),
         };
         let first = past.decisions().front().map_or(0, |decision| decision.number);
         while self.switches.pop_front_if(|number| *number < first).is_some() {}
@@ -118,10 +121,10 @@ impl Index {
         }
     }
 
-    fn happened(&mut self, happening: &EventRecord, past: &History) {
+    fn add_event(&mut self, happening: &EventRecord, past: &History) {
         let Some(schema) = &happening.schema else { return };
         let sign = match happening.kind.as_str() {
-            "ok" => Sign::Well,
+            "ok" => Sign::Recovered,
             "operator" => Sign::Operator,
             "refused" => Sign::Refused,
             "overrun" | "arbitration-failed" => Sign::Overrun,
@@ -153,8 +156,10 @@ impl Index {
 /// The selection with a number.
 pub(super) fn decision(past: &History, number: u64) -> Option<&Decision> {
     let decisions = past.decisions();
-    let place = decisions.partition_point(|decision| decision.number < number);
-    decisions.get(place).filter(|decision| decision.number == number)
+    let position = decisions.partition_point(|decision| decision.number < number);
+    decisions
+        .get(position)
+        .filter(|decision| decision.number == number)
 }
 
 /// The last `count` entries, or as many as are still kept.
@@ -171,14 +176,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_new_is_taken_up_once_and_what_has_not_happened_yet_is_forgotten() {
+    fn new_entries_are_indexed_once_and_a_jump_back_in_time_removes_later_ones() {
         let mut fixed = fixture::navigation();
         let mut index = Index::default();
         index.take(&fixed.past, &fixed.schemas);
         let before = index.switches().len();
         index.take(&fixed.past, &fixed.schemas);
         assert_eq!(index.switches().len(), before);
-        let last = fixed.past.decisions().back().expect("some").clone();
+        let last = fixed
+            .past
+            .decisions()
+            .back()
+            .expect("the fixture has selections")
+            .clone();
         let next = Decision {
             number: last.number + 1,
             time_s: last.time_s + 0.1,
@@ -192,7 +202,7 @@ mod tests {
         earlier.time = 2_000_000_000;
         fixed.past.add_snapshot(&earlier);
         index.take(&fixed.past, &fixed.schemas);
-        let group = index.group("example/base").expect("it switched");
+        let group = index.group("example/base").expect("the group has switches");
         assert!(group.iter().all(|switch| switch.time <= 2.0));
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct Input<'a> {
     /// The past.
     pub(super) past: &'a History,
     /// Whether the application accepts requests.
-    pub(super) answers: bool,
+    pub(super) accepts_requests: bool,
 }
 
 /// A request of the user.

@@ -1,5 +1,5 @@
-//! The keys of the oscilloscope: those of the one in the terminal, and the arrows between switches. They act
-//! only while the traces have the focus, so that typing and driving elsewhere is not affected. Space also
+//! The keys of the oscilloscope: those of the terminal oscilloscope, and the arrows between switches. They
+//! act only while the traces have the focus, so that typing and driving elsewhere is not affected. Space also
 //! acts while nothing has the focus.
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
@@ -26,7 +26,7 @@ impl Scope {
         traces: Id,
         seen: &Input<'_>,
         rows: &[Row],
-        asks: &mut Vec<Request>,
+        requests: &mut Vec<Request>,
     ) {
         let focused = ui.memory(|memory| memory.focused());
         if focused.is_none_or(|focused| focused == traces) && take(ui, Key::Space) {
@@ -44,14 +44,14 @@ impl Scope {
                 self.axis.reveal(decision.time_s, seen.now());
             }
         }
-        for (key, by) in [
+        for (key, step) in [
             (Key::ArrowUp, -1),
             (Key::ArrowDown, 1),
             (Key::PageUp, -20),
             (Key::PageDown, 20),
         ] {
             if take(ui, key) {
-                self.select(seen, rows, by);
+                self.select(seen, rows, step);
             }
         }
         let Some(view) = self
@@ -65,33 +65,33 @@ impl Scope {
         if take(ui, Key::T) {
             self.editing.begin(&schema, view.period as f64 / 1e9);
         }
-        if take(ui, Key::P) && seen.answers {
-            asks.push(Request::Act(if view.state == State::Slept {
+        if take(ui, Key::P) && seen.accepts_requests {
+            requests.push(Request::Act(if view.state == State::Slept {
                 Action::Play { schema }
             } else {
                 Action::Stop { schema }
             }));
-        } else if take(ui, Key::F) && seen.answers {
-            asks.push(Request::Act(Action::Force { schema }));
-        } else if take(ui, Key::R) && seen.answers {
-            asks.push(Request::Act(Action::Release { schema }));
+        } else if take(ui, Key::F) && seen.accepts_requests {
+            requests.push(Request::Act(Action::Force { schema }));
+        } else if take(ui, Key::R) && seen.accepts_requests {
+            requests.push(Request::Act(Action::Release { schema }));
         }
     }
 
     /// Moves the selection by a number of schemas, limited to the ends of the list.
-    fn select(&mut self, seen: &Input<'_>, rows: &[Row], by: isize) {
+    fn select(&mut self, seen: &Input<'_>, rows: &[Row], step: isize) {
         let order: Vec<_> = rows
             .iter()
             .filter_map(|row| match row {
                 Row::Schema { schema, .. } => seen.snapshot.schemas.get(*schema),
-                Row::Group { .. } | Row::Apart => None,
+                Row::Group { .. } | Row::Ungrouped => None,
             })
             .collect();
         let place = order
             .iter()
             .position(|view| Some(&view.name) == self.selected.as_ref());
         let next = match place {
-            Some(place) => place.saturating_add_signed(by).min(order.len() - 1),
+            Some(place) => place.saturating_add_signed(step).min(order.len() - 1),
             None => 0,
         };
         if let Some(view) = order.get(next) {

@@ -111,25 +111,25 @@ impl Default for SavedState {
 
 impl Scope {
     /// Opens the window with its saved state.
-    pub(crate) fn open(kept: &serde_json::Value) -> Self {
+    pub(crate) fn open(saved: &serde_json::Value) -> Self {
         // State saved by another version may be unreadable; the defaults are used then.
-        let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
+        let mut saved: SavedState = serde_json::from_value(saved.clone()).unwrap_or_default();
         Self {
-            axis: Axis::new(kept.span),
+            axis: Axis::new(saved.span),
             index: Index::default(),
-            filter: std::mem::take(&mut kept.filter),
-            folded: std::mem::take(&mut kept.folded),
+            filter: std::mem::take(&mut saved.filter),
+            folded: std::mem::take(&mut saved.folded),
             signals: Signals::default(),
-            trigger: Trigger::new(kept.trigger.clone()),
-            cursors: kept.cursors,
+            trigger: Trigger::new(saved.trigger.clone()),
+            cursors: saved.cursors,
             why: SwitchDetails::default(),
             editing: Period::default(),
             selected: None,
-            share: kept.share.clamp(0.2, 0.8),
+            share: saved.share.clamp(0.2, 0.8),
             scrolled: 0.0,
             reveal: false,
             left_out: 0,
-            waiting: Some(kept),
+            waiting: Some(saved),
         }
     }
 
@@ -141,12 +141,12 @@ impl Scope {
         variables: &[VariableInfo],
         style: &Style,
     ) -> Vec<Request> {
-        let mut asks = Vec::new();
+        let mut requests = Vec::new();
         self.index.take(seen.past, seen.schemas);
         let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
         self.bar(ui, seen, variables, &scale, style);
         let height = ui.available_height();
-        let why = Panel::bottom(ui.scope_id().with("why"))
+        let reason_panel = Panel::bottom(ui.scope_id().with("why"))
             .resizable(true)
             .default_size((height * 0.36).clamp(100.0, 200.0))
             .size_range(40.0..=(height - 120.0).max(41.0))
@@ -154,14 +154,14 @@ impl Scope {
                 top: 4,
                 ..egui::Margin::ZERO
             }));
-        let shown = why
+        let shown = reason_panel
             .show(ui, |ui| self.why.show(ui, seen, &self.index, style))
             .inner;
         if let Some(time) = shown {
             self.axis.reveal(time, seen.now());
         }
-        egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut asks));
-        asks
+        egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut requests));
+        requests
     }
 
     fn run_or_pause(&mut self, seen: &Input<'_>) {
@@ -174,7 +174,7 @@ impl Scope {
     }
 
     /// Reads the new values of the traces and of the trigger.
-    fn listen(&mut self, session: &Session) {
+    fn read_values(&mut self, session: &Session) {
         for signal in &mut self.signals.list {
             for sample in session.values(&signal.variable, RATE, &signal.name) {
                 signal.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
@@ -201,27 +201,27 @@ impl Scope {
 
 impl Window for Scope {
     fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style) {
-        if let Some(kept) = self.waiting.take() {
-            for trace in &kept.traces {
-                if let Err(why) = self.signals.add(trace, session.variables()) {
-                    tracing::info!("a trace is no longer there: {why}");
+        if let Some(saved) = self.waiting.take() {
+            for trace in &saved.traces {
+                if let Err(reason) = self.signals.add(trace, session.variables()) {
+                    tracing::info!("a saved trace cannot be added: {reason}");
                 }
             }
             self.trigger
                 .arm(session.schemas(), session.variables(), session.past());
         }
         for name in session.plots() {
-            self.signals.ask(&name, session.variables());
+            self.signals.add_requested(&name, session.variables());
         }
-        self.listen(session);
+        self.read_values(session);
         let seen = Input {
             snapshot: session.snapshot(),
             schemas: session.schemas(),
             past: session.past(),
-            answers: !session.is_gone() && !session.is_recording(),
+            accepts_requests: !session.is_gone() && !session.is_recording(),
         };
-        for ask in self.draw(ui, &seen, session.variables(), style) {
-            match ask {
+        for request in self.draw(ui, &seen, session.variables(), style) {
+            match request {
                 Request::Act(action) => session.act(action),
                 Request::Panel(schema) => session.open_window(super::Kind::Panel(schema)),
             }
@@ -229,7 +229,7 @@ impl Window for Scope {
     }
 
     fn keep(&self) -> serde_json::Value {
-        let kept = SavedState {
+        let saved = SavedState {
             span: self.axis.span(),
             share: self.share,
             filter: self.filter.clone(),
@@ -240,9 +240,9 @@ impl Window for Scope {
                 .iter()
                 .map(|signal| signal.name.clone())
                 .collect(),
-            trigger: self.trigger.kept.clone(),
+            trigger: self.trigger.saved.clone(),
             cursors: self.cursors,
         };
-        serde_json::to_value(kept).unwrap_or_default()
+        serde_json::to_value(saved).unwrap_or_default()
     }
 }

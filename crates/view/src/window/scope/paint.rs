@@ -59,8 +59,8 @@ pub(super) fn write_name(painter: &Painter, rect: Rect, name: &str, font: FontId
     write(painter, rect, &shown, font, color)
 }
 
-/// Returns a name that fits: whole, or its end after an ellipsis. The end begins with a whole part of the name
-/// unless that shows less than half of the letters that fit.
+/// Returns a name that fits: whole, or its end after an ellipsis. The end begins with a whole part of the
+/// name unless that shows less than half of the letters that fit.
 fn tail(name: &str, fits: impl Fn(&str) -> bool) -> String {
     if fits(name) {
         return name.to_owned();
@@ -69,8 +69,8 @@ fn tail(name: &str, fits: impl Fn(&str) -> bool) -> String {
     let starts: Vec<usize> = name.char_indices().skip(1).map(|(start, _)| start).collect();
     let longest = starts.partition_point(|start| !fits(&end(*start)));
     let fitting = &starts[longest..];
-    let mut most = fitting.iter().take(fitting.len().div_ceil(2));
-    let part = most.find(|start| name[..**start].ends_with(['/', '.']));
+    let mut candidates = fitting.iter().take(fitting.len().div_ceil(2));
+    let part = candidates.find(|start| name[..**start].ends_with(['/', '.']));
     part.or(fitting.first())
         .map_or_else(|| "…".to_owned(), |start| end(*start))
 }
@@ -191,7 +191,7 @@ fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
 /// The color of an event.
 pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
     let color = match sign {
-        Sign::Well => Ink::Good,
+        Sign::Recovered => Ink::Good,
         Sign::Operator => Ink::Goal,
         Sign::Refused => Ink::Seen,
         Sign::Overrun => Ink::Warn,

@@ -7,7 +7,7 @@ use jde_panel::Ink;
 use super::paint;
 use crate::style::{self, Style, time};
 
-/// The period that is being typed, if any.
+/// The period that the user is typing, if any.
 #[derive(Debug, Default)]
 pub(super) struct Period {
     typed: Option<Typed>,
@@ -44,11 +44,11 @@ impl Period {
     ) -> Option<f64> {
         match self.typed.as_mut().filter(|typed| typed.schema == schema) {
             Some(typed) => {
-                let (given, done) = typed.show(ui, cell, style);
+                let (entered, done) = typed.show(ui, cell, style);
                 if done {
                     self.typed = None;
                 }
-                given.filter(|given| *given != period)
+                entered.filter(|entered| *entered != period)
             }
             None => {
                 let response = ui.interact(cell, ui.scope_id().with((schema, "period")), Sense::click());
@@ -67,7 +67,7 @@ impl Period {
                     self.begin(schema, period);
                 }
                 if response.hovered() {
-                    response.on_hover_text("Click to type another period: 50ms or 20Hz.");
+                    response.on_hover_text("Click to enter another period: 50ms or 20Hz.");
                 }
                 None
             }
@@ -100,10 +100,10 @@ impl Typed {
             self.trouble = None;
         }
         if let Some(trouble) = &self.trouble {
-            let why = eframe::egui::RichText::new(trouble).color(style::color_of(Ink::Bad, style));
+            let message = eframe::egui::RichText::new(trouble).color(style::color_of(Ink::Bad, style));
             Popup::from_response(&response)
                 .open(true)
-                .show(|ui| ui.label(why));
+                .show(|ui| ui.label(message));
         }
         if !response.lost_focus() {
             return (None, false);
@@ -113,8 +113,8 @@ impl Typed {
         }
         match time::period(&self.text) {
             Ok(period) => (Some(period), true),
-            Err(why) => {
-                self.trouble = Some(why);
+            Err(message) => {
+                self.trouble = Some(message);
                 response.request_focus();
                 (None, false)
             }

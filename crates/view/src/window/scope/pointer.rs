@@ -79,7 +79,7 @@ impl Scope {
                 let view = &snapshot.schemas[schema];
                 (view.group, Some(view))
             }
-            Row::Apart => (None, None),
+            Row::Ungrouped => (None, None),
         };
         let switch = group
             .and_then(|group| snapshot.groups.get(group))
@@ -94,13 +94,13 @@ impl Scope {
             }
         }
         if pointed.hovered() && !pointed.dragged() {
-            let mut words = vec![format!("{:.3} s", drawn.scale.time(at.x))];
-            words.extend(view.into_iter().flat_map(|view| drawn.words_at(view, at.x)));
+            let mut lines = vec![format!("{:.3} s", drawn.scale.time(at.x))];
+            lines.extend(view.into_iter().flat_map(|view| drawn.description_at(view, at.x)));
             if switch.is_some() {
-                words.push("Click: why this switch?".to_owned());
+                lines.push("Click to show the reason of this switch".to_owned());
                 ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
             }
-            pointed.clone().on_hover_text_at_pointer(words.join("\n"));
+            pointed.clone().on_hover_text_at_pointer(lines.join("\n"));
         }
     }
 }

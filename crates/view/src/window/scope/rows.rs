@@ -22,7 +22,7 @@ pub(super) enum Row {
         below: Children,
     },
     /// The heading of the schemas that do not compete.
-    Apart,
+    Ungrouped,
 }
 
 /// Whether a schema has rows below it.
@@ -51,7 +51,7 @@ impl Filter {
         self.text.trim().is_empty() && !self.awake && !self.troubled
     }
 
-    fn lets(&self, view: &SchemaView, words: &[String]) -> bool {
+    fn passes(&self, view: &SchemaView, words: &[String]) -> bool {
         if self.awake && view.state == jde_core::State::Slept {
             return false;
         }
@@ -68,7 +68,7 @@ impl Filter {
                 "{} {} {kind} {} {}",
                 view.name,
                 view.type_name,
-                bands::word(view.state),
+                bands::state_name(view.state),
                 health(&view.health).0
             )
             .to_lowercase();
@@ -87,7 +87,7 @@ pub(super) fn is_troubled(view: &SchemaView) -> bool {
 pub(super) fn health(health: &Health) -> (&'static str, Option<&str>) {
     match health {
         Health::Ok => ("ok", None),
-        Health::Overrun => ("overrun", Some("it missed its deadline or passed its budget")),
+        Health::Overrun => ("overrun", Some("it missed its deadline or exceeded its budget")),
         Health::ArbitrationFailed(reason) => ("arbitration", Some(reason)),
         Health::Faulted(reason) => ("faulted", Some(reason)),
     }
@@ -124,14 +124,14 @@ pub(super) fn rows(snapshot: &Snapshot, filter: &Filter, folded: &BTreeSet<Strin
     for group in roots {
         list.group(group, 0);
     }
-    let mut apart: Vec<usize> = (0..count).filter(|&schema| !list.listed[schema]).collect();
-    apart.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
+    let mut ungrouped: Vec<usize> = (0..count).filter(|&schema| !list.listed[schema]).collect();
+    ungrouped.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
     let heading = list.rows.len();
-    for schema in apart {
+    for schema in ungrouped {
         list.schema(schema, 1);
     }
     if list.rows.len() > heading {
-        list.rows.insert(heading, Row::Apart);
+        list.rows.insert(heading, Row::Ungrouped);
     }
     (list.rows, left_out)
 }
@@ -159,7 +159,7 @@ impl List<'_> {
         self.shown = vec![false; schemas.len()];
         let mut left_out = 0;
         for (place, view) in schemas.iter().enumerate() {
-            if !filter.lets(view, &words) {
+            if !filter.passes(view, &words) {
                 left_out += 1;
                 continue;
             }
@@ -260,13 +260,13 @@ mod tests {
                 let fold = if below == Children::Folded { " +" } else { "" };
                 format!("{}{}{fold}", "  ".repeat(depth), snapshot.schemas[schema].name)
             }
-            Row::Apart => "#".to_owned(),
+            Row::Ungrouped => "#".to_owned(),
         });
         lines.collect()
     }
 
     #[test]
-    fn children_stand_below_their_father_in_their_groups() {
+    fn children_are_listed_below_their_father_in_their_groups() {
         let snapshot = fixture::navigation().snapshot;
         let all = [
             "[roots]",
@@ -285,14 +285,14 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_shows_those_that_fit_below_their_fathers_even_in_folded_parts() {
+    fn a_filter_shows_matching_schemas_below_their_fathers_even_in_folded_parts() {
         let snapshot = fixture::navigation().snapshot;
         let found = ["[roots]", "  example", "    [example/base]", "      vff"];
-        let by_words = Filter {
+        let by_text = Filter {
             text: "MOTOR vff/".to_owned(),
             ..Filter::default()
         };
-        assert_eq!(text(&snapshot, &by_words, &["example"]), found);
+        assert_eq!(text(&snapshot, &by_text, &["example"]), found);
         let drivers = Filter {
             text: "driver".to_owned(),
             ..Filter::default()
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hierarchy_that_bites_its_tail_ends_and_loses_nobody() {
+    fn a_cyclic_hierarchy_is_listed_completely() {
         let mut snapshot = fixture::navigation().snapshot;
         snapshot.groups[0].father = Some(4);
         let (list, _) = rows(&snapshot, &Filter::default(), &BTreeSet::new());

@@ -91,15 +91,15 @@ impl Signal {
         if least > most {
             let text = match &self.place {
                 Ok(_) => "no value yet",
-                Err(why) => why,
+                Err(reason) => reason,
             };
             paint::write(painter, rect.shrink(6.0), text, paint::small(), faint);
             return;
         }
-        let room = ((most - least) * 0.08)
+        let margin = ((most - least) * 0.08)
             .max(least.abs().max(most.abs()) * 1e-6)
             .max(1e-9);
-        let (bottom, top) = (least - room, most + room);
+        let (bottom, top) = (least - margin, most + margin);
         let y = |value: f64| rect.bottom() - ((value - bottom) / (top - bottom)) as f32 * rect.height();
         let color = paint::signal_color(self.color, style);
         let stroke = Stroke::new(1.4, color);
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_holds_until_the_next_and_time_that_goes_back_begins_anew() {
+    fn a_value_holds_until_the_next_one_and_a_jump_back_in_time_removes_later_values() {
         let place = field::find(&f64::describe(), "");
         let mut signal = Signal::new("a.b".to_owned(), "a.b".to_owned(), place, 0);
         for (time, value) in [(1.0, 10.0_f64), (2.0, 20.0), (3.0, 30.0)] {

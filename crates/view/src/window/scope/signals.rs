@@ -60,7 +60,7 @@ impl Signals {
                 variables.iter().map(|variable| variable.name.as_str()),
             );
             let nearest = nearest.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            format!("no variable is called `{name}`{nearest}")
+            format!("there is no variable `{name}`{nearest}")
         })?;
         let value_type = variable.value_type().map_err(|error| error.to_string())?;
         let path = name[variable.name.len()..].trim_start_matches('.');
@@ -75,7 +75,7 @@ impl Signals {
     }
 
     /// Adds a trace that another window requested.
-    pub(super) fn ask(&mut self, name: &str, variables: &[VariableInfo]) {
+    pub(super) fn add_requested(&mut self, name: &str, variables: &[VariableInfo]) {
         self.trouble = self.add(name, variables).err();
     }
 
@@ -83,7 +83,7 @@ impl Signals {
     pub(super) fn pick(&mut self, ui: &mut Ui, variables: &[VariableInfo], style: &Style) {
         let button = ui
             .button("+ trace")
-            .on_hover_text("Show a number of any shared variable over time.");
+            .on_hover_text("Plot a number of any shared variable.");
         let menu = Popup::menu(&button).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         menu.show(|ui| {
             ui.set_width(380.0);
@@ -99,10 +99,10 @@ impl Signals {
                 response.request_focus();
             }
             let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            let words: Vec<_> = self.typed.split_whitespace().map(str::to_lowercase).collect();
+            let search_words: Vec<_> = self.typed.split_whitespace().map(str::to_lowercase).collect();
             let fits = |name: &&String| {
                 let name = name.to_lowercase();
-                words.iter().all(|word| name.contains(word))
+                search_words.iter().all(|word| name.contains(word))
             };
             let offered: Vec<_> = self.names.iter().filter(fits).take(OFFERED).cloned().collect();
             let mut chosen = None;
@@ -190,13 +190,13 @@ fn signal_row(
     let swatch = Rect::from_min_size(left.left_top() + vec2(6.0, 8.0), vec2(4.0, ROW_HEIGHT - 16.0));
     painter.rect_filled(swatch, 2.0, paint::signal_color(signal.color, style));
     let remove = Rect::from_min_size(pos2(left.right() - 20.0, left.top() + 2.0), Vec2::splat(20.0));
-    let text = Rect::from_min_max(
+    let name_area = Rect::from_min_max(
         pos2(swatch.right() + 6.0, left.top() + 4.0),
         pos2(remove.left(), left.bottom()),
     );
     let rows = |nth: f32| {
-        let top = text.top() + nth * 17.0;
-        Rect::from_min_max(pos2(text.left(), top), pos2(text.right(), top + 16.0))
+        let top = name_area.top() + nth * 17.0;
+        Rect::from_min_max(pos2(name_area.left(), top), pos2(name_area.right(), top + 16.0))
     };
     let now_text = signal
         .last()
@@ -225,12 +225,12 @@ fn signal_row(
         let show =
             |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| signal.show(value, style));
         let (a, b) = (signal.at(a), signal.at(b));
-        let apart = a.zip(b).map(|(a, b)| b - a);
-        let words = format!("A {}  B {}  B − A {}", show(a), show(b), show(apart));
+        let difference = a.zip(b).map(|(a, b)| b - a);
+        let values_text = format!("A {}  B {}  B − A {}", show(a), show(b), show(difference));
         paint::write(
             &painter,
             rows(2.0),
-            &words,
+            &values_text,
             paint::small(),
             style::color_of(Ink::Seen, style),
         );

@@ -44,17 +44,14 @@ pub(super) fn nearest<T>(
     x: f32,
 ) -> Option<usize> {
     let after = list.partition_point(|item| time(item) <= scale.time(x));
-    let away = |place: usize| {
+    let distance = |place: usize| {
         Some((
             list.get(place).map(|item| (scale.x(time(item)) - x).abs())?,
             place,
         ))
     };
-    let both = [after.checked_sub(1).and_then(away), away(after)];
-    let nearest = both
-        .into_iter()
-        .flatten()
-        .min_by(|one, other| one.0.total_cmp(&other.0))?;
+    let both = [after.checked_sub(1).and_then(distance), distance(after)];
+    let nearest = both.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
     (nearest.0 <= NEAR).then_some(nearest.1)
 }
 
@@ -70,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_into_one_column_comes_as_one() {
+    fn entries_of_one_column_are_reported_together() {
         let times: VecDeque<f64> = [-1.0, 0.1, 0.2, 0.3, 5.0, 9.9, 12.0].into();
         let mut found = Vec::new();
         by_column(
@@ -84,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_near_is_pointed_at() {
+    fn only_an_entry_near_the_position_is_found() {
         let times: VecDeque<f64> = [1.0, 2.0].into();
         let at = |x| nearest(&times, |time| *time, &scale(0.0, 10.0), x);
         assert_eq!(

@@ -38,14 +38,14 @@ impl Traces<'_> {
             |switch| switch.time,
             &self.scale,
             2.0,
-            |one, last| {
-                let x = self.scale.x(switches[one].time);
+            |first, last| {
+                let x = self.scale.x(switches[first].time);
                 segment(from, x, winner);
                 (from, winner) = (x, switches[last].to);
-                if last > one {
+                if last > first {
                     // More switches than can be shown separately.
-                    let busy = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
-                    painter.rect_filled(busy, 0.0, style::color_of(Ink::Accent, self.style));
+                    let crowded = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
+                    painter.rect_filled(crowded, 0.0, style::color_of(Ink::Accent, self.style));
                     from = x + 2.0;
                 }
             },
@@ -174,15 +174,15 @@ mod tests {
     use crate::style::{Style, Units};
 
     #[test]
-    fn a_group_whose_switches_are_forgotten_is_won_since_its_winner_is_one() {
+    fn without_kept_switches_a_group_is_won_since_its_winners_state_began() {
         let mut fixed = fixture::navigation();
         let mut schemas = fixed.snapshot.schemas.iter();
-        let place = schemas.position(|schema| schema.name == "teleop");
+        let teleop = schemas.position(|schema| schema.name == "teleop");
         fixed.change(2.5, "teleop", "ready", "winner");
-        fixed.snapshot.schemas[place.expect("it is there")].state = State::Winner;
+        fixed.snapshot.schemas[teleop.expect("the hierarchy has teleop")].state = State::Winner;
         fixed.past.add_snapshot(&fixed.snapshot);
         let won = |fixed: &fixture::Fixed, winner| {
-            let (seen, index) = (fixed.seen(), Index::default());
+            let (seen, index) = (fixed.input(), Index::default());
             let scale = Scale {
                 from: 0.0,
                 to: 10.0,
@@ -198,11 +198,11 @@ mod tests {
             };
             Traces::new(&seen, &index, scale, &style, 1.0).won_since(&group)
         };
-        assert_eq!(won(&fixed, place), 2.5);
+        assert_eq!(won(&fixed, teleop), 2.5);
         assert_eq!(
             Some(won(&fixed, None)),
             fixed.past.since(),
-            "of nobody nothing is known"
+            "without a winner, the observation's start is used"
         );
     }
 }

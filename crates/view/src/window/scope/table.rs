@@ -81,7 +81,7 @@ impl Table {
     }
 
     /// Draws the row of a schema. Returns the input on it.
-    #[expect(clippy::too_many_arguments, reason = "each is another half of a row's facts")]
+    #[expect(clippy::too_many_arguments, reason = "each is needed for the facts of a row")]
     pub(super) fn schema(
         &self,
         ui: &mut Ui,
@@ -91,25 +91,25 @@ impl Table {
         (depth, below): (usize, Children),
         editing: &mut Period,
         style: &Style,
-        asks: &mut Vec<Request>,
+        requests: &mut Vec<Request>,
     ) -> RowActions {
         let view = &seen.snapshot.schemas[place];
         let id = ui.scope_id().with(("schema", &view.name));
-        let mut done = RowActions::default();
+        let mut actions = RowActions::default();
         let left = self.left + 4.0 + depth as f32 * INDENT;
         let line = Rect::from_min_max(pos2(self.left, rect.top()), pos2(self.right, rect.bottom()));
         let row = ui.interact(line, id, Sense::click());
-        row.widget_info(|| WidgetInfo::labeled(Role::Label, true, spoken(view)));
-        done.selected = row.clicked();
+        row.widget_info(|| WidgetInfo::labeled(Role::Label, true, accessible_text(view)));
+        actions.selected = row.clicked();
         let fold = Rect::from_min_size(pos2(left, rect.top()), vec2(14.0, ROW));
         if below != Children::Nothing {
-            let (icon, word) = match below {
+            let (icon, action) = match below {
                 Children::Folded => (Icon::Unfold, "Unfold"),
                 Children::Shown | Children::Nothing => (Icon::Fold, "Fold"),
             };
-            let name = format!("{word} {}", view.name);
-            let tip = "Show or hide what is below it.";
-            done.folded =
+            let name = format!("{action} {}", view.name);
+            let tip = "Show or hide its children.";
+            actions.folded =
                 paint::button(ui, fold, id.with("fold"), icon, (&name, tip), (true, false)).clicked();
         }
         let name = Rect::from_min_max(
@@ -135,15 +135,15 @@ impl Table {
         }
         for &(column, x) in &self.columns {
             let cell = self.cell(rect, column, x);
-            self.fact(ui, cell, column, seen, view, editing, style, asks);
+            self.fact(ui, cell, column, seen, view, editing, style, requests);
         }
         if row.hovered() {
             row.on_hover_ui(|ui| details(ui, seen, place));
         }
-        done
+        actions
     }
 
-    #[expect(clippy::too_many_arguments, reason = "each is another half of a cell's facts")]
+    #[expect(clippy::too_many_arguments, reason = "each is needed for the facts of a cell")]
     fn fact(
         &self,
         ui: &mut Ui,
@@ -153,7 +153,7 @@ impl Table {
         view: &SchemaView,
         editing: &mut Period,
         style: &Style,
-        asks: &mut Vec<Request>,
+        requests: &mut Vec<Request>,
     ) {
         let faint = ui.visuals().weak_text_color();
         let plain = if view.state == State::Slept {
@@ -164,18 +164,18 @@ impl Table {
         match column {
             Column::State => cells::state(ui, cell, view, style),
             Column::Health => {
-                let (word, _) = rows::health(&view.health);
+                let (health, _) = rows::health(&view.health);
                 let color = match view.health {
                     Health::Ok => faint,
                     Health::Overrun => style::color_of(Ink::Warn, style),
                     Health::ArbitrationFailed(_) | Health::Faulted(_) => style::color_of(Ink::Bad, style),
                 };
-                paint::write(ui.painter(), cell, word, paint::font(), color);
+                paint::write(ui.painter(), cell, health, paint::font(), color);
             }
             Column::Period => {
                 let period = view.period as f64 / 1e9;
                 if let Some(period_s) = editing.show(ui, cell, &view.name, period, plain, style) {
-                    asks.push(Request::Act(Action::Period {
+                    requests.push(Request::Act(Action::Period {
                         schema: view.name.clone(),
                         period_s,
                     }));
@@ -196,17 +196,17 @@ impl Table {
                 };
                 paint::write_right(ui.painter(), cell, &view.overruns.to_string(), color);
             }
-            Column::Buttons => cells::buttons(ui, cell, seen, view, asks),
+            Column::Buttons => cells::buttons(ui, cell, seen, view, requests),
         }
     }
 }
 
 /// The row as text, for screen readers.
-fn spoken(view: &SchemaView) -> String {
-    let (health, why) = rows::health(&view.health);
-    let mut text = format!("{}, {}, {health}", view.name, bands::word(view.state),);
-    if let Some(why) = why {
-        text += &format!(": {why}");
+fn accessible_text(view: &SchemaView) -> String {
+    let (health, reason) = rows::health(&view.health);
+    let mut text = format!("{}, {}, {health}", view.name, bands::state_name(view.state),);
+    if let Some(reason) = reason {
+        text += &format!(": {reason}");
     }
     if let Some(hold) = &view.operator {
         text += &format!(", {} by {}", hold.kind.word(), hold.by);
@@ -227,13 +227,13 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     if let Some(info) = info.filter(|info| !info.doc.is_empty()) {
         ui.label(&info.doc);
     }
-    let (health, why) = rows::health(&view.health);
+    let (health, reason) = rows::health(&view.health);
     let mut lines = vec![format!(
         "{}{}, {health}",
-        bands::word(view.state),
+        bands::state_name(view.state),
         if view.authority { " with authority" } else { "" }
     )];
-    lines.extend(why.map(|why| format!("Why: {why}")));
+    lines.extend(reason.map(|reason| format!("Reason: {reason}")));
     if let Some(hold) = &view.operator {
         lines.push(format!("{} by {}", hold.kind.word(), hold.by));
     }

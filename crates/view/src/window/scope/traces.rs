@@ -13,7 +13,7 @@ use super::strips::{by_column, nearest};
 use crate::style::{self, Style};
 
 /// Maximum number of events examined in one column.
-const LOOKED_AT: usize = 16;
+const EXAMINED: usize = 16;
 
 /// Draws the traces of all rows of a frame.
 pub(super) struct Traces<'a> {
@@ -65,7 +65,7 @@ impl<'a> Traces<'a> {
             4.0,
             |first, last| {
                 let worst = marks
-                    .range(first..=last.min(first + LOOKED_AT))
+                    .range(first..=last.min(first + EXAMINED))
                     .map(|mark| mark.sign)
                     .max();
                 let x = self.scale.x(marks[first].time);
@@ -77,27 +77,27 @@ impl<'a> Traces<'a> {
     }
 
     /// Describes a schema at a position of the screen: its state then, and the nearest event.
-    pub(super) fn words_at(&self, view: &SchemaView, x: f32) -> Vec<String> {
+    pub(super) fn description_at(&self, view: &SchemaView, x: f32) -> Vec<String> {
         let time = self.scale.time(x);
-        let mut words = Vec::new();
+        let mut lines = Vec::new();
         if let Some(list) = self.seen.past.states(&view.name)
             && time <= self.seen.now()
-            && let Some(place) = list.partition_point(|band| band.from <= time).checked_sub(1)
+            && let Some(index) = list.partition_point(|band| band.from <= time).checked_sub(1)
         {
-            let until = list.get(place + 1).map_or(self.seen.now(), |next| next.from);
-            words.push(format!(
+            let until = list.get(index + 1).map_or(self.seen.now(), |next| next.from);
+            lines.push(format!(
                 "{} for {}, from {:.3} s",
-                bands::word(list[place].state),
-                style::time::span(until - list[place].from),
-                list[place].from
+                bands::state_name(list[index].state),
+                style::time::span(until - list[index].from),
+                list[index].from
             ));
         }
         if let Some(marks) = self.index.marks(&view.name)
-            && let Some(place) = nearest(marks, |mark| mark.time, &self.scale, x)
+            && let Some(index) = nearest(marks, |mark| mark.time, &self.scale, x)
         {
-            let Mark { time, text, .. } = &marks[place];
-            words.push(format!("{time:.3} s: {text}"));
+            let Mark { time, text, .. } = &marks[index];
+            lines.push(format!("{time:.3} s: {text}"));
         }
-        words
+        lines
     }
 }

@@ -52,14 +52,14 @@ pub(super) struct SavedTrigger {
 /// The trigger.
 #[derive(Default)]
 pub(super) struct Trigger {
-    pub(super) kept: SavedTrigger,
+    pub(super) saved: SavedTrigger,
     /// Why the text is not a condition.
     pub(super) trouble: Option<String>,
     phase: Phase,
     /// The last time in s at which it fired, and why.
     last: Option<(f64, String)>,
     watched: Option<Triggers>,
-    heard: Progress,
+    processed: Progress,
     names: Option<Names>,
 }
 
@@ -76,19 +76,22 @@ impl Default for SavedTrigger {
 impl Mode {
     pub(super) const ALL: [Self; 3] = [Self::Auto, Self::Normal, Self::Single];
 
-    pub(super) fn words(self) -> (&'static str, &'static str) {
+    pub(super) fn label_and_hint(self) -> (&'static str, &'static str) {
         match self {
-            Self::Auto => ("auto", "Goes on after a while when nothing comes."),
-            Self::Normal => ("normal", "Shows the last time until the next."),
-            Self::Single => ("single", "Stops at the first time."),
+            Self::Auto => (
+                "auto",
+                "Follows the present again if the trigger does not fire for a while.",
+            ),
+            Self::Normal => ("normal", "Shows the last firing until the next one."),
+            Self::Single => ("single", "Pauses at the first firing."),
         }
     }
 }
 
 impl Trigger {
-    pub(super) fn new(kept: SavedTrigger) -> Self {
+    pub(super) fn new(saved: SavedTrigger) -> Self {
         Self {
-            kept,
+            saved,
             ..Self::default()
         }
     }
@@ -105,7 +108,7 @@ impl Trigger {
     /// Parses the text as the condition and arms the trigger. An empty text switches it off.
     pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &History) {
         (self.trouble, self.watched, self.phase) = (None, None, Phase::Off);
-        let text = self.kept.text.trim();
+        let text = self.saved.text.trim();
         if text.is_empty() {
             return;
         }
@@ -122,7 +125,7 @@ impl Trigger {
     /// Arms the trigger for lines from now on.
     pub(super) fn rearm(&mut self, past: &History) {
         if self.watched.is_some() {
-            (self.phase, self.heard) = (Phase::Armed, past.progress());
+            (self.phase, self.processed) = (Phase::Armed, past.progress());
         }
     }
 
@@ -141,16 +144,16 @@ impl Trigger {
         now: u64,
         axis: &mut Axis,
     ) -> Option<f64> {
-        let heard = past.progress();
+        let processed = past.progress();
         let watched = self.watched.as_mut()?;
-        if heard.turns != self.heard.turns {
-            self.heard = heard;
+        if processed.turns != self.processed.turns {
+            self.processed = processed;
         }
         let mut fired = Vec::new();
-        for line in fresh(past, self.heard, heard) {
+        for line in new_records(past, self.processed, processed) {
             watched.process_record(&line, &mut fired);
         }
-        self.heard = heard;
+        self.processed = processed;
         for &(time, variable, bytes) in values {
             match bytes {
                 Some(bytes) => watched.process_value(time, variable, bytes, &mut fired),
@@ -160,9 +163,9 @@ impl Trigger {
         watched.advance(now, &mut fired);
         let now = now as f64 / 1e9;
         if let Phase::Fired { at } = self.phase
-            && now >= at + (1.0 - self.kept.share) * axis.span()
+            && now >= at + (1.0 - self.saved.share) * axis.span()
         {
-            match self.kept.mode {
+            match self.saved.mode {
                 Mode::Single => {
                     self.phase = Phase::Done { at };
                     axis.pause(now);
@@ -170,7 +173,7 @@ impl Trigger {
                 Mode::Auto | Mode::Normal => self.phase = Phase::Armed,
             }
         }
-        // While paused, the window stays as the user left it.
+        // While paused, only the user moves the window.
         if axis.is_paused() {
             return None;
         }
@@ -179,10 +182,10 @@ impl Trigger {
                 let at = firing.time as f64 / 1e9;
                 self.last = Some((at, firing.text));
                 self.phase = Phase::Fired { at };
-                axis.show_at(at, self.kept.share);
+                axis.show_at(at, self.saved.share);
                 return Some(at);
             }
-            (Phase::Armed, None) if self.kept.mode == Mode::Auto && !axis.is_live() => {
+            (Phase::Armed, None) if self.saved.mode == Mode::Auto && !axis.is_live() => {
                 let quiet = self
                     .last
                     .as_ref()
@@ -198,7 +201,7 @@ impl Trigger {
 }
 
 /// The lines received between two counts, ordered by time.
-fn fresh(past: &History, before: Progress, now: Progress) -> Vec<RunRecord> {
+fn new_records(past: &History, before: Progress, now: Progress) -> Vec<RunRecord> {
     let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
     let happenings = newest(
         past.happenings(),
@@ -246,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happened_before_it_was_armed_does_not_fire_it() {
+    fn earlier_events_do_not_fire_a_trigger_that_is_armed_later() {
         let (mut trigger, fixed, mut axis) = armed("collision", Mode::Auto);
         trigger.step(&fixed.past, &[], 10_000_000_000, &mut axis);
         assert_eq!(trigger.phase(), &Phase::Armed);
@@ -254,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn it_puts_the_moment_at_its_share_of_the_window_and_waits_again_when_the_window_is_full() {
+    fn a_firing_is_shown_at_its_share_of_the_window_and_the_trigger_rearms_when_the_window_is_full() {
         let (mut trigger, mut fixed, mut axis) = armed("collision:example/base", Mode::Normal);
         collide(&mut fixed, 10, 11.0);
         trigger.step(&fixed.past, &[], 11_050_000_000, &mut axis);
@@ -264,14 +267,14 @@ mod tests {
         // While the window fills, the condition does not fire again.
         collide(&mut fixed, 12, 12.0);
         trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
-        assert_eq!(trigger.last().expect("it fired").0, 11.0);
+        assert_eq!(trigger.last().expect("the trigger fired").0, 11.0);
         trigger.step(&fixed.past, &[], 19_000_000_000, &mut axis);
         assert_eq!(trigger.phase(), &Phase::Armed);
-        assert!(!axis.is_live(), "normal: the window stays");
+        assert!(!axis.is_live(), "in mode normal, the window stays");
     }
 
     #[test]
-    fn automatic_goes_back_to_the_present_and_single_stops() {
+    fn mode_auto_returns_to_the_present_and_mode_single_pauses() {
         let (mut auto, mut fixed, mut axis) = armed("collision", Mode::Auto);
         collide(&mut fixed, 10, 11.0);
         for time in [11, 20, 32] {
@@ -289,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_condition_that_is_none_says_why_with_the_nearest_name() {
+    fn an_invalid_condition_is_refused_with_the_nearest_name() {
         let (trigger, ..) = armed("collison", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("did you mean `collision`?"), "{trouble}");

@@ -1,5 +1,4 @@
-//! The reasons of switches: the list of switches, and the record of the opened one (R15), described in plain
-//! words.
+//! The reasons of switches: the list of switches, and the description of the opened record (R15).
 
 use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
 use jde_panel::Ink;
@@ -75,8 +74,8 @@ impl SwitchDetails {
         ui.horizontal(|ui| {
             ui.strong("Why");
             for (text, forward, tip) in [
-                ("Previous", false, "The switch before (left arrow)."),
-                ("Next", true, "The switch after (right arrow)."),
+                ("Previous", false, "The previous switch (left arrow)."),
+                ("Next", true, "The next switch (right arrow)."),
             ] {
                 if ui.button(text).on_hover_text(tip).clicked()
                     && let Some(number) = self.turn(index, forward)
@@ -85,17 +84,17 @@ impl SwitchDetails {
                 }
             }
             let newest = ui.selectable_label(self.opened.is_none(), "Newest");
-            if newest.on_hover_text("Shows each switch as it comes.").clicked() {
+            if newest.on_hover_text("Shows each new switch.").clicked() {
                 self.opened = None;
             }
             ui.checkbox(&mut self.all, "selections without a switch")
                 .on_hover_text(
-                    "A group selects again after each iteration of its winner; most of that changes nothing.",
+                    "A group selects after each iteration of its winner. Most selections do not change the winner.",
                 );
             if seen.past.missed() > 0 {
-                let text = format!("{} lines did not come", seen.past.missed());
+                let text = format!("{} lines were lost", seen.past.missed());
                 ui.label(RichText::new(text).color(style::color_of(Ink::Warn, style)))
-                    .on_hover_text("The network or this machine was too slow for them.");
+                    .on_hover_text("The network or this machine was too slow.");
             }
         });
         let rect = ui.available_rect_before_wrap();
@@ -115,7 +114,7 @@ impl SwitchDetails {
                     match number.map(|number| (number, index::decision(seen.past, number))) {
                         None => {
                             ui.weak(
-                                "Nobody has switched yet. When a group changes its winner, it says here why.",
+                                "No group has changed its winner yet. The reason of each change is shown here.",
                             );
                         }
                         Some((_, Some(decision))) => record(ui, decision, seen, style),
@@ -134,9 +133,9 @@ impl SwitchDetails {
         } else {
             (index.switches().len(), Some(index.switches()))
         };
-        let get = |nth: usize| {
+        let get = |row: usize| {
             // Newest first.
-            let place = count - 1 - nth;
+            let place = count - 1 - row;
             match switches {
                 Some(switches) => index::decision(seen.past, switches[place]),
                 None => seen.past.decisions().get(place),
@@ -151,19 +150,22 @@ impl SwitchDetails {
             && let Some(number) = shown
         {
             let place = match switches {
-                Some(switches) => switches.partition_point(|each| *each < number),
-                None => seen.past.decisions().partition_point(|each| each.number < number),
+                Some(switches) => switches.partition_point(|candidate| *candidate < number),
+                None => seen
+                    .past
+                    .decisions()
+                    .partition_point(|candidate| candidate.number < number),
             };
             let from_top = (count.saturating_sub(place + 1)) as f32 * height;
             area = area.vertical_scroll_offset((from_top - ui.available_height() / 2.0).max(0.0));
         }
         area.show_rows(ui, height, count, |ui, range| {
-            for nth in range {
+            for row in range {
                 let (rect, response) =
                     ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
-                let Some(decision) = get(nth) else { continue };
+                let Some(decision) = get(row) else { continue };
                 line(ui, rect, decision, shown == Some(decision.number), style);
-                response.widget_info(|| WidgetInfo::labeled(Role::Button, true, in_a_line(decision)));
+                response.widget_info(|| WidgetInfo::labeled(Role::Button, true, summary(decision)));
                 if response.clicked() {
                     self.opened = Some(decision.number);
                     reveal = Some(decision.time_s);
@@ -175,12 +177,16 @@ impl SwitchDetails {
 }
 
 /// A selection in one line: `4.000 s  example/base: goon › vff`.
-fn in_a_line(decision: &Decision) -> String {
-    let who = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
+fn summary(decision: &Decision) -> String {
+    let name_or_nobody = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
     let choice = if decision.changed {
-        format!("{} › {}", who(&decision.before), who(&decision.choice))
+        format!(
+            "{} › {}",
+            name_or_nobody(&decision.before),
+            name_or_nobody(&decision.choice)
+        )
     } else {
-        format!("{} stays", who(&decision.choice))
+        format!("{} stays", name_or_nobody(&decision.choice))
     };
     format!("{:.3} s  {}: {choice}", decision.time_s, decision.group)
 }
@@ -198,7 +204,7 @@ fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, style: &Style) {
     let inside = rect.shrink2(vec2(4.0, 0.0));
     let case = Rect::from_min_max(inside.right_top() - vec2(58.0, 0.0), inside.right_bottom());
     let text = inside.with_max_x(case.left());
-    paint::write(ui.painter(), text, &in_a_line(decision), paint::font(), color);
+    paint::write(ui.painter(), text, &summary(decision), paint::font(), color);
     paint::write(
         ui.painter(),
         case,
@@ -222,11 +228,11 @@ fn case_color(case: &str, style: &Style) -> eframe::egui::Color32 {
 fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(in_a_line(decision)).strong());
+        ui.label(RichText::new(summary(decision)).strong());
         let case = match decision.case.as_str() {
-            "alone" => "alone: one was ready, and wins without a question",
+            "alone" => "alone: one was ready and wins",
             "collision" => "collision: several were ready",
-            "absence" => "absence: nobody was ready",
+            "absence" => "absence: none was ready",
             "forced" => "forced: an operator decided",
             other => other,
         };
@@ -252,7 +258,7 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
 
 fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
     if decision.candidates.is_empty() {
-        ui.weak("Nobody was awake.");
+        ui.weak("No candidate was awake.");
         return;
     }
     let grid = Grid::new("candidates")
@@ -269,19 +275,19 @@ fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
             let chosen = decision.choice.as_ref() == Some(&candidate.name);
             let name = RichText::new(&candidate.name);
             ui.label(if chosen { name.strong() } else { name });
-            let (holds, color) = if candidate.ready {
+            let (precondition, color) = if candidate.ready {
                 ("holds", Ink::Good)
             } else {
                 ("does not hold", Ink::Faint)
             };
-            ui.label(RichText::new(holds).color(style::color_of(color, style)));
+            ui.label(RichText::new(precondition).color(style::color_of(color, style)));
             let urgency = candidate
                 .urgency
                 .map_or_else(|| "no number".to_owned(), |urgency| format!("{urgency:.3}"));
             ui.label(urgency);
             ui.label(candidate.state.to_uppercase());
-            let wins = if chosen { "wins" } else { "" };
-            ui.label(RichText::new(wins).color(style::color_of(Ink::Good, style)));
+            let result = if chosen { "wins" } else { "" };
+            ui.label(RichText::new(result).color(style::color_of(Ink::Good, style)));
             ui.end_row();
         }
     });
@@ -292,7 +298,7 @@ fn decider(decider: &str) -> String {
     match decider {
         "nobody" => "No decision was needed".to_owned(),
         "father" => "Its father decided".to_owned(),
-        "arbitration-failed" => "Its father failed to decide, so the order of priority did".to_owned(),
+        "arbitration-failed" => "Its father failed to decide; the order of priority decided".to_owned(),
         "absence-policy" => "The policy for absences decided".to_owned(),
         "operator" => "An operator decided".to_owned(),
         policy => format!("The policy “{policy}” decided"),
@@ -319,9 +325,9 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
             Ink::Bad,
         ),
         (Some(took), _) => (format!("Took over in {}{of}", time::span(took)), Ink::Plain),
-        (None, true) if decision.choice.is_none() => ("Nobody had to take over".to_owned(), Ink::Faint),
+        (None, true) if decision.choice.is_none() => ("No schema took over".to_owned(), Ink::Faint),
         (None, true) => (
-            "Not carried out: another choice came before".to_owned(),
+            "Not carried out: another choice replaced it".to_owned(),
             Ink::Faint,
         ),
         (None, false) => ("Nothing changed".to_owned(), Ink::Faint),
@@ -335,15 +341,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn previous_and_next_go_through_the_switches_and_stop_at_the_ends() {
+    fn previous_and_next_step_through_the_switches_and_stop_at_the_ends() {
         let fixed = fixture::navigation();
         let mut index = Index::default();
         index.take(&fixed.past, &fixed.schemas);
-        let mut why = SwitchDetails::default();
-        let back: Vec<_> = (0..5).map(|_| why.turn(&index, false)).collect();
-        assert_eq!(back, [Some(3), Some(2), Some(1), None, None]);
-        let on: Vec<_> = (0..4).map(|_| why.turn(&index, true)).collect();
-        assert_eq!(on, [Some(2), Some(3), Some(4), None]);
-        assert_eq!(why.opened(), Some(4));
+        let mut details = SwitchDetails::default();
+        let backward: Vec<_> = (0..5).map(|_| details.turn(&index, false)).collect();
+        assert_eq!(backward, [Some(3), Some(2), Some(1), None, None]);
+        let forward_numbers: Vec<_> = (0..4).map(|_| details.turn(&index, true)).collect();
+        assert_eq!(forward_numbers, [Some(2), Some(3), Some(4), None]);
+        assert_eq!(details.opened(), Some(4));
     }
 }

@@ -10,9 +10,9 @@ use crate::style::{Style, color_of};
 
 impl Space {
     /// Performs an action of the user other than moving the eye directly.
-    pub(super) fn fulfil(&mut self, wish: ViewAction) {
+    pub(super) fn perform(&mut self, action: ViewAction) {
         let now = self.kept.orbit;
-        match wish {
+        match action {
             ViewAction::Follow => {
                 self.kept.follow = !self.kept.follow;
                 if self.kept.follow
@@ -40,7 +40,7 @@ impl Space {
             .max_rect(area)
             .layout(egui::Layout::left_to_right(egui::Align::Center));
         let mut bar = ui.new_child(builder);
-        let mut wish = None;
+        let mut action = None;
         egui::containers::menu::MenuButton::new("Show")
             .config(
                 egui::containers::menu::MenuConfig::new()
@@ -52,29 +52,29 @@ impl Space {
                 }
             })
             .0
-            .on_hover_text("What is shown in space");
+            .on_hover_text("The items to show");
         let follow = bar
             .selectable_label(self.kept.follow, "Follow")
-            .on_hover_text("The view goes along with the robot (F)");
+            .on_hover_text("The view follows the robot (F)");
         if follow.clicked() {
-            wish = Some(ViewAction::Follow);
+            action = Some(ViewAction::Follow);
         }
         if bar
             .button("Top")
-            .on_hover_text("Look from above, as at a map (T)")
+            .on_hover_text("View from above, as on a map (T)")
             .clicked()
         {
-            wish = Some(ViewAction::Top);
+            action = Some(ViewAction::Top);
         }
         let reset = bar.button("Reset").on_hover_text(
-            "Look as at the beginning (R)\n\nDrag to look around, Shift-drag or middle button to move, wheel to go nearer.\n\
-             Keys: arrows, Shift-arrows, + and -. A click tells what is there, and where.",
+            "Restore the initial view (R)\n\nDrag to turn, Shift-drag or middle button to pan, wheel to zoom.\n\
+             Keys: arrows, Shift-arrows, + and -. A click shows the name and position of a thing.",
         );
         if reset.clicked() {
-            wish = Some(ViewAction::Reset);
+            action = Some(ViewAction::Reset);
         }
-        if let Some(wish) = wish {
-            self.fulfil(wish);
+        if let Some(action) = action {
+            self.perform(action);
             ui.ctx().request_repaint();
         }
     }
@@ -84,9 +84,9 @@ impl Space {
         let plain = color_of(Ink::Plain, style);
         if self.seen.is_empty() {
             let text = if self.seen.robots.is_empty() {
-                "no odometry in this application: nothing tells where the robot is"
+                "no odometry in this application: the pose of the robot is not known"
             } else {
-                "no odometry yet: the driver that tells it may be asleep"
+                "no odometry yet: its driver may be asleep"
             };
             overlay::plate(painter, rect.center(), Align2::CENTER_CENTER, text, plain, style);
         }
@@ -123,7 +123,7 @@ impl Space {
         let mut area = ui.new_child(egui::UiBuilder::new().max_rect(rect.shrink(16.0)));
         area.vertical_centered(|ui| {
             ui.add_space(rect.height() / 3.0);
-            ui.label("There is no 3D picture on this screen. The other windows work all the same.");
+            ui.label("There is no 3D picture on this screen. The other windows are not affected.");
             ui.weak(reason);
             if ui.button("Try again").clicked() {
                 self.card = None;

@@ -153,25 +153,25 @@ fn show_laser(draw_list: &mut DrawList, laser: Affine3A, scan: &LaserScan, style
     let seen = color_of(Ink::Seen, style);
     let fan = seen.gamma_multiply(if style.dark { 0.11 } else { 0.13 });
     let origin = laser.transform_point3(Vec3::ZERO);
-    let mut before: Option<Vec3> = None;
+    let mut previous: Option<Vec3> = None;
     for (beam, &range) in scan.ranges.iter().enumerate() {
         // The free length of the beam: to its hit, to the range limit, or none if nothing was measured.
-        let free = if range == f32::INFINITY {
+        let length = if range == f32::INFINITY {
             scan.range_max
         } else if range == f32::NEG_INFINITY {
             scan.range_min
         } else {
             range
         };
-        let sound = free.is_finite() && free >= 0.0;
-        let end = sound.then(|| point(scan.angle(beam), f64::from(free)));
-        if let (Some(from), Some(to)) = (before, end) {
+        let is_valid = length.is_finite() && length >= 0.0;
+        let end = is_valid.then(|| point(scan.angle(beam), f64::from(length)));
+        if let (Some(from), Some(to)) = (previous, end) {
             draw_list.triangle([origin, from, to], fan);
         }
-        before = end;
+        previous = end;
     }
-    for met in scan.points() {
-        draw_list.dot(point(met.angle, met.range), 4.5, seen);
+    for hit in scan.points() {
+        draw_list.dot(point(hit.angle, hit.range), 4.5, seen);
     }
 }
 
@@ -186,13 +186,13 @@ fn show_sonars(draw_list: &mut DrawList, place: Affine3A, ring: &RangeRing, styl
         let pose = ring.poses[echo.sonar];
         let sonar = place * Affine3A::from_translation(Vec3::Z * SONAR_HEIGHT) * frame(pose);
         let range = echo.range as f32;
-        let arc = |part: usize| {
-            let (sin, cos) = ((part as f32 / ARC as f32 - 0.5) * field).sin_cos();
+        let arc = |step: usize| {
+            let (sin, cos) = ((step as f32 / ARC as f32 - 0.5) * field).sin_cos();
             sonar.transform_point3(Vec3::new(cos, sin, 0.0) * range)
         };
         let apex = sonar.transform_point3(Vec3::ZERO);
-        for part in 0..ARC {
-            draw_list.triangle([apex, arc(part), arc(part + 1)], color.gamma_multiply(0.13));
+        for step in 0..ARC {
+            draw_list.triangle([apex, arc(step), arc(step + 1)], color.gamma_multiply(0.13));
         }
         draw_list.lines((0..=ARC).map(arc), 2.0, color.gamma_multiply(0.9));
     }
@@ -298,7 +298,7 @@ fn show_items(
                 Some(place) => {
                     solids
                         .iter()
-                        .for_each(|solid| solids::put(draw_list, place, solid, style));
+                        .for_each(|solid| solids::add(draw_list, place, solid, style));
                 }
                 None => troubles.push(format!(
                     "{schema} draws in the frame `{frame}`, whose place is not known here"

@@ -94,11 +94,11 @@ pub(crate) struct Pickable {
 #[derive(Debug, Default)]
 pub(crate) struct DrawList {
     /// Opaque instances, by mesh.
-    pub(crate) firm: [Vec<Instance>; FORMS.len()],
+    pub(crate) opaque: [Vec<Instance>; FORMS.len()],
     /// Translucent instances, by mesh.
-    pub(crate) clear: [Vec<Instance>; FORMS.len()],
-    pub(crate) firm_corners: Vec<Corner>,
-    pub(crate) clear_corners: Vec<Corner>,
+    pub(crate) translucent: [Vec<Instance>; FORMS.len()],
+    pub(crate) opaque_corners: Vec<Corner>,
+    pub(crate) translucent_corners: Vec<Corner>,
     pub(crate) strokes: Vec<Stroke>,
     pub(crate) dots: Vec<Stroke>,
     pub(crate) pictures: Vec<Picture>,
@@ -108,16 +108,16 @@ pub(crate) struct DrawList {
 
 /// The transform that rotates about x (roll), then y (pitch), then z (yaw), and then moves to `at`.
 pub(crate) fn placed(at: Vec3, [roll, pitch, yaw]: [f32; 3]) -> Affine3A {
-    let turned = Quat::from_rotation_z(yaw) * Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
-    Affine3A::from_rotation_translation(turned, at)
+    let rotation = Quat::from_rotation_z(yaw) * Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
+    Affine3A::from_rotation_translation(rotation, at)
 }
 
 impl DrawList {
     pub(crate) fn clear(&mut self) {
-        self.firm.iter_mut().for_each(Vec::clear);
-        self.clear.iter_mut().for_each(Vec::clear);
-        self.firm_corners.clear();
-        self.clear_corners.clear();
+        self.opaque.iter_mut().for_each(Vec::clear);
+        self.translucent.iter_mut().for_each(Vec::clear);
+        self.opaque_corners.clear();
+        self.translucent_corners.clear();
         self.strokes.clear();
         self.dots.clear();
         self.pictures.clear();
@@ -125,9 +125,9 @@ impl DrawList {
         self.things.clear();
     }
 
-    /// Adds a mesh scaled to a size, with its origin at `place`.
-    pub(crate) fn form(&mut self, form: Mesh, place: Affine3A, size: Vec3, color: Color32) {
-        let Affine3A { matrix3, translation } = place;
+    /// Adds a mesh scaled to a size, with its origin at `pose`.
+    pub(crate) fn form(&mut self, form: Mesh, pose: Affine3A, size: Vec3, color: Color32) {
+        let Affine3A { matrix3, translation } = pose;
         let scaled = matrix3 * Mat3A::from_diagonal(size);
         let row = |row: usize| {
             let [x, y, z] = scaled.row(row).to_array();
@@ -138,17 +138,17 @@ impl DrawList {
             color: straight(color),
         };
         let list = if instance.color[3] == 255 {
-            &mut self.firm
+            &mut self.opaque
         } else {
-            &mut self.clear
+            &mut self.translucent
         };
         list[form as usize].push(instance);
     }
 
-    /// Adds a mesh with the middle of its base at `at` in the frame `place`.
-    pub(crate) fn upright(&mut self, form: Mesh, place: Affine3A, at: Vec3, size: Vec3, color: Color32) {
+    /// Adds a mesh with the middle of its base at `at` in the frame `pose`.
+    pub(crate) fn upright(&mut self, form: Mesh, pose: Affine3A, at: Vec3, size: Vec3, color: Color32) {
         let middle = at + Vec3::Z * size.z / 2.0;
-        self.form(form, place * Affine3A::from_translation(middle), size, color);
+        self.form(form, pose * Affine3A::from_translation(middle), size, color);
     }
 
     /// Adds a triangle that is lit on both sides.
@@ -157,9 +157,9 @@ impl DrawList {
         let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
         let color = straight(color);
         let list = if color[3] == 255 {
-            &mut self.firm_corners
+            &mut self.opaque_corners
         } else {
-            &mut self.clear_corners
+            &mut self.translucent_corners
         };
         list.extend(corners.map(|at| Corner {
             at: at.to_array(),
@@ -198,25 +198,25 @@ impl DrawList {
         });
     }
 
-    /// Adds an arrow with a shaft of the diameter `thick`.
-    pub(crate) fn arrow(&mut self, from: Vec3, to: Vec3, thick: f32, color: Color32) {
-        let along = to - from;
-        let length = along.length();
+    /// Adds an arrow with a shaft of this diameter.
+    pub(crate) fn arrow(&mut self, from: Vec3, to: Vec3, diameter: f32, color: Color32) {
+        let direction = to - from;
+        let length = direction.length();
         if length < 1e-6 {
             return;
         }
-        let turned = Quat::from_rotation_arc(Vec3::Z, along / length);
-        let place = Affine3A::from_rotation_translation(turned, from);
-        let head = (4.5 * thick).min(length / 2.0);
+        let rotation = Quat::from_rotation_arc(Vec3::Z, direction / length);
+        let pose = Affine3A::from_rotation_translation(rotation, from);
+        let head = (4.5 * diameter).min(length / 2.0);
         let shaft = length - head;
         self.upright(
             Mesh::Cylinder,
-            place,
+            pose,
             Vec3::ZERO,
-            Vec3::new(thick, thick, shaft),
+            Vec3::new(diameter, diameter, shaft),
             color,
         );
-        let tip = place * Affine3A::from_translation(Vec3::Z * shaft);
+        let tip = pose * Affine3A::from_translation(Vec3::Z * shaft);
         let wide = 0.6 * head;
         self.form(Mesh::Cone, tip, Vec3::new(wide, wide, head), color);
     }
@@ -248,10 +248,10 @@ impl DrawList {
     }
 
     /// Removes the images that exceed a card's limit. Returns the reasons as messages.
-    pub(crate) fn leave_out_pictures(&mut self, most: usize) -> Vec<String> {
+    pub(crate) fn remove_oversized_pictures(&mut self, limit: usize) -> Vec<String> {
         let mut reasons = Vec::new();
         self.pictures
-            .retain(|shown| match picture::fits(shown.pixels.picture.size, most) {
+            .retain(|shown| match picture::fits(shown.pixels.picture.size, limit) {
                 Ok(()) => true,
                 Err(reason) => {
                     reasons.push(format!("{}: {reason}", shown.name));
@@ -264,10 +264,10 @@ impl DrawList {
     /// A hash of everything that the card draws. Collisions are improbable.
     pub(crate) fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        for list in self.firm.iter().chain(&self.clear) {
+        for list in self.opaque.iter().chain(&self.translucent) {
             bytemuck::cast_slice::<_, u8>(list).hash(&mut hasher);
         }
-        for list in [&self.firm_corners, &self.clear_corners] {
+        for list in [&self.opaque_corners, &self.translucent_corners] {
             bytemuck::cast_slice::<_, u8>(list).hash(&mut hasher);
         }
         for list in [&self.strokes, &self.dots] {

@@ -32,12 +32,18 @@ impl Entities {
     pub(super) fn of(session: &Session) -> Self {
         fn exports<T: Value>(session: &Session) -> Vec<[String; 2]> {
             let names = session.exports::<T>();
-            names.map(|it| [it.name.clone(), it.owner.clone()]).collect()
+            names
+                .map(|variable| [variable.name.clone(), variable.owner.clone()])
+                .collect()
         }
         fn inputs<T: Value>(session: &Session) -> Vec<[String; 2]> {
             let name = T::describe().name;
-            let fits = session.variables().iter().filter(|it| it.type_name == name);
-            fits.map(|it| [it.name.clone(), it.owner.clone()]).collect()
+            let fits = session
+                .variables()
+                .iter()
+                .filter(|variable| variable.type_name == name);
+            fits.map(|variable| [variable.name.clone(), variable.owner.clone()])
+                .collect()
         }
         let scenery = exports::<Scenery>(session).into_iter().next();
         let of_world = |all: Vec<[String; 2]>| {

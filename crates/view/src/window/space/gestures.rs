@@ -68,14 +68,14 @@ impl SceneGestures {
         };
         let mut gestures = Vec::new();
         if let Some(at) = at {
-            let held = found(eye, screen(response, at), &scenes);
+            let held = scene_at(eye, screen(response, at), &scenes);
             let same = |before: &TouchedScene| {
                 let now = held.as_ref().map(|held| (&held.schema, &held.scene));
                 now == Some((&before.schema, &before.scene))
             };
             if !self.held.as_ref().is_some_and(same) {
                 // Releases the keys that are down in the scene before.
-                self.hand_back(ui, response, eye, &scenes, Wants::default(), &mut gestures);
+                self.add_gestures(ui, response, eye, &scenes, Wants::default(), &mut gestures);
                 self.gestures = Gestures::default();
             }
             self.held = held;
@@ -92,12 +92,12 @@ impl SceneGestures {
                 return gestures;
             }
         };
-        self.hand_back(ui, response, eye, &scenes, wants, &mut gestures);
+        self.add_gestures(ui, response, eye, &scenes, wants, &mut gestures);
         gestures
     }
 
     /// Adds the gestures on the current scene.
-    fn hand_back(
+    fn add_gestures(
         &mut self,
         ui: &Ui,
         response: &Response,
@@ -111,7 +111,7 @@ impl SceneGestures {
         };
         let back = scene.frame.inverse();
         let place = |at: Pos2| {
-            let at = level(eye, screen(response, at), held.at).unwrap_or(held.at);
+            let at = position_at_height(eye, screen(response, at), held.at).unwrap_or(held.at);
             let at = back.transform_point3(at);
             [at.x, at.y, at.z].map(f64::from)
         };
@@ -170,30 +170,31 @@ fn collect<'a>(into: &mut Vec<Scene<'a>>, seen: &SceneData, schema: &'a str, ite
 
 /// The scene at a point of the screen: that of the nearest shape, or else of the ground, if exactly one scene
 /// requests clicks.
-fn found(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScene> {
+fn scene_at(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScene> {
     let held = |scene: &Scene<'_>, at: Vec3, shape: bool| TouchedScene {
         schema: scene.schema.to_owned(),
         scene: scene.id.to_owned(),
         at,
         shape,
     };
-    let met = scenes.iter().flat_map(|scene| {
+    let hits = scenes.iter().flat_map(|scene| {
         let solids = scene.solids.iter();
-        solids.filter_map(move |solid| Some((scene, hit::meet(eye, screen, scene.frame, solid)?)))
+        solids.filter_map(move |solid| Some((scene, hit::intersect(eye, screen, scene.frame, solid)?)))
     });
-    if let Some((scene, (_, at))) = met.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0)) {
+    if let Some((scene, (_, at))) = hits.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0)) {
         return Some(held(scene, at, true));
     }
     let mut clicked = scenes.iter().filter(|scene| scene.wants.clicks);
-    let (Some(alone), None) = (clicked.next(), clicked.next()) else {
+    let (Some(only), None) = (clicked.next(), clicked.next()) else {
         return None;
     };
-    Some(held(alone, eye.ray(screen).floor()?, false))
+    Some(held(only, eye.ray(screen).floor()?, false))
 }
 
 /// The position at a point of the screen with the height of another position.
-fn level(eye: &Eye, screen: Vec2, as_high_as: Vec3) -> Option<Vec3> {
+fn position_at_height(eye: &Eye, screen: Vec2, reference: Vec3) -> Option<Vec3> {
     let ray = eye.ray(screen);
-    let way = (as_high_as.z - ray.from.z) / ray.along.z;
-    (way.is_finite() && way > 0.0 && way < FAR * eye.distance).then(|| ray.from + ray.along * way)
+    let distance = (reference.z - ray.from.z) / ray.along.z;
+    (distance.is_finite() && distance > 0.0 && distance < FAR * eye.distance)
+        .then(|| ray.from + ray.along * distance)
 }

@@ -11,10 +11,10 @@ const NEAR: f32 = 6.0;
 
 /// Intersects the ray through a point of the screen with a shape given in `frame`. Returns the distance from
 /// the eye and the position, in m.
-pub(crate) fn meet(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> Option<(f32, Vec3)> {
+pub(crate) fn intersect(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> Option<(f32, Vec3)> {
     let ray = eye.ray(screen);
     let point = |point: &[f64; 3]| frame.transform_point3(vector(*point));
-    let way = match solid {
+    let distance = match solid {
         Solid::Box { place, size, .. } => slabs(&ray, frame * at(place), vector(*size) / 2.0),
         Solid::Cylinder {
             place,
@@ -39,24 +39,24 @@ pub(crate) fn meet(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> O
         // A text is not an object.
         Solid::Label { .. } => None,
     }?;
-    (way.is_finite() && way > 0.0).then(|| (way, ray.from + ray.along * way))
+    (distance.is_finite() && distance > 0.0).then(|| (distance, ray.from + ray.along * distance))
 }
 
 /// Distance along a ray to a box with these half sizes.
 fn slabs(ray: &Ray, place: Affine3A, half: Vec3) -> Option<f32> {
     let (from, along) = inside(ray, place);
-    let (one, other) = ((-half - from) / along, (half - from) / along);
-    let (near, far) = (one.min(other).max_element(), one.max(other).min_element());
+    let (a, b) = ((-half - from) / along, (half - from) / along);
+    let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
     (near <= far && far > 0.0).then_some(near)
 }
 
 /// Distance along a ray to a cylinder along z with this half height.
 fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
     let (from, along) = inside(ray, place);
-    let (flat, way) = (from.truncate(), along.truncate());
+    let (flat, direction) = (from.truncate(), along.truncate());
     let (a, b, c) = (
-        way.length_squared(),
-        flat.dot(way),
+        direction.length_squared(),
+        flat.dot(direction),
         flat.length_squared() - radius * radius,
     );
     // If the ray misses, the root is NaN, and the comparisons below are false.
@@ -65,7 +65,7 @@ fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
     let lids = [-half, half].map(|lid| (lid - from.z) / along.z);
     let lids = lids
         .into_iter()
-        .filter(|way_to| *way_to > 0.0 && (flat + way * way_to).length() <= radius);
+        .filter(|distance| *distance > 0.0 && (flat + direction * distance).length() <= radius);
     side.into_iter().chain(lids).min_by(f32::total_cmp)
 }
 
@@ -83,9 +83,9 @@ fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     if size.abs() < f32::EPSILON {
         return None;
     }
-    let to = ray.from - a;
-    let u = to.dot(across) / size;
-    let over = to.cross(ab);
+    let offset = ray.from - a;
+    let u = offset.dot(across) / size;
+    let over = offset.cross(ab);
     let v = ray.along.dot(over) / size;
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| ac.dot(over) / size)
 }
@@ -94,13 +94,13 @@ fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 fn thin(eye: &Eye, screen: Vec2, [from, to]: [Vec3; 2]) -> Option<f32> {
     let (begin, end) = (eye.project(from)?, eye.project(to)?);
     let along = end - begin;
-    let part = if along == Vec2::ZERO {
+    let share = if along == Vec2::ZERO {
         0.0
     } else {
         ((screen - begin).dot(along) / along.length_squared()).clamp(0.0, 1.0)
     };
-    let near = (begin + along * part).distance(screen) <= NEAR;
-    near.then(|| from.lerp(to, part).distance(eye.place))
+    let near = (begin + along * share).distance(screen) <= NEAR;
+    near.then(|| from.lerp(to, share).distance(eye.place))
 }
 
 #[cfg(test)]
@@ -112,14 +112,14 @@ mod tests {
 
     const SIZE: Vec2 = Vec2::new(640.0, 400.0);
 
-    fn met(solid: &Solid, toward: Vec3) -> Option<Vec3> {
+    fn hit_position(solid: &Solid, toward: Vec3) -> Option<Vec3> {
         let eye = Orbit::default().eye(SIZE);
-        let screen = eye.project(toward).expect("it is before the eye");
-        meet(&eye, screen, Affine3A::from_translation(Vec3::X), solid).map(|(_, at)| at)
+        let screen = eye.project(toward).expect("the point is in front of the eye");
+        intersect(&eye, screen, Affine3A::from_translation(Vec3::X), solid).map(|(_, at)| at)
     }
 
     #[test]
-    fn each_form_is_met_on_its_surface_and_missed_beside_it() {
+    fn each_solid_is_hit_on_its_surface_and_missed_beside_it() {
         let color = Color::Ink(Ink::Plain);
         let place = Place {
             at: [0.0, 0.0, 0.5],
@@ -167,22 +167,22 @@ mod tests {
         ];
         for (form, outside) in &forms {
             let toward = middle - Vec3::new(0.05, 0.02, 0.0);
-            let at = met(form, toward).unwrap_or_else(|| panic!("{form:?}"));
+            let at = hit_position(form, toward).unwrap_or_else(|| panic!("{form:?}"));
             assert!(outside(at - middle).abs() < 2e-3, "{form:?} at {at}");
-            assert_eq!(met(form, Vec3::new(1.0, 3.0, 0.5)), None, "{form:?}");
+            assert_eq!(hit_position(form, Vec3::new(1.0, 3.0, 0.5)), None, "{form:?}");
         }
     }
 
     #[test]
-    fn what_is_thin_is_met_near_it() {
+    fn a_thin_shape_is_hit_near_it() {
         let color = Color::Ink(Ink::Plain);
         let line = Solid::Line {
             points: vec![[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
             color,
             width: 1.0,
         };
-        let at = met(&line, Vec3::new(1.0, 0.5, 0.0)).expect("it is there");
+        let at = hit_position(&line, Vec3::new(1.0, 0.5, 0.0)).expect("the line is hit");
         assert!(at.distance(Vec3::new(1.0, 0.5, 0.0)) < 0.05, "{at}");
-        assert_eq!(met(&line, Vec3::new(1.0, 1.5, 0.0)), None);
+        assert_eq!(hit_position(&line, Vec3::new(1.0, 1.5, 0.0)), None);
     }
 }

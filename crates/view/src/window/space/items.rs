@@ -46,49 +46,49 @@ impl Items {
     /// The items, each with its label and description.
     pub(crate) fn each(&mut self) -> [(&mut bool, &'static str, &'static str); 13] {
         [
-            (&mut self.grid, "Grid", "The floor, with a line every metre or so"),
+            (&mut self.grid, "Grid", "The floor with a grid of about one metre"),
             (
                 &mut self.axes,
                 "Axes",
                 "The origin of the odometry: x ahead, y left, z up",
             ),
-            (&mut self.robot, "Robot", "Where the wheels say it is"),
+            (&mut self.robot, "Robot", "The pose by odometry"),
             (
                 &mut self.laser,
                 "Laser",
-                "What each beam met, and what is free before it",
+                "The hit of each beam and the free area in front of it",
             ),
-            (&mut self.sonars, "Sonars", "How far each sonar heard nothing"),
+            (&mut self.sonars, "Sonars", "The free distance of each sonar"),
             (
                 &mut self.path,
                 "Path",
-                "Where the robot has been since this window looks",
+                "The path of the robot since the window was opened",
             ),
             (
                 &mut self.targets,
                 "Targets",
-                "Where it is to go: targets and routes of its schemas",
+                "The targets and routes of its schemas",
             ),
-            (&mut self.cameras, "Cameras", "What each camera sees, before it"),
             (
-                &mut self.walls,
-                "Walls",
-                "What stands in the world, where a simulator tells it",
+                &mut self.cameras,
+                "Cameras",
+                "The image of each camera, in front of it",
             ),
+            (&mut self.walls, "Walls", "The fixed things of a simulated world"),
             (
                 &mut self.tall,
                 "Full height",
-                "Walls and furniture as tall as they are, not cut off",
+                "Walls and furniture in full height, not cut off",
             ),
             (
                 &mut self.movers,
                 "Movers",
-                "Who and what moves in the world, where a simulator tells it",
+                "The people and things that move in a simulated world",
             ),
             (
                 &mut self.panels,
                 "Panels' shapes",
-                "What the panels of schemas draw in space",
+                "The shapes that panels of schemas draw in space",
             ),
             (&mut self.labels, "Names", "Names and distances"),
         ]

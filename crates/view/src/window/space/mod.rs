@@ -53,7 +53,7 @@ pub(crate) struct Space {
     touch: SceneGestures,
     /// What cannot be shown, as messages.
     troubles: Vec<String>,
-    gather: Sampler,
+    sampler: Sampler,
     seen: SceneData,
     draw_list: DrawList,
     card: Option<Result<Card, String>>,
@@ -82,7 +82,7 @@ impl Space {
     /// Opens the window with its saved state.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
         let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
-        if !kept.orbit.is_sound() {
+        if !kept.orbit.is_valid() {
             kept.orbit = Orbit::default();
         }
         Self {
@@ -92,7 +92,7 @@ impl Space {
             pointed: None,
             touch: SceneGestures::default(),
             troubles: Vec::new(),
-            gather: Sampler::default(),
+            sampler: Sampler::default(),
             seen: SceneData::default(),
             draw_list: DrawList::default(),
             card: None,
@@ -142,13 +142,13 @@ impl Space {
             drag: self.touch.drags(),
             keys: self.touch.types(&self.seen),
         };
-        let (wish, away) = pointer::steer(ui, &response, &mut self.kept.orbit, self.kept.follow, taken);
+        let (action, away) = pointer::steer(ui, &response, &mut self.kept.orbit, self.kept.follow, taken);
         if away {
             self.kept.follow = false;
             self.goal = None;
         }
-        if let Some(wish) = wish {
-            self.fulfil(wish);
+        if let Some(action) = action {
+            self.perform(action);
         }
         self.follow();
         self.glide(ui);
@@ -159,15 +159,15 @@ impl Space {
             mark(&mut self.draw_list, pointed, style);
         }
         let eye = pointer::eye(&self.kept.orbit, &response);
-        let ground = ground(&self.kept, style);
+        let background = background(&self.kept, style);
         let scale = ui.pixels_per_point();
         let pixels = [rect.width(), rect.height()].map(|points| (points * scale).round() as u32);
         let card = self.card.get_or_insert_with(|| Card::find(ui.ctx()));
         let drawn = match card {
             Ok(card) => {
                 self.troubles
-                    .extend(self.draw_list.leave_out_pictures(card.most_pixels()));
-                card.draw(&self.draw_list, &eye, &ground, pixels)
+                    .extend(self.draw_list.remove_oversized_pictures(card.max_picture_side()));
+                card.draw(&self.draw_list, &eye, &background, pixels)
             }
             Err(reason) => Err(reason.clone()),
         };
@@ -191,7 +191,7 @@ impl Space {
             ui.ctx().request_repaint();
         }
         if self.kept.items.grid {
-            overlay::ticks(&painter, rect, &eye, ground.step, style);
+            overlay::ticks(&painter, rect, &eye, background.step, style);
         }
         overlay::labels(&painter, rect, &eye, &self.draw_list, style);
         if self.kept.items.axes {
@@ -253,7 +253,7 @@ impl Space {
 
 impl Window for Space {
     fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
-        self.gather.update(&mut self.seen, session, &self.kept.items);
+        self.sampler.update(&mut self.seen, session, &self.kept.items);
         for (schema, gesture) in self.picture(ui, style) {
             if !session.is_gone() && !session.is_recording() {
                 // The schema draws the effect. A refusal is added to the notices.
@@ -276,7 +276,7 @@ fn mark(draw_list: &mut DrawList, pointed: &Pointed, style: &Style) {
     draw_list.dot(pointed.at, 6.0, color);
 }
 
-fn ground(kept: &SavedState, style: &Style) -> Background {
+fn background(kept: &SavedState, style: &Style) -> Background {
     let (floor, beyond, lines) = if style.dark {
         (
             Color32::from_rgb(47, 50, 56),

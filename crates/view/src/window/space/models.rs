@@ -1,5 +1,5 @@
 //! Models of the robot, of people, and of things in a simulated world. Simulated cameras use their own
-//! simpler models (`camera/figure.rs` of `crates/sim`), on which nothing here depends.
+//! simpler models (`camera/figure.rs` of `crates/sim`). The two sets are independent.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -45,7 +45,7 @@ pub(crate) struct Payload {
 }
 
 /// Draws a Pioneer: a red body between two wheels under a dark plate.
-pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload) {
+pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, payload: &Payload) {
     let body = |draw_list: &mut DrawList, ahead: f32, size: [f32; 3], up: f32, color| {
         let size = Vec3::from_array(size);
         draw_list.upright(Mesh::Box, place, Vec3::new(ahead, 0.0, up), size, color);
@@ -53,12 +53,12 @@ pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload
     // The body is narrower at the wheels, and round in front and at the rear.
     body(draw_list, -0.045, [0.31, 0.26, 0.165], 0.055, SHELL);
     body(draw_list, -0.02, [0.24, 0.29, 0.10], 0.115, SHELL);
-    for (ahead, wide) in [(0.075, 0.27), (-0.165, 0.25)] {
+    for (ahead, width) in [(0.075, 0.27), (-0.165, 0.25)] {
         draw_list.upright(
             Mesh::Cylinder,
             place,
             Vec3::new(ahead, 0.0, 0.06),
-            Vec3::new(0.2, wide, 0.16),
+            Vec3::new(0.2, width, 0.16),
             SHELL,
         );
     }
@@ -73,17 +73,17 @@ pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload
             PLATE,
         );
     }
-    for (side, angle) in [(1.0, carried.wheels[0]), (-1.0, carried.wheels[1])] {
+    for (side, angle) in [(1.0, payload.wheels[0]), (-1.0, payload.wheels[1])] {
         wheel(draw_list, place, Vec3::new(0.0, side * 0.165, 0.0975), angle);
     }
     // The castor.
     let castor = place * placed(Vec3::new(-0.2, 0.0, 0.0375), [FRAC_PI_2, 0.0, 0.0]);
     draw_list.form(Mesh::Cylinder, castor, Vec3::new(0.075, 0.075, 0.03), TYRE);
-    if carried.sonars {
+    if payload.sonars {
         // Eight in front and eight at the rear, as on a P3-DX.
         for degrees in [90.0_f32, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0] {
-            for (middle, turned) in [(0.05, 0.0), (-0.14, 180.0)] {
-                let heading = (degrees + turned).to_radians();
+            for (middle, rotated) in [(0.05, 0.0), (-0.14, 180.0)] {
+                let heading = (degrees + rotated).to_radians();
                 let (sin, cos) = heading.sin_cos();
                 let at = Vec3::new(middle + 0.125 * cos, 0.138 * sin, SONAR_HEIGHT);
                 let facing = place * placed(at, [0.0, FRAC_PI_2, heading]);
@@ -91,11 +91,11 @@ pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload
             }
         }
     }
-    if carried.laser {
+    if payload.laser {
         laser(draw_list, place);
     }
-    if let Some([pan, tilt]) = carried.head {
-        let foot = if carried.laser { 0.308 } else { 0.234 };
+    if let Some([pan, tilt]) = payload.head {
+        let foot = if payload.laser { 0.308 } else { 0.234 };
         let neck = Vec3::new(HEAD.x, 0.0, foot);
         let size = Vec3::new(0.09, 0.09, HEAD.z - foot);
         draw_list.upright(Mesh::Cylinder, place, neck, size, PLATE);
@@ -112,8 +112,8 @@ fn wheel(draw_list: &mut DrawList, place: Affine3A, at: Vec3, angle: f32) {
     draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.195, 0.195, 0.045), TYRE);
     draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.115, 0.115, 0.05), RIM);
     for spoke in 0..5 {
-        let turned = wheel * Affine3A::from_rotation_z(spoke as f32 / 5.0 * TAU);
-        let spoke = turned * Affine3A::from_translation(Vec3::new(0.032, 0.0, 0.0));
+        let rotated = wheel * Affine3A::from_rotation_z(spoke as f32 / 5.0 * TAU);
+        let spoke = rotated * Affine3A::from_translation(Vec3::new(0.032, 0.0, 0.0));
         draw_list.form(Mesh::Box, spoke, Vec3::new(0.042, 0.012, 0.054), TYRE);
     }
 }
@@ -159,12 +159,12 @@ pub(crate) fn thing(
         Thing::PERSON => person(draw_list, place, thing.length / 2.0, thing.height, color),
         Thing::ROBOT => {
             let scaled = place * Affine3A::from_scale(Vec3::splat(thing.length / 0.5));
-            let carried = Payload {
+            let payload = Payload {
                 laser: true,
                 sonars: true,
                 ..Payload::default()
             };
-            robot(draw_list, scaled, &carried);
+            robot(draw_list, scaled, &payload);
         }
         // A box, or a form that this version does not know.
         _ => {
@@ -184,8 +184,8 @@ fn outline(draw_list: &mut DrawList, place: Affine3A, size: Vec3, edge: Color32)
 
 fn person(draw_list: &mut DrawList, place: Affine3A, radius: f32, height: f32, color: Color32) {
     let (hip, shoulder) = (0.48 * height, 0.83 * height);
-    let mut part = |ahead: f32, left: f32, wide: f32, [low, high]: [f32; 2], color| {
-        let size = Vec3::new(wide, wide, high - low);
+    let mut part = |ahead: f32, left: f32, width: f32, [low, high]: [f32; 2], color| {
+        let size = Vec3::new(width, width, high - low);
         draw_list.upright(Mesh::Cylinder, place, Vec3::new(ahead, left, low), size, color);
     };
     for side in [1.0, -1.0] {
@@ -201,8 +201,8 @@ fn person(draw_list: &mut DrawList, place: Affine3A, radius: f32, height: f32, c
     part(0.0, 0.0, 1.24 * radius, [hip, shoulder], color);
     part(0.0, 0.0, 0.44 * radius, [shoulder, 0.88 * height], SKIN);
     let skull = 0.132 * height;
-    for (ahead, up, wide, color) in [(0.0, 0.0, skull, SKIN), (-0.015, 0.02, 0.98 * skull, HAIR)] {
+    for (ahead, up, width, color) in [(0.0, 0.0, skull, SKIN), (-0.015, 0.02, 0.98 * skull, HAIR)] {
         let at = place * Affine3A::from_translation(Vec3::new(ahead, 0.0, 0.93 * height + up));
-        draw_list.form(Mesh::Sphere, at, Vec3::splat(wide), color);
+        draw_list.form(Mesh::Sphere, at, Vec3::splat(width), color);
     }
 }

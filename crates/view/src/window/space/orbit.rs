@@ -79,39 +79,39 @@ impl Orbit {
     }
 
     /// Turns around the target, by fractions of the picture's height.
-    pub(crate) fn turn(&mut self, by: Vec2) {
-        self.yaw = (self.yaw - by.x * PI + PI).rem_euclid(TAU) - PI;
-        self.pitch = (self.pitch + by.y * PI).clamp(PITCHES.0, PITCHES.1);
+    pub(crate) fn turn(&mut self, delta: Vec2) {
+        self.yaw = (self.yaw - delta.x * PI + PI).rem_euclid(TAU) - PI;
+        self.pitch = (self.pitch + delta.y * PI).clamp(PITCHES.0, PITCHES.1);
     }
 
     /// Moves the target with the pointer, by fractions of the picture's height.
-    pub(crate) fn pan(&mut self, by: Vec2) {
+    pub(crate) fn pan(&mut self, delta: Vec2) {
         let (right, up) = (self.right(), self.up());
         let scale = 2.0 * (FIELD / 2.0).tan() * self.distance;
         // An upward drag moves away on the floor, limited at flat angles.
         let ahead = Vec3::new(-self.yaw.cos(), -self.yaw.sin(), 0.0);
         let lift = up.dot(ahead).max(0.35);
-        self.target -= right * (by.x * scale) - ahead * (by.y * scale / lift);
+        self.target -= right * (delta.x * scale) - ahead * (delta.y * scale / lift);
     }
 
     /// Zooms: factors below 1 move nearer. The point `fixed` stays in place on the screen.
     pub(crate) fn zoom(&mut self, factor: f32, fixed: Option<Vec3>) {
         let distance = (self.distance * factor).clamp(DISTANCES.0, DISTANCES.1);
-        let done = distance / self.distance;
+        let ratio = distance / self.distance;
         if let Some(fixed) = fixed {
-            self.target = fixed + (self.target - fixed) * done;
+            self.target = fixed + (self.target - fixed) * ratio;
         }
         self.distance = distance;
     }
 
     /// Interpolates to another view by a fraction from 0 to 1. Turns the shorter way.
-    pub(crate) fn toward(&self, goal: &Self, part: f32) -> Self {
+    pub(crate) fn toward(&self, goal: &Self, share: f32) -> Self {
         let turn = (goal.yaw - self.yaw + PI).rem_euclid(TAU) - PI;
         Self {
-            target: self.target.lerp(goal.target, part),
-            yaw: self.yaw + turn * part,
-            pitch: self.pitch + (goal.pitch - self.pitch) * part,
-            distance: self.distance + (goal.distance - self.distance) * part,
+            target: self.target.lerp(goal.target, share),
+            yaw: self.yaw + turn * share,
+            pitch: self.pitch + (goal.pitch - self.pitch) * share,
+            distance: self.distance + (goal.distance - self.distance) * share,
         }
     }
 
@@ -126,7 +126,7 @@ impl Orbit {
     }
 
     /// Whether all numbers are finite and within their limits. Saved state may contain anything.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         self.target.is_finite()
             && self.yaw.is_finite()
             && (PITCHES.0..=PITCHES.1).contains(&self.pitch)
@@ -196,19 +196,19 @@ impl Eye {
 impl Ray {
     /// The point where the ray meets the floor, if it is nearer than [`FAR`].
     pub(crate) fn floor(&self) -> Option<Vec3> {
-        let way = -self.from.z / self.along.z;
-        (way.is_finite() && way > 0.0 && way < FAR).then(|| {
-            let at = self.from + self.along * way;
+        let distance = -self.from.z / self.along.z;
+        (distance.is_finite() && distance > 0.0 && distance < FAR).then(|| {
+            let at = self.from + self.along * distance;
             Vec3::new(at.x, at.y, 0.0)
         })
     }
 
     /// Distance along the ray to a sphere.
     pub(crate) fn ball(&self, center: Vec3, radius: f32) -> Option<f32> {
-        let to = center - self.from;
-        let middle = to.dot(self.along);
-        let aside = to.length_squared() - middle * middle;
-        let half = radius * radius - aside;
+        let to_center = center - self.from;
+        let middle = to_center.dot(self.along);
+        let offset_squared = to_center.length_squared() - middle * middle;
+        let half = radius * radius - offset_squared;
         (middle > 0.0 && half >= 0.0).then(|| middle - half.sqrt())
     }
 }

@@ -10,7 +10,7 @@ use super::orbit::Eye;
 use crate::style::{Style, color_of};
 
 /// Margin around the text of a label.
-const ROOM: egui::Vec2 = vec2(4.0, 1.5);
+const PADDING: egui::Vec2 = vec2(4.0, 1.5);
 /// Length of the axes in the corner, in points.
 const GIZMO: f32 = 30.0;
 /// Number of ticks on each side of an axis.
@@ -27,8 +27,8 @@ pub(crate) fn step(distance: f32) -> f32 {
 pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawList, style: &Style) {
     let mut order: Vec<_> = draw_list.labels.iter().collect();
     order.sort_by(|a, b| {
-        let far = |at: Vec3| at.distance_squared(eye.place);
-        far(b.at).total_cmp(&far(a.at))
+        let distance = |at: Vec3| at.distance_squared(eye.place);
+        distance(b.at).total_cmp(&distance(a.at))
     });
     for label in order {
         if let Some(at) = on_screen(rect, eye, label.at) {
@@ -47,7 +47,7 @@ pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawL
 /// Draws the distances along the axes of the floor.
 pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: &Style) {
     let faint = color_of(Ink::Faint, style);
-    let mut last: [Option<Pos2>; 2] = [None; 2];
+    let mut previous: [Option<Pos2>; 2] = [None; 2];
     for number in (-TICKS..=TICKS).filter(|number| *number != 0) {
         for axis in 0..2 {
             let mut place = Vec3::ZERO;
@@ -60,10 +60,10 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: 
                 continue;
             };
             // Skips ticks that would overlap the last one.
-            if last[axis].is_some_and(|last| last.distance(at) < 44.0) {
+            if previous[axis].is_some_and(|previous| previous.distance(at) < 44.0) {
                 continue;
             }
-            last[axis] = Some(at);
+            previous[axis] = Some(at);
             let text = style.units.show(f64::from(place[axis]), "m");
             painter.text(
                 at + vec2(3.0, 2.0),
@@ -119,9 +119,9 @@ pub(crate) fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, colo
         Color32::from_white_alpha(190)
     };
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), color);
-    let rect = align.anchor_size(at, galley.size() + 2.0 * ROOM);
+    let rect = align.anchor_size(at, galley.size() + 2.0 * PADDING);
     painter.rect_filled(rect, 3.0, ground);
-    painter.galley(rect.min + ROOM, galley, color);
+    painter.galley(rect.min + PADDING, galley, color);
 }
 
 fn on_screen(rect: Rect, eye: &Eye, at: Vec3) -> Option<Pos2> {

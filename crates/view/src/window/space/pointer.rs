@@ -52,21 +52,21 @@ pub(crate) fn steer(
     follows: bool,
     taken: PointerInput,
 ) -> (Option<ViewAction>, bool) {
-    let mut away = false;
+    let mut target_moved = false;
     let height = response.rect.height().max(1.0);
     let shift = ui.input(|input| input.modifiers.shift);
-    let moved = response.drag_delta() / height;
-    let moved = Vec2::new(moved.x, moved.y);
+    let drag = response.drag_delta() / height;
+    let drag = Vec2::new(drag.x, drag.y);
     let pans = response.dragged_by(PointerButton::Middle)
         || response.dragged_by(PointerButton::Secondary)
         || (response.dragged_by(PointerButton::Primary) && shift);
     if taken.drag {
         // The drag belongs to a scene.
-    } else if pans && moved != Vec2::ZERO {
-        orbit.pan(moved);
-        away = true;
+    } else if pans && drag != Vec2::ZERO {
+        orbit.pan(drag);
+        target_moved = true;
     } else if response.dragged_by(PointerButton::Primary) {
-        orbit.turn(moved);
+        orbit.turn(drag);
     }
     if response.clicked() || response.drag_started() {
         response.request_focus();
@@ -84,7 +84,7 @@ pub(crate) fn steer(
             orbit.zoom(factor, near);
         }
     }
-    let mut wish = None;
+    let mut action = None;
     if response.has_focus() && !taken.keys {
         ui.memory_mut(|memory| {
             let keeps = egui::EventFilter {
@@ -94,29 +94,29 @@ pub(crate) fn steer(
             };
             memory.set_focus_lock_filter(response.id, keeps);
         });
-        away |= keys(ui, orbit);
-        wish = wishes(ui);
+        target_moved |= keys(ui, orbit);
+        action = requested_action(ui);
     }
-    (wish, away)
+    (action, target_moved)
 }
 
 fn keys(ui: &Ui, orbit: &mut Orbit) -> bool {
     let pressed =
         |modifiers: Modifiers, key: Key| ui.input_mut(|input| input.count_and_consume_key(modifiers, key));
-    let mut away = false;
-    for (key, by) in [
+    let mut target_moved = false;
+    for (key, delta) in [
         (Key::ArrowLeft, Vec2::new(KEY, 0.0)),
         (Key::ArrowRight, Vec2::new(-KEY, 0.0)),
         (Key::ArrowUp, Vec2::new(0.0, KEY)),
         (Key::ArrowDown, Vec2::new(0.0, -KEY)),
     ] {
-        let (slides, turns) = (pressed(Modifiers::SHIFT, key), pressed(Modifiers::NONE, key));
-        if slides > 0 {
-            orbit.pan(by * slides as f32);
-            away = true;
+        let (pans, turns) = (pressed(Modifiers::SHIFT, key), pressed(Modifiers::NONE, key));
+        if pans > 0 {
+            orbit.pan(delta * pans as f32);
+            target_moved = true;
         }
         if turns > 0 {
-            orbit.turn(by * turns as f32);
+            orbit.turn(delta * turns as f32);
         }
     }
     for (keys, factor) in [
@@ -130,10 +130,10 @@ fn keys(ui: &Ui, orbit: &mut Orbit) -> bool {
             }
         }
     }
-    away
+    target_moved
 }
 
-fn wishes(ui: &Ui) -> Option<ViewAction> {
+fn requested_action(ui: &Ui) -> Option<ViewAction> {
     let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
     if pressed(Key::F) {
         Some(ViewAction::Follow)

@@ -19,11 +19,11 @@ use crate::picture::Picture;
 use crate::session::Session;
 
 /// Rate of data that moves with a robot: smooth to the eye.
-const FLOWING: Rate = Rate::Hz(20);
+const MOTION_RATE: Rate = Rate::Hz(20);
 /// Rate of images and scenes, which are large.
-const PICTURES: Rate = Rate::Hz(10);
+const IMAGE_RATE: Rate = Rate::Hz(10);
 /// Rate of data that changes rarely.
-const SELDOM: Rate = Rate::Hz(5);
+const SLOW_RATE: Rate = Rate::Hz(5);
 /// Field of view of a camera that does not declare it, in rad: that of a Canon VC-C4.
 const FIELD: f64 = 0.829;
 /// Maximum number of poses kept to be compared with the true pose of the same time.
@@ -64,11 +64,11 @@ impl Sampler {
             robot.sonars.clear();
             robot.carries.laser = false;
             robot.carries.sonars = false;
-            for sample in session.values(odometry, FLOWING, "space") {
-                let Some(told) = sample.bytes.as_deref().and_then(Odometry::from_bytes) else {
+            for sample in session.values(odometry, MOTION_RATE, "space") {
+                let Some(odometry_value) = sample.bytes.as_deref().and_then(Odometry::from_bytes) else {
                     continue;
                 };
-                let pose = told.pose2d();
+                let pose = odometry_value.pose2d();
                 robot.trail.add(sample.time, [pose.x, pose.y]);
                 if number == 0 {
                     self.poses.push_back((sample.time, pose));
@@ -77,8 +77,8 @@ impl Sampler {
                 }
             }
             robot.pose = session
-                .read::<Odometry>(odometry, FLOWING)
-                .map(|(told, _)| told.pose2d());
+                .read::<Odometry>(odometry, MOTION_RATE)
+                .map(|(odometry_value, _)| odometry_value.pose2d());
         }
         let entities = &self.entities;
         for [name, owner] in &entities.lasers {
@@ -87,7 +87,7 @@ impl Sampler {
             };
             robot.carries.laser = true;
             if items.laser
-                && let Some((scan, _)) = session.read::<LaserScan>(name, FLOWING)
+                && let Some((scan, _)) = session.read::<LaserScan>(name, MOTION_RATE)
             {
                 robot.lasers.push((name.clone(), Box::new(scan)));
             }
@@ -98,21 +98,21 @@ impl Sampler {
             };
             robot.carries.sonars = true;
             if items.sonars
-                && let Some((ring, _)) = session.read::<RangeRing>(name, FLOWING)
+                && let Some((ring, _)) = session.read::<RangeRing>(name, MOTION_RATE)
             {
                 robot.sonars.push((name.clone(), Box::new(ring)));
             }
         }
         for [name, owner] in &entities.heads {
             if let Some(robot) = seen.robots.get_mut(entities.robot(owner)) {
-                let head = session.read::<PanTilt>(name, FLOWING);
+                let head = session.read::<PanTilt>(name, MOTION_RATE);
                 let angles = head.map(|(head, _)| [head.pan, head.tilt].map(|angle| angle as f32));
                 robot.carries.head = angles.filter(|angles| angles.iter().all(|angle| angle.is_finite()));
             }
         }
         for [name, owner] in &entities.wheels {
             if let Some(robot) = seen.robots.get_mut(entities.robot(owner))
-                && let Some((encoders, _)) = session.read::<WheelEncoders>(name, FLOWING)
+                && let Some((encoders, _)) = session.read::<WheelEncoders>(name, MOTION_RATE)
             {
                 robot.roll(&encoders);
             }
@@ -128,12 +128,12 @@ impl Sampler {
         }
         let entities = &self.entities;
         for [name, owner] in &entities.missions {
-            if let Some((mission, _)) = session.read::<Mission>(name, SELDOM) {
+            if let Some((mission, _)) = session.read::<Mission>(name, SLOW_RATE) {
                 seen.missions.push((owner.clone(), mission));
             }
         }
         for [name, owner] in &entities.targets {
-            if let Some((target, _)) = session.read::<Target>(name, SELDOM) {
+            if let Some((target, _)) = session.read::<Target>(name, SLOW_RATE) {
                 seen.targets.push((owner.clone(), target));
             }
         }
@@ -145,7 +145,7 @@ impl Sampler {
             }
         }
         for [name, _] in &entities.paths {
-            if let Some((path, _)) = session.read::<Path>(name, SELDOM) {
+            if let Some((path, _)) = session.read::<Path>(name, SLOW_RATE) {
                 seen.routes.push(RouteData::path(name, &path));
             }
         }
@@ -159,7 +159,7 @@ impl Sampler {
             return;
         }
         for [name, owner] in &self.entities.images {
-            let Some(sample) = session.value(name, PICTURES) else {
+            let Some(sample) = session.value(name, IMAGE_RATE) else {
                 continue;
             };
             let known = self
@@ -187,7 +187,7 @@ impl Sampler {
                     pixels
                 }
             };
-            let number = |what: &str| newest_value::<f64>(session, owner, what);
+            let number = |modulation: &str| newest_value::<f64>(session, owner, modulation);
             let robot = newest_value::<Text<60>>(session, owner, "robot");
             let robot = self
                 .entities
@@ -223,7 +223,7 @@ impl Sampler {
         let all = session.schemas().schemas.iter().filter(|schema| schema.panel);
         for schema in all {
             let rate = if self.scenes.contains(&schema.name) {
-                PICTURES
+                IMAGE_RATE
             } else {
                 Rate::Hz(1)
             };
@@ -253,11 +253,11 @@ impl Sampler {
             && items.movers
         {
             seen.world.movers = session
-                .read::<Movers>(name, FLOWING)
+                .read::<Movers>(name, MOTION_RATE)
                 .map(|(movers, _)| Box::new(movers));
         }
         if let Some(name) = &entities.truth
-            && let Some((truth, sample)) = session.read::<Truth>(name, FLOWING)
+            && let Some((truth, sample)) = session.read::<Truth>(name, MOTION_RATE)
         {
             // Only poses of the same instant show the error of the odometry.
             let same = self.poses.iter().find(|(time, _)| *time == sample.time);
@@ -287,12 +287,12 @@ fn has_scene(items: &[Item]) -> bool {
 }
 
 /// The value of a schema's modulation, if the schema has it.
-fn newest_value<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
+fn newest_value<T: Value>(session: &Session, owner: &str, modulation: &str) -> Option<T> {
     let schema = session.schema(owner)?;
     schema
         .ports
         .iter()
-        .any(|port| port.name == what && port.role == "modulation")
-        .then(|| session.read::<T>(&format!("{owner}.{what}"), Rate::Hz(1)))?
+        .any(|port| port.name == modulation && port.role == "modulation")
+        .then(|| session.read::<T>(&format!("{owner}.{modulation}"), Rate::Hz(1)))?
         .map(|(value, _)| value)
 }

@@ -10,7 +10,7 @@ use crate::style::{Style, exact};
 const SHAFT: (f32, f32) = (0.04, 0.06);
 
 /// Adds a shape that is given in `frame`. Its list has been validated.
-pub(crate) fn put(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, style: &Style) {
+pub(crate) fn add(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, style: &Style) {
     let point = |point: &[f64; 3]| frame.transform_point3(vector(*point));
     match solid {
         Solid::Line { points, color, width } => {
@@ -40,14 +40,14 @@ pub(crate) fn put(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, styl
             height,
             color,
         } => {
-            let wide = 2.0 * *radius as f32;
-            let size = Vec3::new(wide, wide, *height as f32);
+            let diameter = 2.0 * *radius as f32;
+            let size = Vec3::new(diameter, diameter, *height as f32);
             draw_list.form(Mesh::Cylinder, frame * at(place), size, exact(*color, style));
         }
         Solid::Arrow { from, to, color } => {
             let (from, to) = (point(from), point(to));
-            let thick = (SHAFT.0 * from.distance(to)).min(SHAFT.1);
-            draw_list.arrow(from, to, thick, exact(*color, style));
+            let shaft_diameter = (SHAFT.0 * from.distance(to)).min(SHAFT.1);
+            draw_list.arrow(from, to, shaft_diameter, exact(*color, style));
         }
         Solid::Mesh { corners, color } => {
             let color = exact(*color, style);

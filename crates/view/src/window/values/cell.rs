@@ -17,16 +17,17 @@ const LONGEST: usize = 160;
 /// Shows the triangle that folds and unfolds. Returns whether it was clicked.
 pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(12.0, 16.0), Sense::click());
-    let word = if open { "fold" } else { "unfold" };
-    response
-        .widget_info(|| WidgetInfo::labeled(egui::Role::DisclosureTriangle, true, format!("{word} {name}")));
-    let (middle, reach) = (rect.center(), 4.0);
+    let action = if open { "fold" } else { "unfold" };
+    response.widget_info(|| {
+        WidgetInfo::labeled(egui::Role::DisclosureTriangle, true, format!("{action} {name}"))
+    });
+    let (middle, radius) = (rect.center(), 4.0);
     let corners = if open {
         [(-1.0, -0.6), (1.0, -0.6), (0.0, 0.9)]
     } else {
         [(-0.6, -1.0), (-0.6, 1.0), (0.9, 0.0)]
     };
-    let corners = corners.map(|(x, y)| pos2(middle.x + reach * x, middle.y + reach * y));
+    let corners = corners.map(|(x, y)| pos2(middle.x + radius * x, middle.y + radius * y));
     let color = ui.style().interact(&response).fg_stroke.color;
     let shape = egui::Shape::convex_polygon(corners.to_vec(), color, egui::Stroke::NONE);
     ui.painter().add(shape);
@@ -56,7 +57,7 @@ pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
             let _ = write!(hint, ", {}", info.range);
         }
         if info.fixed {
-            hint.push_str("\ntaken on awakening only");
+            hint.push_str("\nread only when the schema wakes");
         }
     }
     if !row.doc.is_empty() {
@@ -98,8 +99,10 @@ pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, 
         }
         None if !seen.is_known() => drop(ui.label(faint("..."))),
         None => {
-            ui.label(faint("no value"))
-                .on_hover_text(format!("{} did not write it yet, or took it back", info.owner));
+            ui.label(faint("no value")).on_hover_text(format!(
+                "{} has not written it yet, or has retracted it",
+                info.owner
+            ));
         }
     }
 }
@@ -107,11 +110,11 @@ pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, 
 /// Formats a value in one line.
 pub(super) fn line(value: &Value, unit: &str, style: &Style) -> String {
     let mut text = String::new();
-    put(&mut text, value, unit, style);
+    append(&mut text, value, unit, style);
     text
 }
 
-fn put(into: &mut String, value: &Value, unit: &str, style: &Style) {
+fn append(into: &mut String, value: &Value, unit: &str, style: &Style) {
     if into.len() > LONGEST {
         if !into.ends_with('…') {
             into.push('…');
@@ -126,9 +129,9 @@ fn put(into: &mut String, value: &Value, unit: &str, style: &Style) {
         Value::Text(text) => into.push_str(text),
         Value::List(list) => {
             let _ = write!(into, "{} [", list.len());
-            for (place, value) in list.iter().enumerate() {
-                into.push_str(if place == 0 { "" } else { "  " });
-                put(into, value, unit, style);
+            for (index, value) in list.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { "  " });
+                append(into, value, unit, style);
                 if into.len() > LONGEST {
                     return;
                 }
@@ -136,12 +139,12 @@ fn put(into: &mut String, value: &Value, unit: &str, style: &Style) {
             into.push(']');
         }
         Value::Map(fields) => {
-            for (place, (name, value)) in fields.iter().enumerate() {
-                into.push_str(if place == 0 { "" } else { "  " });
+            for (index, (name, value)) in fields.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { "  " });
                 let _ = write!(into, "{name} ");
                 let inner = matches!(value, Value::Map(_));
                 into.push_str(if inner { "(" } else { "" });
-                put(into, value, "", style);
+                append(into, value, "", style);
                 into.push_str(if inner { ")" } else { "" });
                 if into.len() > LONGEST {
                     return;

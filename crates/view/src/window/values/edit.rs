@@ -22,9 +22,9 @@ pub(super) struct Edit {
     text: Option<String>,
     /// The value that the slider ordered, and the sequence number then. It is shown until the order is
     /// accepted or a newer value arrives.
-    asked: Option<(f64, u64)>,
+    ordered: Option<(f64, u64)>,
     outcome: Outcome,
-    wrong: Option<String>,
+    error: Option<String>,
 }
 
 /// Shows an editor for the value of a row.
@@ -43,7 +43,7 @@ pub(super) fn show(
     let edit = edits.entry(path.clone()).or_default();
     let value = seen.part(names);
     let order = |edit: &mut Edit, value: serde_json::Value| {
-        edit.wrong = None;
+        edit.error = None;
         edit.outcome = session.order(Action::Modulate {
             schema: info.owner.clone(),
             variable: info.variable.clone(),
@@ -52,9 +52,9 @@ pub(super) fn show(
     };
     match (leaf, value) {
         (Leaf::Flag, Some(Value::Bool(on))) => {
-            let word = if *on { "yes" } else { "no" };
+            let label = if *on { "yes" } else { "no" };
             let mut on = *on;
-            let tick = ui.checkbox(&mut on, word);
+            let tick = ui.checkbox(&mut on, label);
             tick.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, on, &path));
             if tick.changed() {
                 order(edit, json!(on));
@@ -66,11 +66,11 @@ pub(super) fn show(
                 (leaf, value, info.range.least, info.range.greatest)
                 && names.is_empty()
             {
-                let mut at = match edit.asked {
-                    Some((asked, sequence))
+                let mut at = match edit.ordered {
+                    Some((ordered, sequence))
                         if seen.sequence() <= sequence && edit.outcome.get() != Some(&Ok(())) =>
                     {
-                        asked
+                        ordered
                     }
                     _ => *number,
                 };
@@ -85,7 +85,7 @@ pub(super) fn show(
                 );
                 slider.widget_info(|| egui::WidgetInfo::slider(true, at, format!("slide {path}")));
                 if slider.changed() {
-                    edit.asked = Some((at, seen.sequence()));
+                    edit.ordered = Some((at, seen.sequence()));
                     order(edit, json!(at));
                 }
             }
@@ -101,7 +101,7 @@ pub(super) fn show(
             );
             let field = field
                 .accessible_name(path.clone())
-                .on_hover_text("Type a value and press Enter; Escape leaves it as it is");
+                .on_hover_text("Type a value and press Enter; Escape cancels");
             if field.gained_focus() || field.changed() {
                 edit.text = Some(text.clone());
             }
@@ -109,23 +109,23 @@ pub(super) fn show(
                 if ui.input(|input| input.key_pressed(Key::Enter)) && text != shown {
                     match read(*leaf, &text, unit, style) {
                         Ok(number) if refused(info, names, &number) => {
-                            edit.wrong = Some(format!("give {}", bounds(info, unit, style)));
+                            edit.error = Some(format!("enter {}", bounds(info, unit, style)));
                         }
                         Ok(value) => order(edit, value),
-                        Err(why) => edit.wrong = Some(why),
+                        Err(reason) => edit.error = Some(reason),
                     }
                 }
                 edit.text = None;
             }
         }
     }
-    let wrong = edit.wrong.as_deref().or(match edit.outcome.get() {
+    let error = edit.error.as_deref().or(match edit.outcome.get() {
         Some(Err(reason)) => Some(reason.as_str()),
         Some(Ok(())) | None => None,
     });
-    if let Some(wrong) = wrong {
+    if let Some(error) = error {
         let color = style::color_of(Ink::Bad, style);
-        ui.label(RichText::new(wrong).color(color)).on_hover_text(wrong);
+        ui.label(RichText::new(error).color(color)).on_hover_text(error);
     }
 }
 
@@ -163,30 +163,30 @@ fn read(leaf: Leaf, text: &str, unit: &str, style: &Style) -> Result<serde_json:
     let end = text
         .find(|letter: char| letter.is_alphabetic() && !matches!(letter, 'e' | 'E') || letter == '°')
         .unwrap_or(text.len());
-    let (number, written) = (text[..end].trim(), text[end..].trim());
+    let (number, typed_unit) = (text[..end].trim(), text[end..].trim());
     if leaf == Leaf::Whole {
         return number
             .parse::<i64>()
             .ok()
-            .filter(|_| written.is_empty())
+            .filter(|_| typed_unit.is_empty())
             .map(|number| json!(number))
-            .ok_or_else(|| format!("`{text}` is no whole number"));
+            .ok_or_else(|| format!("`{text}` is not a whole number"));
     }
     let number: f64 = number
         .parse()
         .ok()
         .filter(|number: &f64| number.is_finite())
-        .ok_or_else(|| format!("`{text}` is no number"))?;
-    if written.is_empty() || written == shown {
+        .ok_or_else(|| format!("`{text}` is not a number"))?;
+    if typed_unit.is_empty() || typed_unit == shown {
         Ok(json!(number / factor))
-    } else if written == unit {
+    } else if typed_unit == unit {
         Ok(json!(number))
     } else if shown.is_empty() {
-        Err(format!("it has no unit, and `{written}` is one"))
+        Err(format!("it has no unit; remove `{typed_unit}`"))
     } else if shown == unit {
-        Err(format!("its unit is {unit}, not {written}"))
+        Err(format!("its unit is {unit}, not {typed_unit}"))
     } else {
-        Err(format!("its unit is {shown} or {unit}, not {written}"))
+        Err(format!("its unit is {shown} or {unit}, not {typed_unit}"))
     }
 }
 
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_read_in_the_unit_that_is_shown_or_in_the_one_they_say() {
+    fn a_number_is_parsed_in_the_displayed_unit_or_in_its_own() {
         let half_turn = json!(std::f64::consts::PI);
         assert_eq!(read(Leaf::Number, "180", "rad"), Ok(half_turn.clone()));
         assert_eq!(read(Leaf::Number, "180 deg", "rad"), Ok(half_turn));
@@ -214,13 +214,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_number_is_refused_in_words() {
-        let wrong = |leaf, text, unit| read(leaf, text, unit).unwrap_err();
-        assert_eq!(wrong(Leaf::Number, "fast", "m/s"), "`fast` is no number");
-        assert_eq!(wrong(Leaf::Number, "3 kg", "m"), "its unit is m, not kg");
-        assert_eq!(wrong(Leaf::Number, "3 m", "rad"), "its unit is deg or rad, not m");
-        assert_eq!(wrong(Leaf::Number, "3 m", ""), "it has no unit, and `m` is one");
-        assert_eq!(wrong(Leaf::Whole, "1.5", ""), "`1.5` is no whole number");
+    fn invalid_numbers_are_refused_with_a_message() {
+        let error = |leaf, text, unit| read(leaf, text, unit).unwrap_err();
+        assert_eq!(error(Leaf::Number, "fast", "m/s"), "`fast` is not a number");
+        assert_eq!(error(Leaf::Number, "3 kg", "m"), "its unit is m, not kg");
+        assert_eq!(error(Leaf::Number, "3 m", "rad"), "its unit is deg or rad, not m");
+        assert_eq!(error(Leaf::Number, "3 m", ""), "it has no unit; remove `m`");
+        assert_eq!(error(Leaf::Whole, "1.5", ""), "`1.5` is not a whole number");
     }
 
     #[test]

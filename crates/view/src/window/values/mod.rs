@@ -61,7 +61,7 @@ impl Values {
             )
             .labelled_by(name.id);
             ui.checkbox(&mut self.only_modulations, "Modulations only")
-                .on_hover_text("Inputs that fathers, and you, may change while schemas run");
+                .on_hover_text("Inputs that fathers and operators may change while schemas run");
         });
         ui.add_space(2.0);
     }
@@ -96,16 +96,17 @@ impl Values {
         let color = style::color_of(Ink::Warn, style);
         ui.label(RichText::new(format!("modulated by {}", hold.by)).color(color));
         let mine = hold.by == jde_link::operator();
-        let (word, hint) = if mine {
+        let (action, hint) = if mine {
             (
                 "Reset",
-                "Let go of all that you changed here: the father's values count again",
+                "Release your changes: the father's values are in force again",
             )
         } else {
-            ("Release", "Undo what operators changed here, whoever they are")
+            ("Release", "Undo the changes of all operators")
         };
-        let button = ui.small_button(word).on_hover_text(hint);
-        button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{word} {name}")));
+        let button = ui.small_button(action).on_hover_text(hint);
+        button
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{action} {name}")));
         if button.clicked() {
             let schema = name.to_owned();
             session.act(if mine {
@@ -201,7 +202,7 @@ impl Window for Values {
             let nothing = if session.variables().is_empty() {
                 "This application has no variables."
             } else {
-                "No variable is called so."
+                "No variable matches the search."
             };
             ui.label(RichText::new(nothing).color(style::color_of(Ink::Faint, style)));
             return;
@@ -225,11 +226,11 @@ impl Window for Values {
                         "Variable",
                         "Fold and unfold with the triangles; a right click copies the name",
                     ),
-                    ("Value", "As of its newest; modulations can be changed here"),
-                    ("", "A click shows a number over time, in the oscilloscope"),
+                    ("Value", "The newest value; modulations can be changed in place"),
+                    ("", "A click plots the number in the oscilloscope"),
                     ("Age", "Since it was measured or written"),
-                    ("Rate", "Values a second, as they reach this window: 5 at most"),
-                    ("Writer", "Who wrote it"),
+                    ("Rate", "Values that this window receives per second, at most 5"),
+                    ("Writer", "The schema or operator that wrote the value"),
                 ] {
                     header.col(|ui| drop(ui.strong(title).on_hover_text(hint)));
                 }

@@ -71,7 +71,7 @@ impl Row {
 
 /// The unfolded rows that match the search and the filter, in the application's order.
 pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
-    let words = window.search.to_lowercase();
+    let search = window.search.to_lowercase();
     let mut rows = Vec::new();
     let mut last = None;
     for info in session.variables() {
@@ -80,7 +80,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
         }
         let found = [&info.name, &info.type_name, &info.doc]
             .iter()
-            .any(|text| text.to_lowercase().contains(&words));
+            .any(|text| text.to_lowercase().contains(&search));
         if !found {
             continue;
         }
@@ -95,21 +95,21 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
             });
         }
         // A search also finds variables of folded schemas.
-        if window.folded.contains(&info.owner) && words.is_empty() {
+        if window.folded.contains(&info.owner) && search.is_empty() {
             continue;
         }
         let value_type = window.seen.get(&info.name).and_then(|seen| seen.value_type());
-        let alone = value_type.and_then(alone);
+        let single_leaf = value_type.and_then(single_leaf);
         rows.push(Row {
             what: RowKind::Variable(info.name.clone()),
             depth: 1,
-            foldable: value_type.is_some() && alone.is_none(),
-            leaf: alone.map(|leaf| (leaf, info.unit.clone())),
+            foldable: value_type.is_some() && single_leaf.is_none(),
+            leaf: single_leaf.map(|leaf| (leaf, info.unit.clone())),
             doc: info.doc.clone(),
         });
         if window.unfolded.contains(&info.name)
             && let Some(value_type) = value_type
-            && alone.is_none()
+            && single_leaf.is_none()
         {
             fields(&mut rows, window, &info.name, value_type, &mut Vec::new());
         }
@@ -130,7 +130,7 @@ fn fields(rows: &mut Vec<Row>, window: &Values, variable: &str, value_type: &Typ
                 names: names.clone(),
             },
             depth: 1 + names.len(),
-            foldable: inner.is_some_and(|inner| alone(inner).is_none()),
+            foldable: inner.is_some_and(|inner| single_leaf(inner).is_none()),
             leaf: leaf(&field.kind, field.form).map(|leaf| (leaf, field.unit.clone())),
             doc: field.doc.clone(),
         };
@@ -144,7 +144,7 @@ fn fields(rows: &mut Vec<Row>, window: &Values, variable: &str, value_type: &Typ
 }
 
 /// The kind of a type that has one number, flag or text and nothing else.
-pub(super) fn alone(value_type: &Type) -> Option<Leaf> {
+pub(super) fn single_leaf(value_type: &Type) -> Option<Leaf> {
     match value_type.fields.as_slice() {
         [field] => leaf(&field.kind, field.form),
         _ => None,
@@ -157,7 +157,7 @@ fn leaf(kind: &FieldKind, form: Form) -> Option<Leaf> {
         (FieldKind::Scalar(Scalar::Bool), Form::One) => Some(Leaf::Flag),
         (FieldKind::Scalar(Scalar::F32 | Scalar::F64), Form::One) => Some(Leaf::Number),
         (FieldKind::Scalar(_), Form::One) => Some(Leaf::Whole),
-        (FieldKind::Struct(inner), Form::One) => alone(inner),
+        (FieldKind::Struct(inner), Form::One) => single_leaf(inner),
         _ => None,
     }
 }

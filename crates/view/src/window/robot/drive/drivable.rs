@@ -20,18 +20,19 @@ impl<'a> DrivableSchemas<'a> {
     pub(super) fn of(all: &'a [SchemaInfo], body: &str, bodies: &[String]) -> Self {
         let of_type =
             |type_name: &'static str| all.iter().filter(move |schema| schema.type_name == type_name);
-        let own = |type_name| of_type(type_name).find(|schema| commanded(schema).any(|owner| owner == body));
+        let of_body =
+            |type_name| of_type(type_name).find(|schema| commanded(schema).any(|owner| owner == body));
         // A filter of speeds may be between the schema and the body. With a single body, it cannot belong to
         // another.
-        let lone = || of_type(BASE).next().filter(|_| bodies.len() < 2);
+        let only_base = || of_type(BASE).next().filter(|_| bodies.len() < 2);
         // A head may have its own driver, which does not show the body that it is mounted on.
-        let apart = || {
+        let unowned_head = || {
             of_type(HEAD)
                 .find(|schema| !commanded(schema).any(|owner| bodies.iter().any(|body| body == owner)))
         };
         Self {
-            base: own(BASE).or_else(lone),
-            head: own(HEAD).or_else(apart),
+            base: of_body(BASE).or_else(only_base),
+            head: of_body(HEAD).or_else(unowned_head),
         }
     }
 }
@@ -45,7 +46,7 @@ fn commanded(schema: &SchemaInfo) -> impl Iterator<Item = &str> {
 /// Shows how to add the missing schemas.
 pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
     if body.is_empty() {
-        ui.weak("nothing in this application drives");
+        ui.weak("this application has no schema that drives");
         return;
     }
     let roots = session
@@ -65,7 +66,7 @@ pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
         "roots = [{}]\n\n[schemas.teleop]\ntype      = \"teleop/base\"\nactuators = {{ base = \"{command}\" }}\n",
         names.join(", ")
     );
-    ui.label("Nobody can drive this application by hand. In its file, these lines let one:");
+    ui.label("This application cannot be driven by hand. Add these lines to its file:");
     ui.add(
         egui::TextEdit::multiline(&mut lines.as_str())
             .code_editor()
@@ -88,7 +89,7 @@ mod tests {
             "ports": [{ "name": "base", "role": "actuator", "type": "geometry_msgs/msg/Twist", "doc": "", "unit": "",
                         "range": {}, "fixed": false, "variable": commands }],
         });
-        serde_json::from_value(info).expect("it is one")
+        serde_json::from_value(info).expect("the description is valid")
     }
 
     fn found<'a>(all: &'a [SchemaInfo], body: &str, bodies: &[&str]) -> [Option<&'a str>; 2] {
@@ -98,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_bodies_each_is_driven_by_its_own_schemas_or_by_none() {
+    fn each_of_two_bodies_is_driven_only_by_its_own_schemas() {
         let both = ["anna", "bert"];
         let all = [
             schema("of_anna", BASE, "anna.velocity"),
@@ -112,12 +113,12 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_body_is_driven_through_whatever_is_between_and_a_head_may_stand_apart() {
+    fn a_single_body_may_be_driven_through_a_filter_and_a_head_may_have_its_own_driver() {
         let all = [
-            schema("hand", BASE, "filter.velocity"),
+            schema("manual", BASE, "filter.velocity"),
             schema("gaze", HEAD, "camera_mount.pan_tilt"),
         ];
-        assert_eq!(found(&all, "anna", &["anna"]), [Some("hand"), Some("gaze")]);
+        assert_eq!(found(&all, "anna", &["anna"]), [Some("manual"), Some("gaze")]);
         assert_eq!(found(&all, "anna", &["anna", "bert"]), [None, Some("gaze")]);
     }
 }

@@ -1,4 +1,5 @@
-//! Game pads: while a shoulder button is held, the sticks act as the pads of the window. It orders nothing.
+//! Game pads: while a shoulder button is held, the sticks act as the pads of the window. It sends no
+//! commands.
 
 use eframe::egui::{Vec2, vec2};
 use gilrs::{Axis, Button, Gamepad, Gilrs};
@@ -34,7 +35,7 @@ impl Gamepads {
         let held =
             |pad: &Gamepad<'_>| pad.is_pressed(Button::LeftTrigger) || pad.is_pressed(Button::RightTrigger);
         let (_, pad) = gilrs.gamepads().find(|(_, pad)| held(pad))?;
-        let stick = |x: Axis, y: Axis| rested(vec2(pad.value(x), pad.value(y)));
+        let stick = |x: Axis, y: Axis| without_dead_zone(vec2(pad.value(x), pad.value(y)));
         Some(GamepadLease {
             drive: stick(Axis::LeftStickX, Axis::LeftStickY),
             head: stick(Axis::RightStickX, Axis::RightStickY),
@@ -49,7 +50,7 @@ impl Gamepads {
     }
 
     /// The status of the game pads, as text.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn status(&self) -> String {
         match &self.gilrs {
             Err(reason) => format!("no game pads: {reason}"),
             Ok(gilrs) => match gilrs.gamepads().next() {
@@ -61,7 +62,7 @@ impl Gamepads {
 }
 
 /// Rescales a stick's position: from 0 at the edge of the dead zone to at most 1.
-fn rested(push: Vec2) -> Vec2 {
+fn without_dead_zone(push: Vec2) -> Vec2 {
     let length = push.length();
     if length < DEAD {
         return Vec2::ZERO;
@@ -74,16 +75,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stick_that_rests_pushes_nothing_and_one_at_its_edge_all_the_way() {
-        assert_eq!(rested(vec2(0.05, -0.1)), Vec2::ZERO);
-        assert!((rested(vec2(0.0, 1.0)) - vec2(0.0, 1.0)).length() < 1e-6);
+    fn a_stick_has_a_dead_zone_and_full_deflection_at_its_edge() {
+        assert_eq!(without_dead_zone(vec2(0.05, -0.1)), Vec2::ZERO);
+        assert!((without_dead_zone(vec2(0.0, 1.0)) - vec2(0.0, 1.0)).length() < 1e-6);
         assert!(
-            rested(vec2(0.13, 0.0)).length() < 0.02,
+            without_dead_zone(vec2(0.13, 0.0)).length() < 0.02,
             "no jump at the edge of the dead zone"
         );
         assert!(
-            (rested(vec2(1.0, 1.0)).length() - 1.0).abs() < 1e-6,
-            "a corner is no faster"
+            (without_dead_zone(vec2(1.0, 1.0)).length() - 1.0).abs() < 1e-6,
+            "a corner is not faster"
         );
     }
 }

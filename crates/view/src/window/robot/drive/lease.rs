@@ -9,8 +9,8 @@ use serde_json::Value;
 
 use crate::session::Session;
 
-/// Minimum interval between changes of the wanted value, and interval of its renewal. A base ignores faster
-/// changes, and the renewal is well within the patience of the driven schema.
+/// Minimum interval between changes of the wanted value, and the interval of its renewal. A base ignores
+/// faster changes, and the renewal is well within the patience of the driven schema.
 pub(super) const BEAT: Duration = Duration::from_millis(40);
 
 /// The hold on one schema.

@@ -90,18 +90,20 @@ impl Drive {
             return;
         };
         ui.horizontal(|ui| {
-            let was = self.on;
+            let was_on = self.on;
             ui.add_enabled_ui(!session.is_recording() && !session.is_gone(), |ui| {
                 ui.toggle_value(&mut self.on, "Drive")
-                    .on_hover_text("Drive by hand: off, no mouse, key or game pad moves the robot")
-                    .on_disabled_hover_text("Nobody drives what does not run");
+                    .on_hover_text(
+                        "Drive by hand: while this is off, no mouse, key or game pad moves the robot",
+                    )
+                    .on_disabled_hover_text("Only a running application can be driven");
             });
             self.on &= !session.is_recording() && !session.is_gone();
-            if self.on && !was {
+            if self.on && !was_on {
                 self.since = Instant::now();
             }
-            let (words, color) = self.status(session, senses, base, style);
-            ui.colored_label(style::color_of(color, style), words);
+            let (text, color) = self.status(session, senses, base, style);
+            ui.colored_label(style::color_of(color, style), text);
         });
         self.refusals(ui, session, style);
         if !self.on {
@@ -122,7 +124,7 @@ impl Drive {
         };
         if limits.fast <= 0.0 {
             self.stop(session);
-            ui.weak(format!("{} drives nowhere while its `fast` is 0", base.name));
+            ui.weak(format!("{} does not move while its `fast` is 0", base.name));
             return;
         }
         self.slider(ui, limits.fast, style);
@@ -167,18 +169,18 @@ impl Drive {
             .text("Speed")
             .suffix(format!(" {unit}"))
             .max_decimals(2);
-        let slid = ui
+        let response = ui
             .add(slider)
-            .on_hover_text("How fast it drives when the pad is pushed all the way; turns as much slower");
-        if slid.changed() {
+            .on_hover_text("The speed at full deflection of the pad; the turn rate scales with it");
+        if response.changed() {
             self.speed = shown / factor;
         }
     }
 
-    /// Which schema has control, as text.
+    /// Returns a text that names the schema in control, and its color.
     fn status(&self, session: &Session, senses: &Sensors, base: &SchemaInfo, style: &Style) -> (String, Ink) {
         let Some(view) = session.view(&base.name) else {
-            return (format!("nothing is known of {}", base.name), Ink::Warn);
+            return (format!("no state of {} has arrived", base.name), Ink::Warn);
         };
         if let Health::Faulted(reason) = &view.health {
             return (format!("{} has failed: {reason}", base.name), Ink::Bad);
@@ -191,20 +193,20 @@ impl Drive {
                 Ink::Warn,
             );
         }
-        let hand = self.base.holds() || self.head.holds();
+        let is_held = self.base.holds() || self.head.holds();
         if view.authority && view.state == State::Winner {
             let speed = senses.commanded.value().map(|twist| table::speed(twist, style));
-            let words = match (hand, speed) {
+            let text = match (is_held, speed) {
                 (true, Some(speed)) => format!("driving: {speed}"),
                 (true, None) => "driving".to_owned(),
-                (false, _) => format!("{} drives for somebody else", base.name),
+                (false, _) => format!("{} follows another operator", base.name),
             };
-            return (words, if hand { Ink::Accent } else { Ink::Warn });
+            return (text, if is_held { Ink::Accent } else { Ink::Warn });
         }
         match winner(session) {
-            Some(winner) if hand => (format!("waiting: {winner} has control"), Ink::Warn),
+            Some(winner) if is_held => (format!("waiting: {winner} has control"), Ink::Warn),
             Some(winner) => (format!("{winner} has control"), Ink::Plain),
-            None => ("nobody drives".to_owned(), Ink::Faint),
+            None => ("no schema drives".to_owned(), Ink::Faint),
         }
     }
 
@@ -224,7 +226,7 @@ impl Drive {
     fn sticks(&mut self, ui: &mut Ui) -> Sticks {
         let gamepads = self.gamepads.get_or_insert_with(gamepad::Gamepads::open);
         let lease = gamepads.lease();
-        ui.weak(gamepads.words());
+        ui.weak(gamepads.status());
         if gamepads.any() {
             ui.ctx().request_repaint_after(lease::BEAT);
         }
@@ -267,28 +269,28 @@ fn winner(session: &Session) -> Option<&str> {
 /// Shows the pads, side by side if there is space. Returns their deflections.
 fn pads(ui: &mut Ui, head: bool, style: &Style) -> (Option<Vec2>, Option<Vec2>) {
     let (mut drive, mut gaze) = (None, None);
-    let room = ui.available_width();
+    let width = ui.available_width();
     let side = if head {
-        (0.5 * room - 8.0).clamp(110.0, 170.0)
+        (0.5 * width - 8.0).clamp(110.0, 170.0)
     } else {
-        room.clamp(110.0, 170.0)
+        width.clamp(110.0, 170.0)
     };
     ui.horizontal_wrapped(|ui| {
         let pad = Pad {
             name: "Drive pad",
-            words: ["right", "left", "ahead", "back"],
+            labels: ["right", "left", "ahead", "back"],
             side,
         };
         drive = pad.show(ui, style);
         if head {
             let pad = Pad {
                 name: "Look pad",
-                words: ["right", "left", "look up", "down"],
+                labels: ["right", "left", "look up", "down"],
                 side,
             };
             gaze = pad.show(ui, style);
         }
     });
-    ui.weak("Arrows or WASD while a pad has the focus, Space stands still");
+    ui.weak("Arrows or WASD while a pad has the focus, Space holds the robot still");
     (drive, gaze)
 }

@@ -1,5 +1,5 @@
 //! A square pad that springs back. It reads two axes from the mouse, or from keys while it has the focus. It
-//! orders nothing.
+//! sends no commands.
 
 use eframe::egui::{
     self, Align2, CursorIcon, EventFilter, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke,
@@ -25,7 +25,7 @@ pub(super) struct Pad<'a> {
     /// The accessible name.
     pub(super) name: &'a str,
     /// Labels of the directions right, left, up and down.
-    pub(super) words: [&'a str; 4],
+    pub(super) labels: [&'a str; 4],
     /// Length of a side, in points.
     pub(super) side: f32,
 }
@@ -37,21 +37,21 @@ impl Pad<'_> {
         let (rect, response) = ui.allocate_exact_size(Vec2::splat(self.side), Sense::drag());
         let response = response
             .on_hover_cursor(CursorIcon::Grab)
-            .on_hover_text("Drag, or arrow keys or WASD while it has the focus; Space stands still");
+            .on_hover_text("Drag, or arrow keys or WASD while it has the focus; Space holds the robot still");
         let enabled = ui.is_enabled();
         response.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, enabled, self.name));
-        let hand = if enabled {
-            self.hand(ui, rect, &response)
+        let deflection = if enabled {
+            self.deflection(ui, rect, &response)
         } else {
             None
         };
         if ui.is_rect_visible(rect) {
-            self.paint(ui, rect, &response, hand, style);
+            self.paint(ui, rect, &response, deflection, style);
         }
-        hand
+        deflection
     }
 
-    fn hand(&self, ui: &Ui, rect: Rect, response: &Response) -> Option<Vec2> {
+    fn deflection(&self, ui: &Ui, rect: Rect, response: &Response) -> Option<Vec2> {
         if !ui.input(|input| input.focused) {
             return None;
         }
@@ -86,7 +86,7 @@ impl Pad<'_> {
         })
     }
 
-    fn paint(&self, ui: &Ui, rect: Rect, response: &Response, hand: Option<Vec2>, style: &Style) {
+    fn paint(&self, ui: &Ui, rect: Rect, response: &Response, deflection: Option<Vec2>, style: &Style) {
         let visuals = ui.visuals();
         let painter = ui.painter();
         let faint = style::color_of(Ink::Faint, style);
@@ -102,7 +102,7 @@ impl Pad<'_> {
         painter.vline(middle.x, rect.shrink(8.0).y_range(), grid);
         painter.circle_stroke(middle, 0.25 * self.side, grid);
         let font = FontId::proportional(10.5);
-        let [right, left, up, down] = self.words;
+        let [right, left, up, down] = self.labels;
         for (at, align, text) in [
             (
                 rect.right_center() + vec2(-6.0, -8.0),
@@ -119,9 +119,9 @@ impl Pad<'_> {
         ] {
             painter.text(at, align, text, font.clone(), faint);
         }
-        let push = hand.unwrap_or_default();
+        let push = deflection.unwrap_or_default();
         let thumb: Pos2 = middle + vec2(push.x, -push.y) * (0.5 * self.side - 12.0);
-        if hand.is_some() {
+        if deflection.is_some() {
             let color = style::color_of(Ink::Accent, style);
             painter.line_segment([middle, thumb], Stroke::new(2.0, color));
             painter.circle_filled(thumb, 12.0, color);

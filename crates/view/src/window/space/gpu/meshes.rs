@@ -19,12 +19,12 @@ pub(super) fn corners() -> (Vec<Corner>, [Range<u32>; FORMS.len()]) {
         let from = all.len() as u32;
         match form {
             Mesh::Box => cube(&mut all),
-            Mesh::Cylinder => turned(&mut all, |side| {
-                let (out, low, high) = (round(side), -0.5, 0.5);
+            Mesh::Cylinder => surface_around_z(&mut all, |side| {
+                let (out, low, high) = (unit_at(side), -0.5, 0.5);
                 [(out * 0.5).with_z(low), (out * 0.5).with_z(high)]
             }),
             Mesh::Sphere => sphere(&mut all),
-            Mesh::Cone => turned(&mut all, |side| [round(side) * 0.5, Vec3::Z]),
+            Mesh::Cone => surface_around_z(&mut all, |side| [unit_at(side) * 0.5, Vec3::Z]),
         }
         from..all.len() as u32
     });
@@ -52,24 +52,24 @@ fn cube(all: &mut Vec<Corner>) {
 }
 
 /// Adds a surface around z, from the lower to the upper end of each side, closed by discs.
-fn turned(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
+fn surface_around_z(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
     for side in 0..SIDES {
         let [low, high] = ends(side);
         let [next_low, next_high] = ends(side + 1);
         let normal = |side: usize| {
             let [low, high] = ends(side);
             let along = high - low;
-            let out = round(side);
+            let out = unit_at(side);
             (out - along * (out.dot(along) / along.length_squared())).normalize()
         };
-        let (here, next) = (normal(side), normal(side + 1));
+        let (current, next) = (normal(side), normal(side + 1));
         for (at, normal) in [
-            (low, here),
+            (low, current),
             (next_low, next),
             (next_high, next),
-            (low, here),
+            (low, current),
             (next_high, next),
-            (high, here),
+            (high, current),
         ] {
             push(all, at, normal);
         }
@@ -84,7 +84,7 @@ fn turned(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
 fn sphere(all: &mut Vec<Corner>) {
     let point = |side: usize, ring: usize| {
         let (sin, cos) = (ring as f32 / RINGS as f32 * TAU / 2.0).sin_cos();
-        (round(side) * sin).with_z(cos)
+        (unit_at(side) * sin).with_z(cos)
     };
     for side in 0..SIDES {
         for ring in 0..RINGS {
@@ -97,7 +97,7 @@ fn sphere(all: &mut Vec<Corner>) {
     }
 }
 
-fn round(side: usize) -> Vec3 {
+fn unit_at(side: usize) -> Vec3 {
     let (sin, cos) = (side as f32 / SIDES as f32 * TAU).sin_cos();
     Vec3::new(cos, sin, 0.0)
 }

@@ -20,7 +20,7 @@ use wgpu::BufferUsages;
 use super::draw_list::{DrawList, FORMS, Instance, Picture};
 use super::orbit::Eye;
 use pipelines::Pipelines;
-use target::{GrowingBuffer, Shown, Target, answer};
+use target::{GrowingBuffer, Shown, Target, checked};
 
 /// The quality of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,9 +71,9 @@ pub(crate) struct Background {
 /// The graphics card, and the resources on it.
 pub(crate) struct Card {
     state: RenderState,
-    effort: Quality,
+    quality: Quality,
     samples: u32,
-    pipes: Pipelines,
+    pipelines: Pipelines,
     forms: (wgpu::Buffer, [Range<u32>; FORMS.len()]),
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
@@ -111,8 +111,8 @@ struct Frame {
 }
 
 /// Stores the card and its quality in the context, where [`Card::find`] reads them.
-pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, effort: Quality) {
-    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, (state.clone(), effort)));
+pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, quality: Quality) {
+    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, (state.clone(), quality)));
 }
 
 impl Card {
@@ -121,25 +121,25 @@ impl Card {
     /// # Errors
     /// There is no card, or it lacks a required feature; a message for the user.
     pub(crate) fn find(ctx: &egui::Context) -> Result<Self, String> {
-        let (state, effort): (RenderState, Quality) = ctx
+        let (state, quality): (RenderState, Quality) = ctx
             .data(|data| data.get_temp(egui::Id::NULL))
-            .ok_or("these windows are drawn without a graphics card or a program in its place")?;
+            .ok_or("these windows have neither a graphics card nor a software renderer")?;
         let device = state.device.clone();
-        answer(&device, || Self::new(state, effort))
+        checked(&device, || Self::new(state, quality))
     }
 
-    fn new(state: RenderState, effort: Quality) -> Self {
+    fn new(state: RenderState, quality: Quality) -> Self {
         let device = &state.device;
-        let many = |format| {
+        let supported = |format| {
             let features = state.adapter.get_texture_format_features(format);
-            features.flags.sample_count_supported(effort.samples())
+            features.flags.sample_count_supported(quality.samples())
         };
-        let samples = if many(pipelines::COLOR) && many(pipelines::DEPTH) {
-            effort.samples()
+        let samples = if supported(pipelines::COLOR) && supported(pipelines::DEPTH) {
+            quality.samples()
         } else {
             1
         };
-        let pipes = Pipelines::new(device, samples);
+        let pipelines = Pipelines::new(device, samples);
         let (corners, ranges) = meshes::corners();
         let mut forms = GrowingBuffer::new("space forms", BufferUsages::VERTEX);
         forms.put(device, &state.queue, &[bytemuck::cast_slice(&corners)]);
@@ -151,7 +151,7 @@ impl Card {
         });
         let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("space frame"),
-            layout: &pipes.frame,
+            layout: &pipelines.frame,
             entries: &[wgpu::BindGroupEntry {
                 binding: 0,
                 resource: frame.as_entire_binding(),
@@ -164,7 +164,7 @@ impl Card {
             ..wgpu::SamplerDescriptor::default()
         });
         Self {
-            effort,
+            quality,
             samples,
             forms: (forms.into_buffer(), ranges),
             frame,
@@ -179,7 +179,7 @@ impl Card {
             target: None,
             drawn: None,
             times: 0,
-            pipes,
+            pipelines,
             state,
         }
     }
@@ -193,31 +193,31 @@ impl Card {
         &mut self,
         draw_list: &DrawList,
         eye: &Eye,
-        ground: &Background,
+        background: &Background,
         pixels: [u32; 2],
     ) -> Result<egui::TextureId, String> {
-        let most = self.state.device.limits().max_texture_dimension_2d;
-        let pixels = pixels.map(|pixels| self.effort.pixels(pixels).clamp(1, most));
-        let frame = frame(eye, ground, pixels);
+        let limit = self.state.device.limits().max_texture_dimension_2d;
+        let pixels = pixels.map(|pixels| self.quality.pixels(pixels).clamp(1, limit));
+        let frame = frame(eye, background, pixels);
         let mut hasher = DefaultHasher::new();
-        (draw_list.fingerprint(), pixels, ground.shown).hash(&mut hasher);
+        (draw_list.fingerprint(), pixels, background.shown).hash(&mut hasher);
         bytemuck::bytes_of(&frame).hash(&mut hasher);
-        let wanted = hasher.finish();
+        let fingerprint = hasher.finish();
         if let (Some(target), Some(drawn)) = (&self.target, self.drawn)
-            && drawn == wanted
+            && drawn == fingerprint
         {
             return Ok(target.id());
         }
         self.drawn = None;
         let device = self.state.device.clone();
-        let id = answer(&device, || self.paint(draw_list, &frame, ground, pixels))?;
-        self.drawn = Some(wanted);
+        let id = checked(&device, || self.paint(draw_list, &frame, background, pixels))?;
+        self.drawn = Some(fingerprint);
         self.times += 1;
         Ok(id)
     }
 
     /// Maximum width and height of an image, in pixels.
-    pub(crate) fn most_pixels(&self) -> usize {
+    pub(crate) fn max_picture_side(&self) -> usize {
         self.state.device.limits().max_texture_dimension_2d as usize
     }
 
@@ -230,17 +230,17 @@ impl Card {
         &mut self,
         draw_list: &DrawList,
         frame: &Frame,
-        ground: &Background,
+        background: &Background,
         pixels: [u32; 2],
     ) -> egui::TextureId {
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
-        let forms: Vec<&[u8]> = (draw_list.firm.iter().chain(&draw_list.clear))
+        let forms: Vec<&[u8]> = (draw_list.opaque.iter().chain(&draw_list.translucent))
             .map(|list| bytemuck::cast_slice(list.as_slice()))
             .collect();
         self.instances.put(&device, &queue, &forms);
-        let corners =
-            [&draw_list.firm_corners, &draw_list.clear_corners].map(|list| bytemuck::cast_slice(list));
+        let corners = [&draw_list.opaque_corners, &draw_list.translucent_corners]
+            .map(|list| bytemuck::cast_slice(list));
         self.corners.put(&device, &queue, &corners);
         self.strokes
             .put(&device, &queue, &[bytemuck::cast_slice(&draw_list.strokes)]);
@@ -256,31 +256,34 @@ impl Card {
             let before = self.target.take();
             self.target = Some(Target::new(&self.state, pixels, self.samples, before));
         }
-        let target = self.target.as_ref().expect("made just now if there was none");
+        let target = self
+            .target
+            .as_ref()
+            .expect("the target exists or was just created");
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = target.pass(&mut encoder, &frame.beyond);
             pass.set_bind_group(0, &self.frame_group, &[]);
-            self.draw_firm(&mut pass, draw_list);
-            if ground.shown {
-                pass.set_pipeline(&self.pipes.floor);
+            self.draw_opaque(&mut pass, draw_list);
+            if background.shown {
+                pass.set_pipeline(&self.pipelines.floor);
                 pass.draw(0..4, 0..1);
             }
             self.draw_flat(&mut pass, draw_list);
-            self.draw_clear(&mut pass, draw_list);
+            self.draw_translucent(&mut pass, draw_list);
         }
         queue.submit([encoder.finish()]);
         target.id()
     }
 
-    fn draw_firm(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
-        self.draw_forms(pass, &self.pipes.firm_forms, &draw_list.firm, 0);
-        if !draw_list.firm_corners.is_empty() {
-            pass.set_pipeline(&self.pipes.firm_corners);
+    fn draw_opaque(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
+        self.draw_forms(pass, &self.pipelines.opaque_forms, &draw_list.opaque, 0);
+        if !draw_list.opaque_corners.is_empty() {
+            pass.set_pipeline(&self.pipelines.opaque_corners);
             pass.set_vertex_buffer(0, self.corners.slice());
-            pass.draw(0..draw_list.firm_corners.len() as u32, 0..1);
+            pass.draw(0..draw_list.opaque_corners.len() as u32, 0..1);
         }
-        pass.set_pipeline(&self.pipes.pictures);
+        pass.set_pipeline(&self.pipelines.pictures);
         for (number, picture) in draw_list.pictures.iter().enumerate() {
             let Some(shown) = self.pictures.get(&picture.name) else {
                 continue;
@@ -293,38 +296,43 @@ impl Card {
     }
 
     fn draw_flat(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
-        for (pipe, room, count) in [
-            (&self.pipes.strokes, &self.strokes, draw_list.strokes.len()),
-            (&self.pipes.dots, &self.dots, draw_list.dots.len()),
+        for (pipeline, buffer, count) in [
+            (&self.pipelines.strokes, &self.strokes, draw_list.strokes.len()),
+            (&self.pipelines.dots, &self.dots, draw_list.dots.len()),
         ] {
             if count > 0 {
-                pass.set_pipeline(pipe);
-                pass.set_vertex_buffer(0, room.slice());
+                pass.set_pipeline(pipeline);
+                pass.set_vertex_buffer(0, buffer.slice());
                 pass.draw(0..4, 0..count as u32);
             }
         }
     }
 
-    fn draw_clear(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
-        if !draw_list.clear_corners.is_empty() {
-            let first = draw_list.firm_corners.len() as u32;
-            pass.set_pipeline(&self.pipes.clear_corners);
+    fn draw_translucent(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
+        if !draw_list.translucent_corners.is_empty() {
+            let first = draw_list.opaque_corners.len() as u32;
+            pass.set_pipeline(&self.pipelines.translucent_corners);
             pass.set_vertex_buffer(0, self.corners.slice());
-            pass.draw(first..first + draw_list.clear_corners.len() as u32, 0..1);
+            pass.draw(first..first + draw_list.translucent_corners.len() as u32, 0..1);
         }
-        let firm: usize = draw_list.firm.iter().map(Vec::len).sum();
-        self.draw_forms(pass, &self.pipes.clear_forms, &draw_list.clear, firm);
+        let opaque: usize = draw_list.opaque.iter().map(Vec::len).sum();
+        self.draw_forms(
+            pass,
+            &self.pipelines.translucent_forms,
+            &draw_list.translucent,
+            opaque,
+        );
     }
 
     /// Draws the instances of `lists`, which begin at the instance `first` in the buffer.
     fn draw_forms(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        pipe: &wgpu::RenderPipeline,
+        pipeline: &wgpu::RenderPipeline,
         lists: &[Vec<Instance>; FORMS.len()],
         mut first: usize,
     ) {
-        pass.set_pipeline(pipe);
+        pass.set_pipeline(pipeline);
         for (list, corners) in lists.iter().zip(&self.forms.1) {
             if !list.is_empty() {
                 pass.set_vertex_buffer(0, self.forms.0.slice(..));
@@ -358,7 +366,7 @@ impl Card {
                 known,
                 device,
                 queue,
-                (&self.pipes.picture, &self.sampler),
+                (&self.pipelines.picture, &self.sampler),
                 &picture.pixels,
             );
             self.pictures.insert(picture.name.clone(), shown);
@@ -368,7 +376,7 @@ impl Card {
     }
 }
 
-fn frame(eye: &Eye, ground: &Background, pixels: [u32; 2]) -> Frame {
+fn frame(eye: &Eye, background: &Background, pixels: [u32; 2]) -> Frame {
     let color = |color: egui::Color32| color.to_srgba_unmultiplied().map(|part| f32::from(part) / 255.0);
     let size = Vec2::new(pixels[0] as f32, pixels[1] as f32);
     let middle = eye.target;
@@ -381,11 +389,11 @@ fn frame(eye: &Eye, ground: &Background, pixels: [u32; 2]) -> Frame {
         spare: 0.0,
         sun: glam::Vec3::new(-0.35, -0.45, 0.82).normalize().to_array(),
         ambient: 0.34,
-        floor: color(ground.floor),
-        beyond: color(ground.beyond),
-        lines: color(ground.lines),
+        floor: color(background.floor),
+        beyond: color(background.beyond),
+        lines: color(background.lines),
         middle: [middle.x, middle.y],
         reach: 6.0 * eye.distance,
-        step: ground.step,
+        step: background.step,
     }
 }

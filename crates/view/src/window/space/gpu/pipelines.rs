@@ -18,10 +18,10 @@ pub(super) const PICTURE_CORNER: usize = 5 * size_of::<f32>();
 
 pub(super) struct Pipelines {
     pub(super) floor: RenderPipeline,
-    pub(super) firm_forms: RenderPipeline,
-    pub(super) clear_forms: RenderPipeline,
-    pub(super) firm_corners: RenderPipeline,
-    pub(super) clear_corners: RenderPipeline,
+    pub(super) opaque_forms: RenderPipeline,
+    pub(super) translucent_forms: RenderPipeline,
+    pub(super) opaque_corners: RenderPipeline,
+    pub(super) translucent_corners: RenderPipeline,
     pub(super) strokes: RenderPipeline,
     pub(super) dots: RenderPipeline,
     pub(super) pictures: RenderPipeline,
@@ -35,8 +35,8 @@ struct Kind<'a> {
     fragment: &'a str,
     buffers: &'a [Option<VertexBufferLayout<'a>>],
     topology: PrimitiveTopology,
-    /// Whether it writes depth, and so hides what is drawn later behind it.
-    hides: bool,
+    /// Whether it writes depth, which hides what is drawn later behind it.
+    writes_depth: bool,
     pictures: bool,
 }
 
@@ -108,36 +108,36 @@ impl Pipelines {
         let forms = [Some(corner.clone()), Some(instance)];
         let corners = [Some(corner)];
         let strokes = [Some(stroke)];
-        let form = |hides| Kind {
+        let form = |writes_depth| Kind {
             vertex: "form",
             fragment: "lit",
             buffers: &forms,
             topology: PrimitiveTopology::TriangleList,
-            hides,
+            writes_depth,
             pictures: false,
         };
-        let triangle = |hides| Kind {
+        let triangle = |writes_depth| Kind {
             vertex: "corner",
             fragment: "lit",
             buffers: &corners,
             topology: PrimitiveTopology::TriangleList,
-            hides,
+            writes_depth,
             pictures: false,
         };
-        let quad = |vertex, fragment, buffers, hides| Kind {
+        let quad = |vertex, fragment, buffers, writes_depth| Kind {
             vertex,
             fragment,
             buffers,
             topology: PrimitiveTopology::TriangleStrip,
-            hides,
+            writes_depth,
             pictures: false,
         };
         Self {
             floor: make(quad("floor_corner", "floor_", &[], false)),
-            firm_forms: make(form(true)),
-            clear_forms: make(form(false)),
-            firm_corners: make(triangle(true)),
-            clear_corners: make(triangle(false)),
+            opaque_forms: make(form(true)),
+            translucent_forms: make(form(false)),
+            opaque_corners: make(triangle(true)),
+            translucent_corners: make(triangle(false)),
             strokes: make(quad("stroke", "plain", &strokes, false)),
             dots: make(quad("dot_", "round", &strokes, true)),
             pictures: make(Kind {
@@ -145,7 +145,7 @@ impl Pipelines {
                 fragment: "shown",
                 buffers: &[Some(shown)],
                 topology: PrimitiveTopology::TriangleStrip,
-                hides: true,
+                writes_depth: true,
                 pictures: true,
             }),
             frame,
@@ -181,7 +181,7 @@ fn pipeline(
         },
         depth_stencil: Some(DepthStencilState {
             format: DEPTH,
-            depth_write_enabled: Some(kind.hides),
+            depth_write_enabled: Some(kind.writes_depth),
             depth_compare: Some(CompareFunction::LessEqual),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),

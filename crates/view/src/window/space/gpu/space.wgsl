@@ -1,22 +1,22 @@
-// How space is drawn. Colors come and go as the screen has them; light is reckoned on their squares, which is near enough to light.
+// The shaders of the 3D view. Colors are in the screen's gamma space. Light is computed on their squares, which approximates linear light.
 
 struct Frame {
     view_projection: mat4x4f,
     eye: vec3f,
     distance: f32,
-    // Pixels of the picture, and pixels to a point of the screen.
+    // The size of the picture in pixels, and the number of pixels per point of the screen.
     size: vec2f,
     scale: f32,
     spare: f32,
     sun: vec3f,
     ambient: f32,
-    // Of the floor in its middle, and of what lies beyond it.
+    // The color of the floor in its middle, and that of the background beyond it.
     floor: vec4f,
     beyond: vec4f,
     lines: vec4f,
     middle: vec2f,
     reach: f32,
-    // From line to line.
+    // The distance between grid lines, in m.
     step: f32,
 }
 
@@ -26,7 +26,7 @@ fn nearer(at: vec3f, part: f32) -> vec4f {
     return frame.view_projection * vec4f(at + (frame.eye - at) * part, 1.0);
 }
 
-// Forms and triangles.
+// Meshes and triangles.
 
 struct Lit {
     @builtin(position) position: vec4f,
@@ -45,9 +45,9 @@ fn form(
     @location(5) z: vec4f,
     @location(6) tint: vec4f,
 ) -> Lit {
-    let here = vec4f(at, 1.0);
-    let place = vec3f(dot(x, here), dot(y, here), dot(z, here));
-    // Scaled differently along its axes, a normal is scaled by the inverse.
+    let local = vec4f(at, 1.0);
+    let place = vec3f(dot(x, local), dot(y, local), dot(z, local));
+    // Under different scales along the axes, a normal is scaled by their inverses.
     let a = vec3f(x.x, y.x, z.x);
     let b = vec3f(x.y, y.y, z.y);
     let c = vec3f(x.z, y.z, z.z);
@@ -87,7 +87,7 @@ fn lit(in: Lit) -> @location(0) vec4f {
 struct Flat {
     @builtin(position) position: vec4f,
     @location(0) color: vec4f,
-    // From the middle of a dot, in pixels; and its radius.
+    // The offset from the middle of a dot, and its radius, in pixels.
     @location(1) off: vec2f,
     @location(2) radius: f32,
 }
@@ -102,7 +102,7 @@ fn stroke(
 ) -> Flat {
     var a = nearer(from_, 0.004);
     var b = nearer(to_, 0.004);
-    // What is behind the eye is cut off.
+    // The part behind the eye is cut off.
     let least = 0.02 * frame.distance;
     if a.w < least && b.w < least {
         return Flat(vec4f(0.0, 0.0, -2.0, 1.0), color, vec2f(0.0), 1.0);
@@ -117,11 +117,11 @@ fn stroke(
     var along = b.xy / b.w * half_size - a.xy / a.w * half_size;
     let length_ = length(along);
     along = select(vec2f(1.0, 0.0), along / max(length_, 1e-6), length_ > 1e-6);
-    let thick = max(width * frame.scale, 1.0) * 0.5;
+    let half_width = max(width * frame.scale, 1.0) * 0.5;
     let side = select(-1.0, 1.0, (index & 1u) == 1u);
     let end = select(-1.0, 1.0, (index & 2u) == 2u);
     var at = select(a, b, end > 0.0);
-    let off = vec2f(-along.y, along.x) * side * thick;
+    let off = vec2f(-along.y, along.x) * side * half_width;
     at = vec4f(at.xy + off / half_size * at.w, at.zw);
     return Flat(at, color, vec2f(0.0), 1.0);
 }
@@ -157,7 +157,7 @@ fn round(in: Flat) -> @location(0) vec4f {
     return vec4f(in.color.rgb * alpha, alpha);
 }
 
-// The floor, with a line every metre or so and a stronger one every ten.
+// The floor, with a grid line at each step and a stronger one at every tenth.
 
 struct Floor {
     @builtin(position) position: vec4f,
@@ -176,7 +176,7 @@ fn lines(at: vec2f, step: f32, width: f32) -> f32 {
     let change = max(fwidth(scaled), vec2f(1e-6));
     let near = abs(fract(scaled - 0.5) - 0.5) / change;
     let cover = clamp(vec2f(0.5 + 0.5 * width) - near, vec2f(0.0), vec2f(1.0));
-    // Lines that run together fade.
+    // Lines that would merge fade out.
     let fade = clamp(vec2f(1.2) - change * 4.0, vec2f(0.0), vec2f(1.0));
     return max(cover.x * fade.x, cover.y * fade.y);
 }
@@ -193,7 +193,7 @@ fn floor_(in: Floor) -> @location(0) vec4f {
     return vec4f(color, 1.0);
 }
 
-// Pictures of cameras.
+// Images of cameras.
 
 @group(1) @binding(0) var pixels: texture_2d<f32>;
 @group(1) @binding(1) var sampler_: sampler;

@@ -13,24 +13,25 @@ use super::super::draw_list::Pixels;
 use super::pipelines::{COLOR, DEPTH};
 
 /// Runs `work` with the card. Returns the first error of the card as a message.
-pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, String> {
+pub(super) fn checked<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, String> {
     let scopes = [
         ErrorFilter::Internal,
         ErrorFilter::OutOfMemory,
         ErrorFilter::Validation,
     ]
     .map(|filter| device.push_error_scope(filter));
-    let done = work();
-    let mut refused = None;
+    let result = work();
+    let mut error = None;
     for scope in scopes.into_iter().rev() {
         let mut popped = std::pin::pin!(scope.pop());
         // The result is available at once on all platforms except the web.
-        if let Poll::Ready(Some(error)) = popped.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-            refused.get_or_insert(error.to_string());
+        if let Poll::Ready(Some(popped_error)) = popped.as_mut().poll(&mut Context::from_waker(Waker::noop()))
+        {
+            error.get_or_insert(popped_error.to_string());
         }
     }
-    match refused {
-        None => Ok(done),
+    match error {
+        None => Ok(result),
         Some(reason) => Err(format!("the graphics card refused: {reason}")),
     }
 }
@@ -84,21 +85,21 @@ impl GrowingBuffer {
     pub(super) fn slice_from(&self, from: u64) -> wgpu::BufferSlice<'_> {
         self.buffer
             .as_ref()
-            .expect("something was put there")
+            .expect("the buffer was written before")
             .slice(from..)
     }
 
     pub(super) fn into_buffer(self) -> Buffer {
-        self.buffer.expect("something was put there")
+        self.buffer.expect("the buffer was written before")
     }
 }
 
 /// The target texture. It is registered with egui until dropped.
 pub(super) struct Target {
     pixels: [u32; 2],
-    /// The multisampled texture, which is resolved into `whole`.
-    many: Option<wgpu::TextureView>,
-    whole: wgpu::TextureView,
+    /// The multisampled texture, which is resolved into the shown texture.
+    multisampled: Option<wgpu::TextureView>,
+    resolved: wgpu::TextureView,
     depth: wgpu::TextureView,
     shown: Registered,
 }
@@ -115,8 +116,8 @@ impl Drop for Registered {
 }
 
 impl Target {
-    /// Creates a target. It takes over the texture id of `before`, so that egui continues to use it.
-    pub(super) fn new(state: &RenderState, pixels: [u32; 2], samples: u32, before: Option<Self>) -> Self {
+    /// Creates a target. It takes over the texture id of `previous`, so that egui continues to use it.
+    pub(super) fn new(state: &RenderState, pixels: [u32; 2], samples: u32, previous: Option<Self>) -> Self {
         let texture = |format, samples, usage| {
             let texture = state.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("space"),
@@ -134,7 +135,7 @@ impl Target {
             });
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let whole = texture(COLOR, 1, wgpu::TextureUsages::TEXTURE_BINDING);
+        let resolved = texture(COLOR, 1, wgpu::TextureUsages::TEXTURE_BINDING);
         let none = wgpu::TextureUsages::empty();
         let mut renderer = state.renderer.write();
         // With one sample per pixel, the picture is smoothed when it is scaled up to the screen.
@@ -143,23 +144,23 @@ impl Target {
         } else {
             wgpu::FilterMode::Linear
         };
-        let shown = match before {
-            Some(before) => {
-                let id = before.shown.id;
-                renderer.update_egui_texture_from_wgpu_texture(&state.device, &whole, filter, id);
-                before.shown
+        let shown = match previous {
+            Some(previous) => {
+                let id = previous.shown.id;
+                renderer.update_egui_texture_from_wgpu_texture(&state.device, &resolved, filter, id);
+                previous.shown
             }
             None => Registered {
-                id: renderer.register_native_texture(&state.device, &whole, filter),
+                id: renderer.register_native_texture(&state.device, &resolved, filter),
                 renderer: Arc::clone(&state.renderer),
             },
         };
         drop(renderer);
         Self {
             pixels,
-            many: (samples > 1).then(|| texture(COLOR, samples, none)),
+            multisampled: (samples > 1).then(|| texture(COLOR, samples, none)),
             depth: texture(DEPTH, samples, none),
-            whole,
+            resolved,
             shown,
         }
     }
@@ -179,9 +180,9 @@ impl Target {
         color: &[f32; 4],
     ) -> wgpu::RenderPass<'a> {
         let [r, g, b, _] = color.map(f64::from);
-        let (view, resolve_target) = match &self.many {
-            Some(many) => (many, Some(&self.whole)),
-            None => (&self.whole, None),
+        let (view, resolve_target) = match &self.multisampled {
+            Some(multisampled) => (multisampled, Some(&self.resolved)),
+            None => (&self.resolved, None),
         };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("space"),
@@ -190,7 +191,7 @@ impl Target {
                 resolve_target,
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 }),
-                    store: if self.many.is_some() {
+                    store: if self.multisampled.is_some() {
                         wgpu::StoreOp::Discard
                     } else {
                         wgpu::StoreOp::Store
@@ -219,10 +220,10 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// Uploads pixels, into the texture of `before` if the size is the same. Unchanged pixels are not
+    /// Uploads pixels, into the texture of `previous` if the size is the same. Unchanged pixels are not
     /// uploaded again.
     pub(super) fn with(
-        before: Option<Self>,
+        previous: Option<Self>,
         device: &Device,
         queue: &Queue,
         (layout, sampler): (&wgpu::BindGroupLayout, &wgpu::Sampler),
@@ -234,7 +235,7 @@ impl Shown {
             height,
             depth_or_array_layers: 1,
         };
-        let mut shown = before
+        let mut shown = previous
             .filter(|shown| shown.texture.size() == size)
             .unwrap_or_else(|| {
                 let texture = device.create_texture(&wgpu::TextureDescriptor {

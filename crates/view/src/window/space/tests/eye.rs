@@ -12,18 +12,18 @@ const SIZE: Vec2 = Vec2::new(640.0, 400.0);
 
 fn orbits() -> impl Iterator<Item = Orbit> {
     (0..60).map(|number| {
-        let part = number as f32 / 59.0;
+        let share = number as f32 / 59.0;
         Orbit {
-            target: Vec3::new(8.0 * part - 3.0, 5.0 - 9.0 * part, 0.3 * part),
-            yaw: -PI + 2.0 * PI * part,
-            pitch: 0.1 + 1.47 * (part * 7.0).fract(),
-            distance: 0.5 + 40.0 * (part * 3.0).fract(),
+            target: Vec3::new(8.0 * share - 3.0, 5.0 - 9.0 * share, 0.3 * share),
+            yaw: -PI + 2.0 * PI * share,
+            pitch: 0.1 + 1.47 * (share * 7.0).fract(),
+            distance: 0.5 + 40.0 * (share * 3.0).fract(),
         }
     })
 }
 
 #[test]
-fn what_is_projected_is_found_again_on_the_floor() {
+fn a_projected_floor_point_is_found_by_its_ray() {
     for orbit in orbits() {
         let eye = orbit.eye(SIZE);
         for place in [[0.3, 0.1], [-0.2, 0.3], [0.0, 0.0], [0.25, -0.3]] {
@@ -32,7 +32,7 @@ fn what_is_projected_is_found_again_on_the_floor() {
             let Some(screen) = eye.project(at) else {
                 continue;
             };
-            let found = eye.ray(screen).floor().expect("it is on the floor");
+            let found = eye.ray(screen).floor().expect("the ray meets the floor");
             assert!(
                 found.distance(at) < 3e-3 * orbit.distance,
                 "{found} instead of {at} with {orbit:?}"
@@ -42,10 +42,13 @@ fn what_is_projected_is_found_again_on_the_floor() {
 }
 
 #[test]
-fn the_target_is_in_the_middle_from_everywhere() {
+fn the_target_is_in_the_middle_from_every_orbit() {
     for mut orbit in orbits() {
         for _ in 0..4 {
-            let middle = orbit.eye(SIZE).project(orbit.target).expect("it is looked at");
+            let middle = orbit
+                .eye(SIZE)
+                .project(orbit.target)
+                .expect("the target is in front of the eye");
             assert!(middle.distance(SIZE / 2.0) < 0.05, "{middle} with {orbit:?}");
             let before = orbit.target;
             orbit.turn(Vec2::new(0.37, -0.21));
@@ -55,7 +58,7 @@ fn the_target_is_in_the_middle_from_everywhere() {
 }
 
 #[test]
-fn what_is_dragged_goes_along_with_the_pointer_seen_from_above() {
+fn a_drag_from_above_moves_points_with_the_pointer() {
     let mut orbit = Orbit::default().above();
     let at = Vec3::new(0.7, -0.4, 0.2);
     let before = orbit.eye(SIZE).project(at).unwrap();
@@ -73,27 +76,27 @@ fn from_above_x_is_to_the_right_and_y_up() {
 }
 
 #[test]
-fn what_is_under_the_pointer_stays_there_when_one_goes_nearer() {
+fn a_zoom_keeps_the_point_under_the_pointer() {
     let mut orbit = Orbit::default();
     let at = Vec3::new(1.4, 0.6, 0.0);
     let before = orbit.eye(SIZE).project(at).unwrap();
     orbit.zoom(0.6, Some(at));
     assert!(orbit.eye(SIZE).project(at).unwrap().distance(before) < 0.1);
     orbit.zoom(1e-9, None);
-    assert!(orbit.is_sound(), "there is a nearest place");
+    assert!(orbit.is_valid(), "the distance has a minimum");
     orbit.zoom(1e9, None);
-    assert!(orbit.is_sound(), "there is a farthest place");
+    assert!(orbit.is_valid(), "the distance has a maximum");
 }
 
 #[test]
-fn the_way_to_another_view_is_the_short_one_and_ends() {
+fn the_transition_to_another_view_turns_the_short_way_and_ends() {
     let goal = Orbit {
         yaw: -3.0,
         ..Orbit::default()
     };
     let mut orbit = Orbit { yaw: 3.0, ..goal };
     let half = orbit.toward(&goal, 0.5);
-    assert!(half.yaw.abs() > 3.0, "over the seam, not around: {}", half.yaw);
+    assert!(half.yaw.abs() > 3.0, "across ±π, and not around: {}", half.yaw);
     for _ in 0..60 {
         orbit = orbit.toward(&goal, 0.3);
     }
@@ -101,15 +104,15 @@ fn the_way_to_another_view_is_the_short_one_and_ends() {
 }
 
 #[test]
-fn nothing_behind_the_eye_is_on_the_screen() {
+fn a_point_behind_the_eye_is_not_on_the_screen() {
     let orbit = Orbit::default();
     let eye = orbit.eye(SIZE);
-    let behind = eye.place + (eye.place - orbit.target);
-    assert_eq!(eye.project(behind), None);
+    let point_behind = eye.place + (eye.place - orbit.target);
+    assert_eq!(eye.project(point_behind), None);
 }
 
 #[test]
-fn the_nearest_of_two_things_is_pointed_at() {
+fn the_pointer_selects_the_nearest_of_two_things() {
     let eye = Orbit::default().eye(SIZE);
     let near = Vec3::new(0.0, 0.0, 0.2);
     let along = (near - eye.place).normalize();

@@ -24,10 +24,10 @@ fn state() -> RenderState {
 }
 
 fn window(seen: SceneData, dark: bool) -> Harness<'static, Space> {
-    window_of(seen, dark, Quality::Fine)
+    window_with_quality(seen, dark, Quality::Fine)
 }
 
-fn window_of(seen: SceneData, dark: bool, effort: Quality) -> Harness<'static, Space> {
+fn window_with_quality(seen: SceneData, dark: bool, quality: Quality) -> Harness<'static, Space> {
     let state = state();
     let card = state.clone();
     let mut space = Space::open(&serde_json::Value::Null);
@@ -41,7 +41,7 @@ fn window_of(seen: SceneData, dark: bool, effort: Quality) -> Harness<'static, S
         })
         .with_render_cursor(false)
         .with_options(SnapshotOptions::new().threshold(2.0).max_failed_pixels(400))
-        .with_context_setup(move |ctx| offer(ctx, &card, effort))
+        .with_context_setup(move |ctx| offer(ctx, &card, quality))
         .renderer(WgpuTestRenderer::from_render_state(state))
         .build_ui_state(
             |ui, space: &mut Space| {
@@ -53,21 +53,21 @@ fn window_of(seen: SceneData, dark: bool, effort: Quality) -> Harness<'static, S
 }
 
 #[test]
-fn a_room_looks_as_it_did_in_the_dark() {
+fn a_room_matches_its_snapshot_in_the_dark_theme() {
     let mut window = window(room(), true);
     window.run();
     window.snapshot("space-dark");
 }
 
 #[test]
-fn a_room_looks_as_it_did_in_the_light() {
+fn a_room_matches_its_snapshot_in_the_light_theme() {
     let mut window = window(room(), false);
     window.run();
     window.snapshot("space-light");
 }
 
 #[test]
-fn every_item_is_in_the_picture_until_it_is_unticked() {
+fn each_item_is_drawn_until_it_is_switched_off() {
     let mut window = window(room(), true);
     window.run();
     let mut before = window.render().unwrap();
@@ -91,13 +91,13 @@ fn every_item_is_in_the_picture_until_it_is_unticked() {
         window.key_press(Key::Escape);
         window.run();
         let after = window.render().unwrap();
-        assert!(before != after, "{item} makes no difference");
+        assert!(before != after, "without {item}, the picture is the same");
         before = after;
     }
 }
 
 #[test]
-fn a_click_tells_what_is_there_and_where() {
+fn a_click_selects_a_thing_or_a_floor_point() {
     let mut window = window(room(), true);
     window.run();
     window.state_mut().kept.items.labels = false;
@@ -107,14 +107,14 @@ fn a_click_tells_what_is_there_and_where() {
     ] {
         let place = on_screen(&window, at);
         click(&mut window, place);
-        let pointed = window.state().pointed.clone().expect("something is there");
+        let pointed = window.state().pointed.clone().expect("the click hits something");
         assert_eq!(pointed.name.as_deref(), name);
         assert!(pointed.at.distance(at) < 0.03, "{} instead of {at}", pointed.at);
     }
 }
 
 #[test]
-fn a_drag_goes_around_and_with_shift_it_moves_away() {
+fn a_drag_turns_the_view_and_with_shift_it_pans() {
     let mut window = window(room(), true);
     window.run();
     let before = window.state().kept;
@@ -122,7 +122,7 @@ fn a_drag_goes_around_and_with_shift_it_moves_away() {
     let turned = window.state().kept;
     assert_eq!(turned.orbit.target, before.orbit.target);
     assert!(turned.orbit.yaw != before.orbit.yaw && turned.orbit.pitch > before.orbit.pitch);
-    assert!(turned.follow, "to look around is not to look elsewhere");
+    assert!(turned.follow, "a turn keeps following the robot");
     drag(&mut window, vec2(80.0, 30.0), Modifiers::SHIFT);
     let moved = window.state().kept;
     assert_eq!(
@@ -133,7 +133,7 @@ fn a_drag_goes_around_and_with_shift_it_moves_away() {
 }
 
 #[test]
-fn keys_do_what_the_mouse_does() {
+fn keys_turn_zoom_and_reset_the_view() {
     let mut window = window(room(), true);
     window.run();
     window.get_by_label(NAME).focus();
@@ -158,7 +158,7 @@ fn keys_do_what_the_mouse_does() {
 }
 
 #[test]
-fn the_wheel_goes_nearer_to_what_is_under_the_pointer() {
+fn the_wheel_zooms_to_the_point_under_the_pointer() {
     let mut window = window(room(), true);
     window.run();
     window.state_mut().kept.follow = false;
@@ -180,7 +180,7 @@ fn the_wheel_goes_nearer_to_what_is_under_the_pointer() {
 }
 
 #[test]
-fn the_robot_that_is_followed_stays_in_the_middle() {
+fn a_followed_robot_stays_in_the_middle() {
     let mut window = window(room(), true);
     window.run();
     let first = window.render().unwrap();
@@ -192,19 +192,19 @@ fn the_robot_that_is_followed_stays_in_the_middle() {
 }
 
 #[test]
-fn a_processor_in_a_cards_place_is_asked_for_less_and_shows_the_same() {
-    let mut window = window_of(room(), true, Quality::Quick);
+fn a_software_renderer_draws_with_lower_quality_and_matches_its_snapshot() {
+    let mut window = window_with_quality(room(), true, Quality::Quick);
     window.run();
     window.snapshot("space-quick");
 }
 
 #[test]
-fn what_does_not_change_is_not_drawn_again() {
+fn an_unchanged_scene_is_not_drawn_again() {
     let mut window = window(room(), true);
     window.run();
     let drawn = |window: &Harness<'_, Space>| match &window.state().card {
         Some(Ok(card)) => card.pictures_drawn(),
-        Some(Err(_)) | None => panic!("there is a card"),
+        Some(Err(_)) | None => panic!("the window has a graphics card"),
     };
     let before = drawn(&window);
     window.run_steps(5);
@@ -212,7 +212,7 @@ fn what_does_not_change_is_not_drawn_again() {
 }
 
 #[test]
-fn a_panel_in_an_unknown_frame_says_so() {
+fn a_panel_in_an_unknown_frame_is_reported() {
     let mut seen = room();
     let window = |seen| {
         let mut window = window(seen, true);
@@ -231,7 +231,7 @@ fn a_panel_in_an_unknown_frame_says_so() {
 }
 
 #[test]
-fn without_a_card_the_window_says_so_and_lives() {
+fn without_a_graphics_card_the_window_shows_a_message_and_keeps_running() {
     let mut space = Space::open(&serde_json::Value::Null);
     space.seen = room();
     let mut window = Harness::builder().with_size(SIZE).build_ui_state(
@@ -249,15 +249,15 @@ fn without_a_card_the_window_says_so_and_lives() {
 }
 
 #[test]
-fn what_a_person_chose_is_kept_and_nonsense_is_not() {
+fn valid_choices_are_saved_and_invalid_ones_are_ignored() {
     let mut space = Space::open(&serde_json::Value::Null);
     space.kept.items.laser = false;
     space.kept.orbit.distance = 3.5;
     let kept = crate::window::Window::keep(&space);
     assert_eq!(Space::open(&kept).kept, space.kept);
-    let nonsense = serde_json::json!({ "orbit": { "distance": -1.0 } });
+    let invalid = serde_json::json!({ "orbit": { "distance": -1.0 } });
     assert_eq!(
-        Space::open(&nonsense).kept,
+        Space::open(&invalid).kept,
         Space::open(&serde_json::Value::Null).kept
     );
 }
@@ -269,7 +269,7 @@ fn on_screen(window: &Harness<'_, Space>, at: Vec3) -> Pos2 {
         .kept
         .orbit
         .eye(glam::Vec2::new(rect.width(), rect.height()));
-    let at = eye.project(at).expect("it is before the eye");
+    let at = eye.project(at).expect("the point is in front of the eye");
     rect.min + vec2(at.x, at.y)
 }
 

@@ -87,7 +87,7 @@ pub(super) fn room() -> SceneData {
         ..LaserScan::default()
     });
     for beam in 0..180_usize {
-        // The legs of a person, and no echo at the door.
+        // The legs of a person, and a door without an echo.
         let range = match beam {
             88..=91 => 2.2,
             94..=97 => 2.25,

@@ -14,12 +14,12 @@ use super::super::scene_data::{RobotData, SceneData};
 use super::{NAME, SIZE};
 use crate::style::{Style, Units};
 
-struct Touched {
+struct Shown {
     space: Space,
     gestures: Vec<(String, Gesture)>,
 }
 
-type Window = Harness<'static, Touched>;
+type Window = Harness<'static, Shown>;
 
 const ALL: Wants = Wants {
     clicks: true,
@@ -58,17 +58,17 @@ fn window(scenes: Vec<Item>) -> Window {
         panels: vec![("goon".to_owned(), Arc::new(list))],
         ..SceneData::default()
     };
-    let touched = Touched {
+    let shown = Shown {
         space,
         gestures: Vec::new(),
     };
     let mut window = Harness::builder().with_size(SIZE).build_ui_state(
-        |ui, touched: &mut Touched| {
+        |ui, shown: &mut Shown| {
             let style = Style::of(ui.ctx(), Units::default());
-            let gestures = touched.space.picture(ui, &style);
-            touched.gestures.extend(gestures);
+            let gestures = shown.space.picture(ui, &style);
+            shown.gestures.extend(gestures);
         },
-        touched,
+        shown,
     );
     window.run();
     window
@@ -78,7 +78,7 @@ fn on_screen(window: &Window, at: Vec3) -> Pos2 {
     let rect = window.get_by_label(NAME).rect();
     let size = glam::Vec2::new(rect.width(), rect.height());
     let eye = window.state().space.kept.orbit.eye(size);
-    let at = eye.project(at).expect("it is before the eye");
+    let at = eye.project(at).expect("the point is in front of the eye");
     rect.min + vec2(at.x, at.y)
 }
 
@@ -104,19 +104,22 @@ fn click(window: &mut Window, at: Pos2) {
 }
 
 #[track_caller]
-fn near(at: [f64; 3], wanted: [f64; 3], room: f64) {
-    let far = (0..3).map(|axis| (at[axis] - wanted[axis]).abs());
-    assert!(far.fold(0.0, f64::max) < room, "{at:?} instead of {wanted:?}");
+fn assert_near(at: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    let errors = (0..3).map(|axis| (at[axis] - expected[axis]).abs());
+    assert!(
+        errors.fold(0.0, f64::max) < tolerance,
+        "{at:?} instead of {expected:?}"
+    );
 }
 
 #[test]
-fn a_click_on_a_shape_is_handed_back_with_the_place_on_it_in_its_frame() {
+fn a_click_on_a_shape_is_reported_with_its_position_in_the_shapes_frame() {
     let mut window = window(vec![ball("ball", ALL)]);
     let at = on_screen(&window, Vec3::new(3.0, 0.0, 1.0));
     click(&mut window, at);
     let gestures = std::mem::take(&mut window.state_mut().gestures);
     let [(schema, Gesture { widget, touch })] = gestures.as_slice() else {
-        panic!("one click, and not {gestures:?}");
+        panic!("expected one click, got {gestures:?}");
     };
     assert_eq!((schema.as_str(), widget.as_str()), ("goon", "ball"));
     let Touch::Clicked {
@@ -124,16 +127,16 @@ fn a_click_on_a_shape_is_handed_back_with_the_place_on_it_in_its_frame() {
         button: Button::Primary,
     } = touch
     else {
-        panic!("no click: {touch:?}");
+        panic!("expected a click, got {touch:?}");
     };
     let off = (at[0] - 2.0).hypot(at[1]).hypot(at[2] - 1.0);
     assert!((off - 0.3).abs() < 0.01, "{at:?} is on the ball");
 }
 
 #[test]
-fn a_click_on_the_ground_is_for_the_one_scene_that_wants_it_and_for_none_of_two() {
+fn a_click_on_the_ground_goes_to_the_only_scene_that_wants_clicks_and_to_none_of_two() {
     let ground = Vec3::new(2.0, 1.0, 0.0);
-    let mut one = window(vec![ball("ball", ALL), ball("deaf", Wants::default())]);
+    let mut one = window(vec![ball("ball", ALL), ball("ignoring", Wants::default())]);
     let at = on_screen(&one, ground);
     click(&mut one, at);
     let [
@@ -146,9 +149,9 @@ fn a_click_on_the_ground_is_for_the_one_scene_that_wants_it_and_for_none_of_two(
         ),
     ] = one.state().gestures.as_slice()
     else {
-        panic!("one click, and not {:?}", one.state().gestures);
+        panic!("expected one click, got {:?}", one.state().gestures);
     };
-    near(*at, [1.0, 1.0, 0.0], 0.02);
+    assert_near(*at, [1.0, 1.0, 0.0], 0.02);
     let mut two = window(vec![ball("ball", ALL), ball("other", ALL)]);
     let at = on_screen(&two, ground);
     click(&mut two, at);
@@ -156,7 +159,7 @@ fn a_click_on_the_ground_is_for_the_one_scene_that_wants_it_and_for_none_of_two(
 }
 
 #[test]
-fn a_drag_of_a_shape_goes_along_at_its_height_and_the_eye_stays() {
+fn a_drag_of_a_shape_is_reported_at_its_height_and_does_not_turn_the_view() {
     let mut window = window(vec![ball("ball", ALL)]);
     let before = window.state().space.kept.orbit;
     let from = on_screen(&window, Vec3::new(3.0, 0.0, 1.3));
@@ -171,16 +174,16 @@ fn a_drag_of_a_shape_goes_along_at_its_height_and_the_eye_stays() {
         },
     )) = gestures.last()
     else {
-        panic!("a drag, and not {gestures:?}");
+        panic!("expected a drag, got {gestures:?}");
     };
     assert!(*ended);
     let moved = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
-    near(moved, [0.0, 1.0, 0.0], 0.1);
+    assert_near(moved, [0.0, 1.0, 0.0], 0.1);
     assert_eq!(window.state().space.kept.orbit, before);
 }
 
 #[test]
-fn a_drag_of_the_ground_turns_the_eye() {
+fn a_drag_of_the_ground_turns_the_view() {
     let mut window = window(vec![ball("ball", ALL)]);
     let before = window.state().space.kept.orbit;
     let from = on_screen(&window, Vec3::new(2.0, 1.0, 0.0));
@@ -190,7 +193,7 @@ fn a_drag_of_the_ground_turns_the_eye() {
 }
 
 #[test]
-fn keys_are_for_the_scene_that_was_touched_and_else_for_the_eye() {
+fn keys_go_to_the_touched_scene_or_else_to_the_view() {
     let mut window = window(vec![ball("ball", ALL)]);
     window.get_by_label(NAME).focus();
     window.run();
@@ -213,5 +216,8 @@ fn keys_are_for_the_scene_that_was_touched_and_else_for_the_eye() {
         down,
     };
     assert_eq!(keys, [key(true), key(false)]);
-    assert!(!window.state().space.kept.follow, "the eye does not hear of it");
+    assert!(
+        !window.state().space.kept.follow,
+        "the key does not reach the view"
+    );
 }
