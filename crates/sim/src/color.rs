@@ -56,7 +56,7 @@ mod tests {
     use super::{Color, NAMES};
 
     #[test]
-    fn a_colour_is_six_digits_or_a_name() {
+    fn a_colour_is_six_hexadecimal_digits_or_a_name() {
         assert_eq!(Color::parse("#1a2B3c"), Some(Color::new(0x1a, 0x2b, 0x3c)));
         for (name, color) in NAMES {
             assert_eq!(Color::parse(name), Some(color));

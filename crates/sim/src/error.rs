@@ -1,6 +1,6 @@
 //! The errors of worlds, robots and requests. Each message says how to correct the error.
 //!
-//! One type for the whole crate. Nothing here prints.
+//! One type for the whole crate. This module prints nothing.
 
 use std::fmt;
 use std::path::PathBuf;

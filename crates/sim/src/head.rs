@@ -1,6 +1,6 @@
 //! The pan-tilt head of a robot: two axes that turn at the commanded speeds, up to their limits.
 //!
-//! It has no inertia, and does not know the cameras on it.
+//! It has no inertia, and does not depend on the cameras on it.
 
 use crate::error::{WorldError, check};
 
@@ -110,14 +110,14 @@ impl Head {
 }
 
 /// Returns the angle after `dt` seconds, and the velocity that led there.
-fn turn(angle: f64, wanted: f64, speed: f64, fastest: f64, dt: f64) -> (f64, f64) {
+fn turn(angle: f64, target: f64, speed: f64, fastest: f64, dt: f64) -> (f64, f64) {
     let stride = speed.abs().min(fastest) * dt;
-    let way = (wanted - angle).clamp(-stride, stride);
-    // The wanted angle is reached to the bit.
-    let next = if (wanted - angle).abs() <= stride && stride > 0.0 {
-        wanted
+    let change = (target - angle).clamp(-stride, stride);
+    // The target angle is reached exactly.
+    let next = if (target - angle).abs() <= stride && stride > 0.0 {
+        target
     } else {
-        angle + way
+        angle + change
     };
-    (next, way / dt)
+    (next, change / dt)
 }

@@ -30,7 +30,7 @@
 //! shape.
 //!
 //! ```toml
-//! name   = "shed"                           # the file's own name if left out
+//! name   = "shed"                           # default: the name of the file
 //! bounds = { min = [0, 0], max = [6, 4] }   # no robot starts outside; pictures show this part
 //! map    = "rooms.yaml"                     # a trinary ROS map, beside this file
 //!

@@ -78,7 +78,7 @@ pub(crate) struct Mover {
     legs: Option<[Solid; 2]>,
 }
 
-/// A robot as movers see it.
+/// A robot as an obstacle of movers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disc {
     pub(crate) center: [f64; 2],
@@ -122,7 +122,7 @@ impl Mover {
             (position, direction, 0.0)
         });
         let next = Solid::new(&outline(&self.config, &self.distances, position));
-        if robots.iter().any(|robot| self.crowds(&next, robot)) || loose.blocks(&self.solid, &next) {
+        if robots.iter().any(|robot| self.comes_too_near(&next, robot)) || loose.blocks(&self.solid, &next) {
             self.waited += dt;
             if self.waited >= self.config.patience {
                 self.direction = -self.direction;
@@ -190,9 +190,9 @@ impl Mover {
     }
 
     /// Returns whether a step comes too near to a robot and nearer than now. A step away is always allowed,
-    /// so that no mover waits for ever. A step that leaves no gap is never a step away, even from where there
+    /// so that no mover waits forever. A step that leaves no gap is never a step away, even from where there
     /// was none.
-    fn crowds(&self, next: &Solid, robot: &Disc) -> bool {
+    fn comes_too_near(&self, next: &Solid, robot: &Disc) -> bool {
         let disc = Solid::new(&Outline::Circle {
             center: robot.center,
             radius: robot.radius,
@@ -208,17 +208,17 @@ impl Mover {
             return None;
         }
         // A way-point that a rounding error misses counts as reached.
-        let there = self.position + self.direction * (stride + 1e-9);
-        let here = self.position;
+        let next = self.position + self.direction * (stride + 1e-9);
+        let current = self.position;
         let between = |mark: f64| {
             if self.direction > 0.0 {
-                here < mark && mark <= there
+                current < mark && mark <= next
             } else {
-                there <= mark && mark < here
+                next <= mark && mark < current
             }
         };
         let mut marks = self.distances.iter().copied();
-        // The first one, where a stride passes several.
+        // A stride may pass several way-points. The first one counts.
         let mark = if self.direction > 0.0 {
             marks.find(|&mark| between(mark))?
         } else {
@@ -230,17 +230,17 @@ impl Mover {
     }
 
     fn ahead(&self, stride: f64) -> (f64, f64) {
-        let (length, wanted) = (self.length(), self.position + self.direction * stride);
+        let (length, target) = (self.length(), self.position + self.direction * stride);
         match self.config.at_end {
-            EndBehavior::Loop => (wanted.rem_euclid(length), self.direction),
+            EndBehavior::Loop => (target.rem_euclid(length), self.direction),
             EndBehavior::TurnBack => {
-                // The way there and back, unfolded, is a loop of twice its length.
-                let there = if self.direction > 0.0 {
+                // The way forward and back, unfolded, is a loop of twice its length.
+                let current = if self.direction > 0.0 {
                     self.position
                 } else {
                     2.0 * length - self.position
                 };
-                let unfolded = (there + stride).rem_euclid(2.0 * length);
+                let unfolded = (current + stride).rem_euclid(2.0 * length);
                 if unfolded <= length {
                     (unfolded, 1.0)
                 } else {

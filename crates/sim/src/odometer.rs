@@ -1,6 +1,6 @@
 //! Wheel encoders, and the pose that a robot computes from them.
 //!
-//! It knows how far the wheels rolled, never where the robot is.
+//! It depends on the rotation of the wheels only, not on the pose of the robot.
 
 use crate::config::RobotConfig;
 use crate::geometry::{Pose2, Twist2};

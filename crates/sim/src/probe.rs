@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_ahead_is_reached_where_it_begins() {
+    fn a_ray_reaches_a_box_at_its_near_side() {
         assert_eq!(
             reached([2.0, -1.0], [3.0, 1.0], [0.0, 0.0], [1.0, 0.0]),
             Some(2.0)
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_around_the_origin_begins_there() {
+    fn a_ray_from_inside_a_box_has_distance_0() {
         assert_eq!(
             reached([-1.0, -1.0], [1.0, 1.0], [0.0, 0.0], [0.6, 0.8]),
             Some(0.0)
@@ -86,14 +86,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beside_behind_or_too_far_is_missed() {
+    fn a_ray_misses_boxes_beside_behind_or_too_far() {
         assert_eq!(reached([2.0, 1.0], [3.0, 2.0], [0.0, 0.0], [1.0, 0.0]), None);
         assert_eq!(reached([-3.0, -1.0], [-2.0, 1.0], [0.0, 0.0], [1.0, 0.0]), None);
         assert_eq!(reached([101.0, -1.0], [102.0, 1.0], [0.0, 0.0], [1.0, 0.0]), None);
     }
 
     #[test]
-    fn a_box_without_thickness_is_reached_from_the_front_and_along_its_edge() {
+    fn a_ray_reaches_a_box_without_thickness_from_the_front_and_along_its_edge() {
         assert_eq!(
             reached([2.0, -1.0], [2.0, 1.0], [0.0, 0.0], [1.0, 0.0]),
             Some(2.0)

@@ -40,10 +40,10 @@ impl Noise {
     /// Returns two independent draws of the standard normal distribution (Box and Muller).
     pub(crate) fn normals(&self, index: u32) -> [f64; 2] {
         let counter = [index, self.source, self.step as u32, (self.step >> 32) as u32];
-        let words = philox(counter, self.key);
+        let bits = philox(counter, self.key);
         // In (0, 1], so that the logarithm is finite.
-        let first = (unit(words[0], words[1]) + 1.0) / (1u64 << 53) as f64;
-        let second = unit(words[2], words[3]) / (1u64 << 53) as f64;
+        let first = (unit(bits[0], bits[1]) + 1.0) / (1u64 << 53) as f64;
+        let second = unit(bits[2], bits[3]) / (1u64 << 53) as f64;
         let radius = (-2.0 * libm::log(first)).sqrt();
         let (sin, cos) = libm::sincos(TAU * second);
         [radius * cos, radius * sin]
@@ -77,7 +77,7 @@ mod tests {
     use super::philox;
 
     #[test]
-    fn philox_gives_the_known_answers_of_its_authors() {
+    fn philox_gives_the_published_test_vectors() {
         assert_eq!(
             philox([0; 4], [0; 2]),
             [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]

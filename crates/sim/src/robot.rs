@@ -1,6 +1,6 @@
 //! One robot: its acceleration, its contacts and its ground truth.
 //!
-//! It knows its surroundings only by the clearance that its world gives.
+//! The world provides the clearance to its surroundings.
 
 use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
@@ -221,19 +221,19 @@ fn halve(mut free: f64, mut blocked: f64, at: impl Fn(f64) -> f64) -> f64 {
     free
 }
 
-/// Returns the next speed on the way to `wanted`. It changes by at most `loss` toward zero and by at most
+/// Returns the next speed on the way to `desired`. It changes by at most `loss` toward zero and by at most
 /// `gain` away from zero, and stops at zero before it changes sign.
-fn approach(speed: f64, wanted: f64, gain: f64, loss: f64) -> f64 {
-    if speed != 0.0 && wanted * speed < speed * speed {
-        let target = if wanted * speed > 0.0 { wanted } else { 0.0 };
+fn approach(speed: f64, desired: f64, gain: f64, loss: f64) -> f64 {
+    if speed != 0.0 && desired * speed < speed * speed {
+        let target = if desired * speed > 0.0 { desired } else { 0.0 };
         if speed > target {
             (speed - loss).max(target)
         } else {
             (speed + loss).min(target)
         }
-    } else if wanted > speed {
-        (speed + gain).min(wanted)
+    } else if desired > speed {
+        (speed + gain).min(desired)
     } else {
-        (speed - gain).max(wanted)
+        (speed - gain).max(desired)
     }
 }

@@ -1,6 +1,6 @@
 //! The shapes of the things in a world, for pictures and for the geometry behind the sensors.
 //!
-//! Nothing here draws.
+//! This module draws nothing.
 
 use crate::color::Color;
 use crate::geometry::Pose2;

@@ -1,6 +1,6 @@
 //! Outlines as solids: rays, distances and nearest points, all by parry's formulas.
 //!
-//! It knows no names, no time and no robots.
+//! This module does not depend on names, time or robots.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::{Pose, Rotation, Vector};

@@ -1,4 +1,4 @@
-//! The verbs for running applications, as users see them: real processes that find each other.
+//! The verbs that attach to running applications, tested with real processes.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -8,10 +8,10 @@ use jde_watchdog::Watchdog;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{Said, jde, jde_with_plugins, pair, plugins, root, said};
+use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair, root};
 
-/// A folder in which the applications of one test find each other, and no others.
-pub(crate) struct Place {
+/// A runtime folder of one test. Only the applications that the test starts in it find each other.
+pub(crate) struct Sandbox {
     folder: TempDir,
     _watchdog: Watchdog,
 }
@@ -21,7 +21,7 @@ pub(crate) struct Running {
     process: Child,
 }
 
-impl Place {
+impl Sandbox {
     pub(crate) fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a folder"),
@@ -33,23 +33,24 @@ impl Place {
         self.folder.path()
     }
 
-    /// Starts an application, and returns once tools find it.
-    pub(crate) fn start(&self, application: &str, more: &[&str]) -> Running {
-        self.found(jde_with_plugins(&["run", application, "--plain"]), more)
+    /// Starts an application and waits until tools find it.
+    pub(crate) fn start(&self, application: &str, options: &[&str]) -> Running {
+        self.spawn(jde_with_plugins(&["run", application, "--plain"]), options)
     }
 
-    /// Plays a recording, and returns once tools find it.
-    pub(crate) fn replay(&self, file: &Path, more: &[&str]) -> Running {
+    /// Plays a recording and waits until tools find it.
+    pub(crate) fn replay(&self, file: &Path, options: &[&str]) -> Running {
         let mut command = jde(&["replay", "--plain"]);
         command.arg(file);
-        self.found(command, more)
+        self.spawn(command, options)
     }
 
-    pub(crate) fn found(&self, command: Command, more: &[&str]) -> Running {
+    /// Starts a process and waits until tools find its application.
+    pub(crate) fn spawn(&self, command: Command, options: &[&str]) -> Running {
         let before = self.apps().len();
         let process = self
             .command(command)
-            .args(more)
+            .args(options)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -57,8 +58,8 @@ impl Place {
             .expect("the executable starts");
         let mut running = Running { process };
         while self.apps().len() == before {
-            let ended = running.process.try_wait().expect("it can be asked");
-            assert!(ended.is_none(), "it ended at once: {ended:?}");
+            let ended = running.process.try_wait().expect("the process can be polled");
+            assert!(ended.is_none(), "the process ended early: {ended:?}");
         }
         running
     }
@@ -74,23 +75,26 @@ impl Place {
         command
     }
 
-    pub(crate) fn says(&self, args: &[&str]) -> Said {
-        said(&mut self.command(jde(args)))
+    /// Runs a verb.
+    pub(crate) fn run(&self, args: &[&str]) -> RunOutput {
+        output_of(&mut self.command(jde(args)))
     }
 
-    /// Runs a verb that must succeed, and returns its output.
-    pub(crate) fn told(&self, args: &[&str]) -> String {
-        let said = self.says(args);
-        assert_eq!(said.status, Some(0), "jde {args:?}: {said:?}");
-        said.out
+    /// Runs a verb that must succeed, and returns its standard output.
+    pub(crate) fn run_ok(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status, Some(0), "jde {args:?}: {output:?}");
+        output.out
     }
 
+    /// Runs a verb with `--json`, and parses the last line of its output.
     pub(crate) fn json(&self, args: &[&str]) -> Value {
         let mut all = args.to_vec();
         all.push("--json");
-        serde_json::from_str(self.told(&all).lines().last().expect("a line")).expect("JSON")
+        serde_json::from_str(self.run_ok(&all).lines().last().expect("a line")).expect("JSON")
     }
 
+    /// Returns the names of the running applications.
     pub(crate) fn apps(&self) -> Vec<String> {
         let apps = self.json(&["apps"]);
         let names = apps.as_array().expect("a list").iter();
@@ -99,12 +103,12 @@ impl Place {
             .collect()
     }
 
-    /// Repeats a verb until its JSON is as wanted.
-    pub(crate) fn until(&self, args: &[&str], wanted: impl Fn(&Value) -> bool) -> Value {
+    /// Repeats a verb until its JSON fulfils a condition.
+    pub(crate) fn until(&self, args: &[&str], condition: impl Fn(&Value) -> bool) -> Value {
         loop {
-            let answer = self.json(args);
-            if wanted(&answer) {
-                return answer;
+            let reply = self.json(args);
+            if condition(&reply) {
+                return reply;
             }
         }
     }
@@ -114,81 +118,81 @@ impl Running {
     pub(crate) fn signal(&self, name: &str) {
         let mut kill = Command::new("kill");
         kill.args([&format!("-{name}"), &self.process.id().to_string()]);
-        assert!(kill.status().expect("there is a kill").success());
+        assert!(kill.status().expect("kill is installed").success());
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended already.
+        // The process may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
 /// Starts a robot in the office, driven by four schemas.
-pub(crate) fn navigation(place: &Place) -> Running {
-    place.start("apps/safe-navigation.toml", &[])
+pub(crate) fn navigation(sandbox: &Sandbox) -> Running {
+    sandbox.start("apps/safe-navigation.toml", &[])
 }
 
 pub(crate) fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {
     let mut schemas = snapshot["schemas"].as_array().expect("schemas").iter();
     schemas
         .find(|schema| schema["name"] == name)
-        .expect("the schema is there")
+        .expect("the schema is listed")
 }
 
 #[test]
-fn what_runs_is_listed_and_looked_into() {
-    let place = Place::new();
-    assert!(place.told(&["apps"]).contains("no application runs"));
-    let _robot = navigation(&place);
-    let apps = place.told(&["apps"]);
+fn apps_ps_vars_and_get_show_a_running_application() {
+    let sandbox = Sandbox::new();
+    assert!(sandbox.run_ok(&["apps"]).contains("no application runs"));
+    let _robot = navigation(&sandbox);
+    let apps = sandbox.run_ok(&["apps"]);
     assert!(
         apps.contains("safe-navigation") && apps.contains("ana@"),
         "{apps}"
     );
-    let ps = place.told(&["ps"]);
+    let ps = sandbox.run_ok(&["ps"]);
     for part in ["[example/base]", "goon", "WINNER", "75 ms", "pioneer"] {
         assert!(ps.contains(part), "{part} in {ps}");
     }
-    let vars = place.told(&["vars", "pioneer.*"]);
+    let vars = sandbox.run_ok(&["vars", "pioneer.*"]);
     assert!(
         vars.contains("sensor_msgs/LaserScan") && !vars.contains("goon."),
         "{vars}"
     );
-    let goon = place.told(&["vars", "goon.*"]);
+    let goon = sandbox.run_ok(&["vars", "goon.*"]);
     assert!(goon.lines().any(|line| line.ends_with("  0.4 m/s")), "{goon}");
     let laser = vars
         .lines()
         .find(|line| line.contains("LaserScan"))
-        .expect("it is listed");
+        .expect("the scan is listed");
     assert!(laser.ends_with('…'), "{laser}");
-    let whole = place.json(&["vars", "pioneer.laser"]);
+    let full = sandbox.json(&["vars", "pioneer.laser"]);
     assert!(
-        whole[0]["value"]["ranges"]
+        full[0]["value"]["ranges"]
             .as_array()
             .is_some_and(|ranges| ranges.len() > 90)
     );
-    let number = place.told(&["get", "goon.fast"]);
+    let number = sandbox.run_ok(&["get", "goon.fast"]);
     assert!(number.trim().ends_with("m/s"), "{number}");
-    let pose = place.json(&["get", "pioneer.odometry.pose.pose.position"]);
+    let pose = sandbox.json(&["get", "pioneer.odometry.pose.pose.position"]);
     assert!(
         pose["value"]["x"].is_number() && pose["sequence"].as_u64() > Some(0),
         "{pose}"
     );
-    let beam = place.json(&["get", "safe-navigation:pioneer.laser.ranges[90]"]);
+    let beam = sandbox.json(&["get", "safe-navigation:pioneer.laser.ranges[90]"]);
     assert_eq!(beam["unit"], "m");
 }
 
 #[test]
-fn names_that_are_none_are_answered_with_the_nearest() {
-    let place = Place::new();
-    let nothing = place.says(&["ps"]);
+fn verbs_suggest_the_nearest_name_for_an_unknown_one() {
+    let sandbox = Sandbox::new();
+    let nothing = sandbox.run(&["ps"]);
     assert_eq!(nothing.status, Some(1));
     assert!(nothing.err.contains("start one with `jde run`"), "{nothing:?}");
-    let _robot = navigation(&place);
-    for (args, near) in [
+    let _robot = navigation(&sandbox);
+    for (args, suggestion) in [
         (&["ps", "safe-navigatoin"][..], "did you mean `safe-navigation`?"),
         (&["get", "pioner.laser"], "did you mean `pioneer.laser`?"),
         (&["get", "pioneer.laser.rangs"], "did you mean `ranges`?"),
@@ -197,72 +201,71 @@ fn names_that_are_none_are_answered_with_the_nearest() {
         (&["why", "vf"], "did you mean `vff`?"),
         (&["watch", "pioneer.odometr"], "did you mean `pioneer.odometry`?"),
     ] {
-        let said = place.says(args);
-        assert_eq!(said.status, Some(2), "{args:?}: {said:?}");
-        assert!(said.err.contains(near), "{args:?}: {said:?}");
+        let output = sandbox.run(args);
+        assert_eq!(output.status, Some(2), "{args:?}: {output:?}");
+        assert!(output.err.contains(suggestion), "{args:?}: {output:?}");
     }
 }
 
 #[test]
-fn modulations_are_set_with_their_units_and_within_their_range() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    place.told(&["set", "goon.fast", "30 cm/s"]);
-    assert_eq!(place.json(&["get", "goon.fast"])["value"], 0.3);
-    assert_eq!(place.json(&["get", "goon.fast"])["writer"], "operator");
-    let held = schema(&place.json(&["ps"]), "goon")["operator"].clone();
+fn set_accepts_values_with_units_and_only_within_the_range() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    sandbox.run_ok(&["set", "goon.fast", "30 cm/s"]);
+    assert_eq!(sandbox.json(&["get", "goon.fast"])["value"], 0.3);
+    assert_eq!(sandbox.json(&["get", "goon.fast"])["writer"], "operator");
+    let operator = schema(&sandbox.json(&["ps"]), "goon")["operator"].clone();
     assert!(
-        held["by"].as_str().is_some_and(|by| by.starts_with("ana@")),
-        "{held}"
+        operator["by"].as_str().is_some_and(|by| by.starts_with("ana@")),
+        "{operator}"
     );
-    for (args, why) in [
+    for (args, reason) in [
         (&["set", "goon.fast", "30 deg"][..], "deg"),
         (&["set", "goon.fast", "-1 m/s"], "-1"),
         (&["set", "goon.fast", "quick"], "goon"),
         (&["set", "pioneer.laser", "1"], "no modulation"),
         (&["set", "goon.fast"], "no value"),
     ] {
-        let said = place.says(args);
-        assert_eq!(said.status, Some(2), "{args:?}: {said:?}");
-        assert!(said.err.contains(why), "{args:?}: {said:?}");
+        let output = sandbox.run(args);
+        assert_eq!(output.status, Some(2), "{args:?}: {output:?}");
+        assert!(output.err.contains(reason), "{args:?}: {output:?}");
     }
-    assert_eq!(place.json(&["get", "goon.fast"])["value"], 0.3);
-    place.told(&["release", "goon"]);
-    place.until(&["get", "goon.fast"], |now| now["value"] != 0.3);
+    assert_eq!(sandbox.json(&["get", "goon.fast"])["value"], 0.3);
+    sandbox.run_ok(&["release", "goon"]);
+    sandbox.until(&["get", "goon.fast"], |now| now["value"] != 0.3);
 }
 
 #[test]
-fn r14_what_an_operator_does_is_shown_told_and_undone() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    place.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
-    place.told(&["stop", "goon"]);
-    place.until(&["ps"], |now| schema(now, "goon")["state"] == "slept");
-    let events = place.told(&["events", "--once"]);
+fn r14_actions_of_an_operator_are_shown_recorded_as_events_and_released() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    sandbox.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
+    sandbox.run_ok(&["stop", "goon"]);
+    sandbox.until(&["ps"], |now| schema(now, "goon")["state"] == "slept");
+    let events = sandbox.run_ok(&["events", "--once"]);
     assert!(events.contains("ana@") && events.contains("goon"), "{events}");
-    let why = place.told(&["why", "is", "goon", "not", "the", "winner"]);
+    let why = sandbox.run_ok(&["why", "is", "goon", "not", "the", "winner"]);
     assert!(why.contains("example/base at"), "{why}");
-    place.told(&["release", "goon"]);
-    place.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
-    // For a limited time.
-    let held = place.told(&["force", "stop", "--for", "300ms"]);
-    assert!(held.contains("is let go of"), "{held}");
-    place.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
-    place.told(&["period", "vff", "50ms"]);
-    place.until(&["ps"], |now| schema(now, "vff")["period"] == 50_000_000);
-    place.told(&["unload", "vff"]);
-    place.until(&["ps"], |now| {
+    sandbox.run_ok(&["release", "goon"]);
+    sandbox.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
+    let forced = sandbox.run_ok(&["force", "stop", "--for", "300ms"]);
+    assert!(forced.contains("is let go of"), "{forced}");
+    sandbox.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
+    sandbox.run_ok(&["period", "vff", "50ms"]);
+    sandbox.until(&["ps"], |now| schema(now, "vff")["period"] == 50_000_000);
+    sandbox.run_ok(&["unload", "vff"]);
+    sandbox.until(&["ps"], |now| {
         schema(now, "vff")["operator"]["kind"] == "unloaded"
     });
-    place.told(&["load", "vff"]);
-    place.until(&["ps"], |now| schema(now, "vff")["state"] != "slept");
+    sandbox.run_ok(&["load", "vff"]);
+    sandbox.until(&["ps"], |now| schema(now, "vff")["state"] != "slept");
 }
 
 #[test]
-fn r14_a_hold_ends_with_the_program_that_has_it() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    let mut holder = place
+fn r14_a_forced_state_ends_when_the_program_that_holds_it_is_killed() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    let mut holder = sandbox
         .command(jde(&["force", "stop", "--for", "10min"]))
         .stdout(Stdio::piped())
         .spawn()
@@ -272,18 +275,18 @@ fn r14_a_hold_ends_with_the_program_that_has_it() {
         .read_line(&mut line)
         .unwrap();
     assert!(line.contains("is forced to win"), "{line}");
-    place.until(&["ps"], |now| schema(now, "stop")["operator"]["kind"] == "forced");
+    sandbox.until(&["ps"], |now| schema(now, "stop")["operator"]["kind"] == "forced");
     holder.kill().unwrap();
     holder.wait().unwrap();
-    place.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
+    sandbox.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
 }
 
 #[test]
-fn values_are_watched_as_they_come() {
-    let place = Place::new();
-    let _robot = place.start(&pair(), &[]);
-    let told = place.told(&["watch", "talker.count", "--count", "4", "--json"]);
-    let lines: Vec<Value> = told
+fn watch_prints_each_new_value_unless_its_rate_is_limited() {
+    let sandbox = Sandbox::new();
+    let _robot = sandbox.start(&pair(), &[]);
+    let output = sandbox.run_ok(&["watch", "talker.count", "--count", "4", "--json"]);
+    let lines: Vec<Value> = output
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
@@ -296,18 +299,18 @@ fn values_are_watched_as_they_come() {
         numbers.windows(2).all(|pair| pair[1] == pair[0] + 1),
         "{numbers:?}"
     );
-    let slow = place.told(&["watch", "talker.count", "--count", "2", "--rate", "2"]);
+    let slow = sandbox.run_ok(&["watch", "talker.count", "--count", "2", "--rate", "2"]);
     assert_eq!(slow.lines().count(), 2);
-    let plot = place.says(&["watch", "talker.count", "--plot"]);
+    let plot = sandbox.run(&["watch", "talker.count", "--plot"]);
     assert_eq!(plot.status, Some(2));
     assert!(plot.err.contains("needs a terminal"), "{plot:?}");
 }
 
 #[test]
-fn whoever_watches_is_told_that_the_application_is_gone() {
-    let place = Place::new();
-    let robot = place.start(&pair(), &[]);
-    let mut watch = place
+fn watch_fails_when_its_application_is_killed() {
+    let sandbox = Sandbox::new();
+    let robot = sandbox.start(&pair(), &[]);
+    let mut watch = sandbox
         .command(jde(&["watch", "talker.count"]))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -318,33 +321,32 @@ fn whoever_watches_is_told_that_the_application_is_gone() {
         .read_line(&mut line)
         .unwrap();
     robot.signal("KILL");
-    let mut words = String::new();
-    watch.stderr.take().unwrap().read_to_string(&mut words).unwrap();
+    let mut errors = String::new();
+    watch.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
     assert_eq!(watch.wait().unwrap().code(), Some(1));
-    assert!(words.contains("`pair` is gone"), "{words}");
-    // The killed application is no longer listed.
-    assert!(place.apps().is_empty());
+    assert!(errors.contains("`pair` is gone"), "{errors}");
+    assert!(sandbox.apps().is_empty());
 }
 
 #[test]
-fn several_applications_are_told_apart() {
-    let place = Place::new();
-    let _first = place.start(&pair(), &[]);
-    let _second = place.start(&pair(), &[]);
-    let _third = place.start(&pair(), &["--name", "robot3"]);
-    let mut names = place.apps();
+fn several_applications_have_different_names_and_a_verb_needs_one_of_them() {
+    let sandbox = Sandbox::new();
+    let _first = sandbox.start(&pair(), &[]);
+    let _second = sandbox.start(&pair(), &[]);
+    let _third = sandbox.start(&pair(), &["--name", "robot3"]);
+    let mut names = sandbox.apps();
     names.sort_unstable();
     assert_eq!(names, ["pair", "pair-2", "robot3"]);
-    let unclear = place.says(&["ps"]);
-    assert_eq!(unclear.status, Some(2));
+    let ambiguous = sandbox.run(&["ps"]);
+    assert_eq!(ambiguous.status, Some(2));
     for name in names {
-        assert!(unclear.err.contains(&name), "{unclear:?}");
-        place.told(&["ps", &name]);
-        place.told(&["get", &format!("{name}:talker.count")]);
+        assert!(ambiguous.err.contains(&name), "{ambiguous:?}");
+        sandbox.run_ok(&["ps", &name]);
+        sandbox.run_ok(&["get", &format!("{name}:talker.count")]);
     }
-    place.told(&["get", "talker.count", "--app", "robot3"]);
-    let taken = said(
-        place
+    sandbox.run_ok(&["get", "talker.count", "--app", "robot3"]);
+    let taken = output_of(
+        sandbox
             .command(jde_with_plugins(&["run", &pair(), "--plain", "--name", "robot3"]))
             .stdin(Stdio::null()),
     );
@@ -353,10 +355,10 @@ fn several_applications_are_told_apart() {
 }
 
 #[test]
-fn a_shell_in_a_pipe_does_line_by_line_what_it_reads() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    let mut shell = place
+fn a_shell_in_a_pipe_runs_each_line_and_ends_at_the_first_error() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    let mut shell = sandbox
         .command(jde(&["shell"]))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -368,19 +370,19 @@ fn a_shell_in_a_pipe_does_line_by_line_what_it_reads() {
         .write_all(b"# slower\nuse safe-navigation\nset goon.fast '0.2 m/s'\nget goon.fast\nget gon.fast\nget goon.fast\n")
         .unwrap();
     drop(lines);
-    let said = shell.wait_with_output().unwrap();
-    let out = String::from_utf8(said.stdout).unwrap();
-    let err = String::from_utf8(said.stderr).unwrap();
-    assert_eq!(said.status.code(), Some(2), "{out}{err}");
+    let output = shell.wait_with_output().unwrap();
+    let out = String::from_utf8(output.stdout).unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{out}{err}");
     assert_eq!(out.lines().last(), Some("0.2 m/s"), "{out}{err}");
-    assert_eq!(out.lines().count(), 2, "the first that fails ends it: {out}");
+    assert_eq!(out.lines().count(), 2, "the shell ends at the first error: {out}");
     assert!(err.contains("did you mean `goon.fast`?"), "{err}");
 }
 
 #[test]
-fn the_oscilloscope_attaches_and_leaves_the_robot_running() {
-    let place = Place::new();
-    let _robot = navigation(&place);
+fn top_attaches_to_a_robot_that_keeps_running_when_top_ends() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
     let command = format!("stty rows 30 cols 110; {} top", env!("CARGO_BIN_EXE_jde"));
     let mut script = Command::new("script");
     script
@@ -388,24 +390,24 @@ fn the_oscilloscope_attaches_and_leaves_the_robot_running() {
         .env("TERM", "xterm-256color")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped());
-    let mut child = place
+    let mut child = sandbox
         .command(script)
         .spawn()
-        .expect("script of util-linux is there");
+        .expect("script of util-linux is installed");
     let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
     let mut shown = Vec::new();
-    let mut piece = [0; 4096];
-    let mut left = false;
+    let mut buffer = [0; 4096];
+    let mut quit = false;
     loop {
-        let length = screen.read(&mut piece).unwrap();
+        let length = screen.read(&mut buffer).unwrap();
         if length == 0 {
             break;
         }
-        shown.extend_from_slice(&piece[..length]);
+        shown.extend_from_slice(&buffer[..length]);
         let text = String::from_utf8_lossy(&shown);
-        if !left && text.contains("pioneer") && text.contains("WINNER") {
+        if !quit && text.contains("pioneer") && text.contains("WINNER") {
             keys.write_all(b"q").unwrap();
-            left = true;
+            quit = true;
         }
     }
     assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -413,37 +415,37 @@ fn the_oscilloscope_attaches_and_leaves_the_robot_running() {
     for part in ["safe-navigation", "example/base", "goon"] {
         assert!(shown.contains(part), "{part}");
     }
-    assert_eq!(place.apps(), ["safe-navigation"]);
+    assert_eq!(sandbox.apps(), ["safe-navigation"]);
 }
 
 #[test]
-fn shells_complete_the_names_in_what_runs() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    let complete = |words: &[&str]| {
-        let mut command = place.command(jde(&["--", "jde"]));
-        command.args(words);
+fn completions_offer_the_names_of_running_applications() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    let complete = |arguments: &[&str]| {
+        let mut command = sandbox.command(jde(&["--", "jde"]));
+        command.args(arguments);
         command
             .env("COMPLETE", "bash")
-            .env("_CLAP_COMPLETE_INDEX", words.len().to_string())
+            .env("_CLAP_COMPLETE_INDEX", arguments.len().to_string())
             .env("_CLAP_COMPLETE_COMP_TYPE", "9")
             .env("_CLAP_COMPLETE_SPACE", "false")
             .env("_CLAP_IFS", "\n");
-        said(&mut command).out
+        output_of(&mut command).out
     };
     assert!(complete(&["stop", "go"]).contains("goon"));
     assert!(complete(&["get", "pioneer.l"]).contains("pioneer.laser"));
     assert!(complete(&["ps", "safe"]).contains("safe-navigation"));
     assert!(complete(&["panel", "exa"]).contains("example"));
     assert!(complete(&["panel", "example", "--touch", "cl"]).contains("clear"));
-    let script = place.told(&["completions", "bash"]);
+    let script = sandbox.run_ok(&["completions", "bash"]);
     assert!(script.contains("COMPLETE") && script.contains("jde"), "{script}");
 }
 
 #[test]
-fn a_run_can_be_closed_to_tools() {
-    let place = Place::new();
-    let mut quiet = place
+fn a_run_without_link_is_invisible_to_tools() {
+    let sandbox = Sandbox::new();
+    let mut run = sandbox
         .command(jde_with_plugins(&["run", &pair(), "--plain", "--no-link"]))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -451,12 +453,10 @@ fn a_run_can_be_closed_to_tools() {
         .spawn()
         .unwrap();
     let mut line = String::new();
-    // Its first line shows that it runs.
-    BufReader::new(quiet.stdout.take().unwrap())
+    BufReader::new(run.stdout.take().unwrap())
         .read_line(&mut line)
         .unwrap();
-    assert!(place.apps().is_empty());
-    quiet.kill().unwrap();
-    quiet.wait().unwrap();
-    let _ = plugins();
+    assert!(sandbox.apps().is_empty());
+    run.kill().unwrap();
+    run.wait().unwrap();
 }

@@ -15,24 +15,24 @@ impl Cable {
     /// Connects a cable to a robot that listens at `address`.
     pub(crate) fn to(address: &str) -> Self {
         let robot = address.trim_start_matches("tcp:").to_owned();
-        let plug = TcpListener::bind("127.0.0.1:0").expect("a port");
-        let address = format!("tcp:{}", plug.local_addr().expect("an address"));
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = format!("tcp:{}", listener.local_addr().expect("an address"));
         let cut = Arc::new(AtomicBool::new(false));
-        let held = Arc::clone(&cut);
+        let is_cut = Arc::clone(&cut);
         // The threads end with the sockets, which end with the processes at both ends.
         std::thread::spawn(move || {
-            let (driver, _) = plug.accept().expect("the driver comes");
-            let robot = TcpStream::connect(robot).expect("the robot is there");
-            let ways = [(&driver, &robot), (&robot, &driver)];
-            let ways = ways.map(|(from, to)| (from.try_clone(), to.try_clone()));
-            for (from, to) in ways {
+            let (driver, _) = listener.accept().expect("the driver connects");
+            let robot = TcpStream::connect(robot).expect("the robot accepts connections");
+            let directions = [(&driver, &robot), (&robot, &driver)];
+            let directions = directions.map(|(from, to)| (from.try_clone(), to.try_clone()));
+            for (from, to) in directions {
                 let (mut from, mut to) = (from.expect("a socket"), to.expect("a socket"));
-                let held = Arc::clone(&held);
+                let is_cut = Arc::clone(&is_cut);
                 std::thread::spawn(move || {
                     let mut bytes = [0; 4096];
                     while let Ok(count @ 1..) = from.read(&mut bytes) {
-                        let passes = !held.load(Ordering::SeqCst);
-                        if passes && to.write_all(&bytes[..count]).is_err() {
+                        let connected = !is_cut.load(Ordering::SeqCst);
+                        if connected && to.write_all(&bytes[..count]).is_err() {
                             return;
                         }
                     }

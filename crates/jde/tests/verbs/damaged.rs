@@ -1,15 +1,15 @@
-//! Libraries that end every process which maps them. Each is reported, and verbs that only list or check
-//! plugins survive. The libraries are built by cc.
+//! Libraries whose constructors end the process that loads them. The executable reports each of them and keeps
+//! running. The tests build the libraries with cc.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::attached::{Place, schema};
-use crate::reloading::Shelf;
-use crate::support::{Said, jde, root, said};
+use crate::attached::{Sandbox, schema};
+use crate::reloading::PluginFolder;
+use crate::support::{RunOutput, jde, output_of, root};
 
-/// Builds a plugin of one motor schema, whose library runs `constructor` when it is mapped.
+/// Builds a plugin of one motor schema, whose library runs `constructor` when it is loaded.
 pub(crate) fn library(folder: &Path, name: &str, constructor: &str) -> PathBuf {
     let (source, file) = (
         folder.join(format!("{name}.c")),
@@ -25,19 +25,23 @@ pub(crate) fn library(folder: &Path, name: &str, constructor: &str) -> PathBuf {
          JDE_PLUGIN(\"{name}\", \"1\", \"Beats.\", schemas);\n"
     );
     fs::write(&source, text).unwrap();
-    let done = Command::new("cc")
+    let compiled = Command::new("cc")
         .args(["-shared", "-fPIC", "-std=c11", "-I"])
         .arg(root().join("include"))
         .arg("-o")
         .args([&file, &source])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        compiled.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiled.stderr)
+    );
     file
 }
 
-fn in_folder(folder: &Path, args: &[&str]) -> Said {
-    said(jde(args).env("JDE_PLUGIN_PATH", folder))
+fn run_with_plugins(folder: &Path, args: &[&str]) -> RunOutput {
+    output_of(jde(args).env("JDE_PLUGIN_PATH", folder))
 }
 
 /// Writes an application of one schema.
@@ -49,52 +53,55 @@ fn application(folder: &Path, plugin: &str) -> String {
 }
 
 #[test]
-fn a_library_that_ends_whoever_maps_it_is_named_and_hides_no_other() {
+fn a_library_that_ends_its_process_is_reported_and_the_others_are_listed() {
     let folder = tempfile::tempdir().unwrap();
-    let place = folder.path();
-    library(place, "a_sound", "");
-    let falls = library(place, "falls", "*(volatile int *)8 = 1;");
-    library(place, "quits", "fputs(\"no licence\\n\", stderr); exit(3);");
-    library(place, "z_sound", "");
+    let folder = folder.path();
+    library(folder, "a_sound", "");
+    let crashes = library(folder, "crashes", "*(volatile int *)8 = 1;");
+    library(folder, "exits", "fputs(\"no licence\\n\", stderr); exit(3);");
+    library(folder, "z_sound", "");
 
-    let plugins = in_folder(place, &["plugins"]);
+    let plugins = run_with_plugins(folder, &["plugins"]);
     assert_eq!(plugins.status, Some(0), "{plugins:?}");
-    for words in [
+    for expected in [
         "a_sound  1  beat",
-        "libfalls.so: it cannot be loaded: its process was killed by SIGSEGV",
-        "libquits.so: it cannot be loaded: its process exited by itself, with status 3, and said: no licence;",
+        "libcrashes.so: it cannot be loaded: its process was killed by SIGSEGV",
+        "libexits.so: it cannot be loaded: its process exited by itself, with status 3, and said: no licence;",
         "build or copy it again",
         "z_sound  1  beat",
     ] {
         assert!(
-            plugins.out.contains(words),
-            "`{words}` is not in: {}",
+            plugins.out.contains(expected),
+            "`{expected}` is not in: {}",
             plugins.out
         );
     }
 
     for args in [
-        vec!["check", &application(place, "falls")],
-        vec!["run", &application(place, "falls"), "--plain"],
-        vec!["describe", "falls"],
-        vec!["describe", falls.to_str().unwrap()],
+        vec!["check", &application(folder, "crashes")],
+        vec!["run", &application(folder, "crashes"), "--plain"],
+        vec!["describe", "crashes"],
+        vec!["describe", crashes.to_str().unwrap()],
     ] {
-        let told = in_folder(place, &args);
-        assert_eq!(told.status, Some(3), "{args:?}: {told:?}");
+        let output = run_with_plugins(folder, &args);
+        assert_eq!(output.status, Some(3), "{args:?}: {output:?}");
         assert!(
-            told.err.contains("libfalls.so: it cannot be loaded"),
-            "{args:?}: {told:?}"
+            output.err.contains("libcrashes.so: it cannot be loaded"),
+            "{args:?}: {output:?}"
         );
     }
-    // A misspelt name makes `check` look at all plugins for a suggestion.
-    let slip = in_folder(place, &["check", &application(place, "a_sund")]);
-    assert!(slip.err.contains("did you mean `a_sound`?"), "{slip:?}");
+    // To suggest a name, `check` examines all plugins.
+    let misspelled = run_with_plugins(folder, &["check", &application(folder, "a_sund")]);
+    assert!(
+        misspelled.err.contains("did you mean `a_sound`?"),
+        "{misspelled:?}"
+    );
 }
 
 #[test]
-fn whatever_bits_of_a_library_are_turned_the_others_are_listed() {
+fn libraries_with_flipped_bits_do_not_keep_a_sound_one_from_being_listed() {
     let folder = tempfile::tempdir().unwrap();
-    let whole = fs::read(library(folder.path(), "sound", "")).unwrap();
+    let original = fs::read(library(folder.path(), "sound", "")).unwrap();
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut random = |below: usize| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -102,42 +109,42 @@ fn whatever_bits_of_a_library_are_turned_the_others_are_listed() {
     };
     let mutants = 60;
     for number in 0..mutants {
-        let mut bytes = whole.clone();
+        let mut bytes = original.clone();
         for _ in 0..8 {
-            bytes[random(whole.len())] ^= 1 << random(8);
+            bytes[random(original.len())] ^= 1 << random(8);
         }
         fs::write(folder.path().join(format!("libm{number}.so")), bytes).unwrap();
     }
-    let told = in_folder(folder.path(), &["plugins", "--json"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
-    let listing = crate::support::json(&told.out);
-    let here = &listing["folders"][0];
-    let [found, unusable] = ["plugins", "unusable"].map(|list| here[list].as_array().unwrap().clone());
+    let output = run_with_plugins(folder.path(), &["plugins", "--json"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
+    let listing = crate::support::json(&output.out);
+    let listed = &listing["folders"][0];
+    let [found, unusable] = ["plugins", "unusable"].map(|list| listed[list].as_array().unwrap().clone());
     assert_eq!(found.len() + unusable.len(), mutants + 1);
     assert!(
         found
             .iter()
             .any(|plugin| plugin["path"].as_str().unwrap().ends_with("libsound.so"))
     );
-    // Otherwise the mutants were rejected without being loaded.
-    let deaths = unusable
+    // Some mutants must be loaded, not rejected before.
+    let crashes = unusable
         .iter()
         .filter(|file| file["reason"].as_str().unwrap().contains("its process"));
-    assert!(deaths.count() > 3, "{unusable:?}");
+    assert!(crashes.count() > 3, "{unusable:?}");
 }
 
 #[test]
-fn a_build_that_would_end_the_application_does_not_take_over() {
-    let (place, shelf) = (Place::new(), Shelf::new());
-    let _robot = shelf.start(&place, &root().join("apps/safe-navigation.toml"), &[]);
+fn reload_refuses_a_build_whose_loading_ends_the_process() {
+    let (sandbox, plugin_folder) = (Sandbox::new(), PluginFolder::new());
+    let _robot = plugin_folder.start(&sandbox, &root().join("apps/safe-navigation.toml"), &[]);
     let folder = tempfile::tempdir().unwrap();
-    shelf.write(&fs::read(library(folder.path(), "vff", "abort();")).unwrap());
-    let refused = place.says(&["reload", "vff"]);
+    plugin_folder.write(&fs::read(library(folder.path(), "vff", "abort();")).unwrap());
+    let refused = sandbox.run(&["reload", "vff"]);
     assert_eq!(refused.status, Some(1), "{refused:?}");
     assert!(
         refused.err.contains("its process was killed by SIGABRT"),
         "{refused:?}"
     );
-    let now = place.json(&["ps"]);
+    let now = sandbox.json(&["ps"]);
     assert_eq!(schema(&now, "vff")["faults"], 0);
 }

@@ -1,12 +1,12 @@
-//! The demonstration as a script runs it.
+//! `jde demo` as a script runs it.
 
-use crate::support::{jde_with_plugins, json, said};
+use crate::support::{jde_with_plugins, json, output_of};
 
 #[test]
-fn the_demonstration_reaches_its_targets_and_leaves_a_picture_and_its_decisions() {
+fn the_demonstration_reaches_its_targets_and_writes_a_picture_and_its_decisions() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["demo", "--headless", "--lockstep", "--seed", "1", "--json"];
-    let demo = said(jde_with_plugins(&args).current_dir(&folder));
+    let demo = output_of(jde_with_plugins(&args).current_dir(&folder));
     assert_eq!(demo.status, Some(0), "{}", demo.err);
     let summary = json(&demo.out);
     assert!(summary["targets"].as_u64().unwrap() >= 4, "{summary}");
@@ -39,11 +39,11 @@ fn the_demonstration_reaches_its_targets_and_leaves_a_picture_and_its_decisions(
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_told_before_the_start() {
+fn an_output_folder_that_cannot_be_written_is_reported_before_the_start() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "").unwrap();
-    let demo = said(&mut jde_with_plugins(&[
+    let demo = output_of(&mut jde_with_plugins(&[
         "demo",
         "--headless",
         "--out",

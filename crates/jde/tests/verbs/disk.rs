@@ -1,36 +1,43 @@
-//! Recordings on disks that fail or fill up: the error is reported, the loss counted, and the exit status
-//! set. The disk is a library that is loaded before the system's (`tests/c/disk.c`), so that the tests need
-//! no root.
+//! Recordings on disks that fail or fill up: `jde run` reports the error, counts the lost messages and sets the
+//! exit status. A preloaded library simulates the disk (`tests/c/disk.c`), so the tests need no root.
 
 use std::path::Path;
 use std::process::Command;
 
 use jde_log::Recording;
 
-use crate::support::{Said, app, jde_with_plugins, json, said};
+use crate::support::{RunOutput, app, jde_with_plugins, json, output_of};
 
-/// Records a run on a disk that behaves as `how` states, an environment variable and its value.
-fn record(folder: &Path, how: (&str, &str), more: &[&str]) -> Said {
+/// Records a run on a disk that an environment variable and its value make fail.
+fn record(folder: &Path, failure: (&str, &str), options: &[&str]) -> RunOutput {
     let disk = folder.join("disk.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c/disk.c");
-    let made = Command::new("cc")
+    let compiled = Command::new("cc")
         .args(["-shared", "-fPIC", "-std=c11", "-o"])
         .args([&disk, Path::new(source)])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert!(
+        compiled.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiled.stderr)
+    );
     let (app, file) = (app("room.toml"), folder.join("drive.mcap"));
     let mut args = vec!["run", &app, "--lockstep", "--json", "--record"];
-    args.push(file.to_str().expect("a path of a test"));
-    args.extend(more);
-    said(jde_with_plugins(&args).env("LD_PRELOAD", &disk).env(how.0, how.1))
+    args.push(file.to_str().expect("the path is UTF-8"));
+    args.extend(options);
+    output_of(
+        jde_with_plugins(&args)
+            .env("LD_PRELOAD", &disk)
+            .env(failure.0, failure.1),
+    )
 }
 
-/// Checks that the disk's error was reported, the loss counted, and the exit status set although the mission
-/// is done.
-fn is_told(run: &Said, words: &str) {
+/// Checks the reported error, the count of lost messages, and the exit status of a run that completes its
+/// mission.
+fn check_loss_is_reported(run: &RunOutput, error: &str) {
     assert_eq!(run.status, Some(1), "{}", run.err);
-    assert!(run.err.contains(words), "{}", run.err);
+    assert!(run.err.contains(error), "{}", run.err);
     assert!(run.err.contains("ends too soon"), "{}", run.err);
     assert!(!run.err.contains("nothing lost"), "{}", run.err);
     let summary = json(&run.out);
@@ -40,29 +47,29 @@ fn is_told(run: &Said, words: &str) {
     assert!(
         recording["trouble"]
             .as_str()
-            .is_some_and(|trouble| trouble.contains(words)),
+            .is_some_and(|trouble| trouble.contains(error)),
         "{recording}"
     );
 }
 
 #[test]
-fn a_disk_that_could_not_keep_what_it_took_is_told_once_and_believed() {
-    for more in [
+fn a_failed_sync_makes_the_run_fail() {
+    for options in [
         &[][..],
         &["--when", "operator", "--when", "guide.mission.reached >= 1u"],
     ] {
         let folder = tempfile::tempdir().unwrap();
         // The only sync of such a short run, or the first of several.
-        let run = record(folder.path(), ("DISK_BAD_SYNC", "1"), more);
-        is_told(&run, "Input/output error");
+        let run = record(folder.path(), ("DISK_BAD_SYNC", "1"), options);
+        check_loss_is_reported(&run, "Input/output error");
     }
 }
 
 #[test]
-fn a_disk_that_fills_is_told_counted_and_in_the_exit_status() {
+fn a_full_disk_makes_the_run_fail_and_lost_messages_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let run = record(folder.path(), ("DISK_ROOM", "60000"), &[]);
-    is_told(&run, "No space left");
+    check_loss_is_reported(&run, "No space left");
     let recording = Recording::open(&folder.path().join("drive.mcap")).unwrap();
     assert!(recording.damage().is_some());
     let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
@@ -70,7 +77,7 @@ fn a_disk_that_fills_is_told_counted_and_in_the_exit_status() {
 }
 
 #[test]
-fn a_disk_that_does_its_work_changes_nothing() {
+fn a_disk_without_failures_loses_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let run = record(folder.path(), ("DISK_BAD_SYNC", "0"), &[]);
     assert_eq!(run.status, Some(0), "{}", run.err);

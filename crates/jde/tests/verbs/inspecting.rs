@@ -1,14 +1,14 @@
-//! Verbs that start nothing: check, describe, plugins.
+//! `jde check`, `jde describe` and `jde plugins`, which start nothing.
 
 use std::fs;
 
-use crate::support::{app, jde, jde_with_plugins, json, said};
+use crate::support::{app, jde, jde_with_plugins, json, output_of};
 
 #[test]
 fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
-    let check = said(&mut jde_with_plugins(&["check", &app("room.toml")]));
+    let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml")]));
     assert_eq!(check.status, Some(0), "{}", check.err);
-    let places: Vec<_> = [
+    let positions: Vec<_> = [
         "roots:",
         "guide  example/example",
         "base:",
@@ -24,7 +24,7 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
             .unwrap_or_else(|| panic!("{part}: {}", check.out))
     })
     .into();
-    assert!(places.is_sorted(), "{}", check.out);
+    assert!(positions.is_sorted(), "{}", check.out);
     for part in [
         "laser <- pioneer.laser, which triggers",
         "base -> pioneer.velocity",
@@ -45,9 +45,9 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
 }
 
 #[test]
-fn check_lists_on_request_what_has_the_default_of_its_type() {
+fn check_lists_the_modulations_with_default_values_on_request() {
     let room = app("room.toml");
-    let check = said(&mut jde_with_plugins(&[
+    let check = output_of(&mut jde_with_plugins(&[
         "check",
         &room,
         "--defaults",
@@ -57,7 +57,10 @@ fn check_lists_on_request_what_has_the_default_of_its_type() {
         "goon.slow=0.3",
     ]));
     assert_eq!(check.status, Some(0), "{}", check.err);
-    let (_, defaults) = check.out.split_once("\ndefaults: ").expect("they are listed");
+    let (_, defaults) = check
+        .out
+        .split_once("\ndefaults: ")
+        .expect("the defaults are listed");
     assert!(
         defaults.contains("fast = 0.4 m/s (set without effect), turn = "),
         "{defaults}"
@@ -65,8 +68,8 @@ fn check_lists_on_request_what_has_the_default_of_its_type() {
 }
 
 #[test]
-fn check_shows_all_faults_each_with_its_line_a_caret_and_help() {
-    let check = said(&mut jde_with_plugins(&["check", &app("faulty.toml")]));
+fn check_reports_every_fault_with_its_line_a_caret_and_help() {
+    let check = output_of(&mut jde_with_plugins(&["check", &app("faulty.toml")]));
     assert_eq!(check.status, Some(2));
     for part in [
         "faulty.toml:7:1",
@@ -83,15 +86,15 @@ fn check_shows_all_faults_each_with_its_line_a_caret_and_help() {
 }
 
 #[test]
-fn check_names_a_missing_application_and_the_nearest() {
-    let check = said(&mut jde(&["check", "safe-navigatoin"]));
+fn check_reports_a_missing_application_and_suggests_the_nearest() {
+    let check = output_of(&mut jde(&["check", "safe-navigatoin"]));
     assert_eq!(check.status, Some(2));
     assert!(
         check.err.contains("did you mean `safe-navigation`?"),
         "{}",
         check.err
     );
-    let check = said(&mut jde(&["check", "no/such.toml"]));
+    let check = output_of(&mut jde(&["check", "no/such.toml"]));
     assert_eq!(check.status, Some(2));
     assert!(
         check
@@ -103,8 +106,8 @@ fn check_names_a_missing_application_and_the_nearest() {
 }
 
 #[test]
-fn an_option_is_checked_like_the_file() {
-    let check = said(&mut jde_with_plugins(&[
+fn check_reports_faults_in_options() {
+    let check = output_of(&mut jde_with_plugins(&[
         "check",
         &app("room.toml"),
         "--set",
@@ -115,7 +118,7 @@ fn an_option_is_checked_like_the_file() {
 }
 
 #[test]
-fn a_plugin_that_cannot_be_used_is_told_from_a_wrong_application() {
+fn an_unusable_plugin_has_another_exit_status_than_a_wrong_application() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("libbroken.so"), "no library").unwrap();
     let file = folder.path().join("app.toml");
@@ -124,18 +127,18 @@ fn a_plugin_that_cannot_be_used_is_told_from_a_wrong_application() {
         "name = \"x\"\nroots = [\"it\"]\n[schemas.it]\ntype = \"broken\"\n",
     )
     .unwrap();
-    let check = said(&mut jde(&["check", file.to_str().unwrap()]));
+    let check = output_of(&mut jde(&["check", file.to_str().unwrap()]));
     assert_eq!(check.status, Some(3), "{}", check.err);
     assert!(check.err.contains("no ELF header"), "{}", check.err);
 
-    let describe = said(&mut jde(&[
+    let describe = output_of(&mut jde(&[
         "describe",
         folder.path().join("libbroken.so").to_str().unwrap(),
     ]));
     assert_eq!(describe.status, Some(3));
     assert!(describe.err.starts_with("error: "), "{}", describe.err);
 
-    let plugins = said(&mut jde(&["plugins", file.to_str().unwrap()]));
+    let plugins = output_of(&mut jde(&["plugins", file.to_str().unwrap()]));
     assert_eq!(plugins.status, Some(0), "{}", plugins.err);
     assert!(
         plugins.out.contains("libbroken.so: it is not a shared library"),
@@ -145,8 +148,8 @@ fn a_plugin_that_cannot_be_used_is_told_from_a_wrong_application() {
 }
 
 #[test]
-fn describe_tells_ports_and_what_they_hold() {
-    let describe = said(&mut jde_with_plugins(&["describe", "stop"]));
+fn describe_shows_ports_with_their_types_and_limits() {
+    let describe = output_of(&mut jde_with_plugins(&["describe", "stop"]));
     assert_eq!(describe.status, Some(0), "{}", describe.err);
     for part in [
         "stop/stop  motor, every 200 ms",
@@ -156,13 +159,13 @@ fn describe_tells_ports_and_what_they_hold() {
     ] {
         assert!(describe.out.contains(part), "{part}: {}", describe.out);
     }
-    let by_type = said(&mut jde_with_plugins(&["describe", "sim/pioneer"]));
+    let by_type = output_of(&mut jde_with_plugins(&["describe", "sim/pioneer"]));
     assert!(by_type.out.contains("in force for 500 ms"), "{}", by_type.out);
 }
 
 #[test]
-fn describe_tells_tools_the_same() {
-    let about = json(&said(&mut jde_with_plugins(&["describe", "stop", "--json"])).out);
+fn describe_prints_ports_children_and_panels_as_json() {
+    let about = json(&output_of(&mut jde_with_plugins(&["describe", "stop", "--json"])).out);
     let schema = &about["schemas"][0];
     assert_eq!(
         (&about["name"], &schema["kind"], &schema["period_ns"]),
@@ -174,25 +177,25 @@ fn describe_tells_tools_the_same() {
         (&ahead["role"], &ahead["default"], &ahead["unit"]),
         (&"modulation".into(), &0.6.into(), &"m".into())
     );
-    let example = json(&said(&mut jde_with_plugins(&["describe", "example", "--json"])).out);
+    let example = json(&output_of(&mut jde_with_plugins(&["describe", "example", "--json"])).out);
     let children = example["schemas"][0]["children"].as_array().unwrap();
     assert_eq!(
         children.iter().filter(|child| child["group"] == "base").count(),
         3
     );
     assert_eq!(example["schemas"][0]["panel"], true);
-    let pair = json(&said(&mut jde_with_plugins(&["describe", "pair", "--json"])).out);
+    let pair = json(&output_of(&mut jde_with_plugins(&["describe", "pair", "--json"])).out);
     assert_eq!(pair["schemas"][0]["panel"], false);
-    let words = said(&mut jde_with_plugins(&["describe", "example"]));
-    assert!(words.out.contains("Draws a panel of its own."), "{}", words.out);
+    let text = output_of(&mut jde_with_plugins(&["describe", "example"]));
+    assert!(text.out.contains("Draws a panel of its own."), "{}", text.out);
 }
 
 #[test]
-fn describe_shows_the_fields_of_a_value_and_who_has_it() {
-    let describe = |name: &str| said(&mut jde_with_plugins(&["describe", name]));
+fn describe_shows_the_fields_of_a_value_type_and_the_ports_that_use_it() {
+    let describe = |name: &str| output_of(&mut jde_with_plugins(&["describe", name]));
     let scan = describe("sensor_msgs/msg/LaserScan");
     assert_eq!(scan.status, Some(0), "{}", scan.err);
-    for words in [
+    for part in [
         "header.stamp.sec",
         "float32[<=1088] m",
         "exports",
@@ -200,7 +203,7 @@ fn describe_shows_the_fields_of_a_value_and_who_has_it() {
         "imports",
         "stop/stop",
     ] {
-        assert!(scan.out.contains(words), "{words}: {}", scan.out);
+        assert!(scan.out.contains(part), "{part}: {}", scan.out);
     }
     assert_eq!(describe("LaserScan").out, scan.out);
     assert!(describe("Header").out.starts_with("std_msgs/msg/Header"));
@@ -216,7 +219,7 @@ fn describe_shows_the_fields_of_a_value_and_who_has_it() {
             unknown.err
         );
     }
-    let data = json(&said(&mut jde_with_plugins(&["describe", "Twist", "--json"])).out);
+    let data = json(&output_of(&mut jde_with_plugins(&["describe", "Twist", "--json"])).out);
     let ports = data["ports"].as_array().unwrap();
     let base = ports.iter().find(|port| port["schema"] == "stop/stop").unwrap();
     assert_eq!(
@@ -226,8 +229,8 @@ fn describe_shows_the_fields_of_a_value_and_who_has_it() {
 }
 
 #[test]
-fn describe_says_where_it_looked_for_a_plugin_that_is_not_there() {
-    let describe = said(&mut jde(&["describe", "nothing-like-it"]));
+fn describe_lists_the_searched_folders_for_a_missing_plugin() {
+    let describe = output_of(&mut jde(&["describe", "nothing-like-it"]));
     assert_eq!(describe.status, Some(3));
     assert!(
         describe.err.contains("JDE_PLUGIN_PATH") && describe.err.contains("beside the executable"),
@@ -237,42 +240,42 @@ fn describe_says_where_it_looked_for_a_plugin_that_is_not_there() {
 }
 
 #[test]
-fn plugins_are_listed_with_their_folders_in_the_order_of_the_search() {
-    let listing = json(&said(&mut jde_with_plugins(&["plugins", "--json"])).out);
+fn plugins_lists_the_folders_in_the_order_of_the_search() {
+    let listing = json(&output_of(&mut jde_with_plugins(&["plugins", "--json"])).out);
     let folders = listing["folders"].as_array().unwrap();
-    let because: Vec<_> = folders
+    let reasons: Vec<_> = folders
         .iter()
         .map(|folder| folder["because"].as_str().unwrap())
         .collect();
-    assert_eq!(because.first(), Some(&"JDE_PLUGIN_PATH"));
-    assert_eq!(because.last(), Some(&"installed"));
+    assert_eq!(reasons.first(), Some(&"JDE_PLUGIN_PATH"));
+    assert_eq!(reasons.last(), Some(&"installed"));
     let found = folders[0]["plugins"].as_array().unwrap();
     let sim = found
         .iter()
         .find(|plugin| plugin["name"] == "sim")
         .expect("the simulator is found");
     assert_eq!(sim["schemas"][0], "pioneer");
-    let words = said(&mut jde_with_plugins(&["plugins"]));
+    let text = output_of(&mut jde_with_plugins(&["plugins"]));
     assert!(
-        words.out.contains("(JDE_PLUGIN_PATH)") && words.out.contains("pioneer"),
+        text.out.contains("(JDE_PLUGIN_PATH)") && text.out.contains("pioneer"),
         "{}",
-        words.out
+        text.out
     );
 }
 
 #[test]
-fn check_says_which_file_is_not_there() {
+fn check_reports_a_missing_file_that_a_modulation_names() {
     let set = "pioneer.world=nowhere.toml";
-    let check = said(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
+    let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
     assert_eq!(check.status, Some(2), "{check:?}");
-    for words in [
+    for part in [
         "--set pioneer.world=nowhere.toml",
         "`world` of schema `pioneer` is",
         "there is no such file",
     ] {
-        assert!(check.err.contains(words), "`{words}` is not in: {}", check.err);
+        assert!(check.err.contains(part), "`{part}` is not in: {}", check.err);
     }
-    let check = said(&mut jde_with_plugins(&["check", &app("room.toml")]));
+    let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml")]));
     assert_eq!(check.status, Some(0), "{check:?}");
 
     let folder = tempfile::tempdir().unwrap();
@@ -280,12 +283,12 @@ fn check_says_which_file_is_not_there() {
     let text = fs::read_to_string(app("room.toml")).unwrap();
     fs::write(&file, text).unwrap();
     for verb in ["check", "run"] {
-        let told = said(&mut jde_with_plugins(&[verb, file.to_str().unwrap()]));
-        assert_eq!(told.status, Some(2), "{told:?}");
+        let output = output_of(&mut jde_with_plugins(&[verb, file.to_str().unwrap()]));
+        assert_eq!(output.status, Some(2), "{output:?}");
         assert!(
-            told.err.contains("app.toml:9:"),
-            "its world is not beside it: {}",
-            told.err
+            output.err.contains("app.toml:9:"),
+            "the world is missing: {}",
+            output.err
         );
     }
 }

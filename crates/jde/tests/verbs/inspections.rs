@@ -1,11 +1,11 @@
-//! Inspections before the start. Problems of modulations are reported with file and line. An inspection that
-//! fails is reported with its plugin, and does not keep the others from running. The plugins are built by cc.
+//! Inspections before the start. Problems of modulations are reported with file and line. A failed inspection is
+//! reported with its plugin, and the other inspections still run. The tests build the plugins with cc.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{Said, app, jde, jde_with_plugins, root, said};
+use crate::support::{RunOutput, app, jde, jde_with_plugins, output_of, root};
 
 /// Builds a plugin of one driver with a modulation `name` and an inspection with the code `body`.
 fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
@@ -37,21 +37,26 @@ fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
          JDE_PLUGIN(\"{name}\", \"1\", \"It.\", schemas);\n"
     );
     fs::write(&source, text).unwrap();
-    let done = Command::new("cc")
+    let compiled = Command::new("cc")
         .args(["-shared", "-fPIC", "-std=gnu11", "-I"])
         .arg(include)
         .arg("-o")
         .args([&file, &source])
         .output()
         .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        compiled.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiled.stderr)
+    );
 }
 
-fn today() -> std::path::PathBuf {
+/// Returns the folder of the current header.
+fn current_include() -> std::path::PathBuf {
     root().join("include")
 }
 
-/// Writes an application of a beat that always wins, and a driver of each of these plugins.
+/// Writes an application of a schema that always wins, and one driver of each plugin.
 fn application(folder: &Path, drivers: &[&str]) -> String {
     let mut text = String::from("roots = [\"root\"]\n[schemas.root]\ntype = \"beat\"\n");
     for driver in drivers {
@@ -63,8 +68,8 @@ fn application(folder: &Path, drivers: &[&str]) -> String {
     file.display().to_string()
 }
 
-fn in_folder(folder: &Path, args: &[&str]) -> Said {
-    said(jde(args).current_dir(folder).env("JDE_PLUGIN_PATH", folder))
+fn run_in(folder: &Path, args: &[&str]) -> RunOutput {
+    output_of(jde(args).current_dir(folder).env("JDE_PLUGIN_PATH", folder))
 }
 
 const WRONG: &str = "double line = *(const double *)jde_get(host, cx, 0u, sizeof(double), NULL);\n\
@@ -73,37 +78,37 @@ const UNAVAILABLE: &str =
     "jde_problem(problems, JDE_PROBLEM_UNAVAILABLE, 0u, \"line 4 is not there: plug it in\");";
 
 #[test]
-fn what_is_wrong_is_told_at_its_line_and_nothing_starts() {
+fn a_wrong_modulation_is_reported_with_its_line_and_nothing_starts() {
     let folder = tempfile::tempdir().unwrap();
-    plugin(folder.path(), "driver", &today(), WRONG);
+    plugin(folder.path(), "driver", &current_include(), WRONG);
     let app = application(folder.path(), &["driver"]);
-    for verb in [vec!["check", &app], vec!["run", &app, "--for", "1s"]] {
-        let told = in_folder(folder.path(), &verb);
-        assert_eq!(told.status, Some(2), "{told:?}");
+    for args in [vec!["check", &app], vec!["run", &app, "--for", "1s"]] {
+        let output = run_in(folder.path(), &args);
+        assert_eq!(output.status, Some(2), "{output:?}");
         for part in [
             "error: `line` of schema `driver`: there is no line 4: it can be 0 to 3",
             "app.toml:6:",
         ] {
-            assert!(told.err.contains(part), "`{part}` is not in: {}", told.err);
+            assert!(output.err.contains(part), "`{part}` is not in: {}", output.err);
         }
-        assert!(told.out.is_empty(), "{}", told.out);
+        assert!(output.out.is_empty(), "{}", output.out);
     }
-    let option = in_folder(folder.path(), &["check", &app, "--set", "driver.line=5"]);
+    let option = run_in(folder.path(), &["check", &app, "--set", "driver.line=5"]);
     assert!(
         option.err.contains("--set driver.line=5: `line` of schema"),
         "{}",
         option.err
     );
-    let other = in_folder(folder.path(), &["check", &app, "--set", "driver.line=3"]);
-    assert_eq!((other.status, &*other.err), (Some(0), ""));
+    let valid = run_in(folder.path(), &["check", &app, "--set", "driver.line=3"]);
+    assert_eq!((valid.status, &*valid.err), (Some(0), ""));
 }
 
 #[test]
-fn what_is_unavailable_is_a_fault_of_a_check_and_a_warning_of_a_run() {
+fn an_unavailable_device_is_an_error_of_check_and_a_warning_of_run() {
     let folder = tempfile::tempdir().unwrap();
-    plugin(folder.path(), "driver", &today(), UNAVAILABLE);
+    plugin(folder.path(), "driver", &current_include(), UNAVAILABLE);
     let app = application(folder.path(), &["driver"]);
-    let check = in_folder(folder.path(), &["check", &app]);
+    let check = run_in(folder.path(), &["check", &app]);
     assert_eq!(check.status, Some(2), "{check:?}");
     assert!(
         check
@@ -113,10 +118,10 @@ fn what_is_unavailable_is_a_fault_of_a_check_and_a_warning_of_a_run() {
     );
     assert!(
         check.out.contains("contracts"),
-        "what would run is shown: {}",
+        "the contracts are shown too: {}",
         check.out
     );
-    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    let run = run_in(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
     assert_eq!(run.status, Some(0), "{run:?}");
     assert!(
         run.err
@@ -126,10 +131,10 @@ fn what_is_unavailable_is_a_fault_of_a_check_and_a_warning_of_a_run() {
 }
 
 #[test]
-fn an_inspection_that_fails_names_its_plugin_and_the_others_go_on() {
+fn a_failed_inspection_is_reported_with_its_plugin_and_the_others_run() {
     let folder = tempfile::tempdir().unwrap();
     let bodies = [
-        ("falls", "*(volatile int *)8 = 1;", "SIGSEGV"),
+        ("crashes", "*(volatile int *)8 = 1;", "SIGSEGV"),
         ("hangs", "for (;;) usleep(1000);", "did not end within 5 s"),
         (
             "logs",
@@ -137,20 +142,16 @@ fn an_inspection_that_fails_names_its_plugin_and_the_others_go_on() {
             "did not end within 5 s",
         ),
         (
-            "strange",
+            "unknown_kind",
             "jde_problem(problems, 7u, 0u, \"what\");",
             "unknown kind 7",
         ),
         (
-            "lost",
+            "unknown_modulation",
             "jde_problem(problems, JDE_PROBLEM_WRONG, 1u, \"what\");",
             "modulation 1",
         ),
-        (
-            "fails",
-            "return jde_failed(host, cx, \"it is tired\");",
-            "it is tired",
-        ),
+        ("fails", "return jde_failed(host, cx, \"no power\");", "no power"),
         ("exits", "exit(0);", "exited by itself"),
         (
             "garbles",
@@ -159,39 +160,46 @@ fn an_inspection_that_fails_names_its_plugin_and_the_others_go_on() {
         ),
     ];
     for (name, body, _) in bodies {
-        plugin(folder.path(), name, &today(), body);
+        plugin(folder.path(), name, &current_include(), body);
     }
-    plugin(folder.path(), "z_last", &today(), WRONG);
+    plugin(folder.path(), "z_last", &current_include(), WRONG);
     let mut names: Vec<_> = bodies.iter().map(|(name, _, _)| *name).collect();
     names.push("z_last");
     let app = application(folder.path(), &names);
-    let told = in_folder(folder.path(), &["check", &app]);
-    assert_eq!(told.status, Some(2), "{told:?}");
-    for (name, _, words) in bodies {
-        let line = told
+    let output = run_in(folder.path(), &["check", &app]);
+    assert_eq!(output.status, Some(2), "{output:?}");
+    for (name, _, reason) in bodies {
+        let line = output
             .err
             .lines()
             .find(|line| line.contains(&format!("the plugin `{name}` cannot inspect it")));
-        let line = line.unwrap_or_else(|| panic!("nothing of {name} in: {}", told.err));
-        assert!(line.contains(words), "`{words}` is not in: {line}");
+        let line = line.unwrap_or_else(|| panic!("{name} is not in: {}", output.err));
+        assert!(line.contains(reason), "`{reason}` is not in: {line}");
     }
     assert!(
-        told.err.contains("`line` of schema `z_last`: there is no line 4"),
+        output
+            .err
+            .contains("`line` of schema `z_last`: there is no line 4"),
         "{}",
-        told.err
+        output.err
     );
 }
 
 #[test]
-fn a_run_goes_on_where_only_the_inspection_fails() {
+fn a_failed_inspection_does_not_stop_a_run() {
     let folder = tempfile::tempdir().unwrap();
-    plugin(folder.path(), "falls", &today(), "*(volatile int *)8 = 1;");
-    let app = application(folder.path(), &["falls"]);
-    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    plugin(
+        folder.path(),
+        "crashes",
+        &current_include(),
+        "*(volatile int *)8 = 1;",
+    );
+    let app = application(folder.path(), &["crashes"]);
+    let run = run_in(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
     assert_eq!(run.status, Some(0), "{run:?}");
     assert!(
         run.err
-            .contains("warning: schema `falls`: the plugin `falls` cannot inspect it"),
+            .contains("warning: schema `crashes`: the plugin `crashes` cannot inspect it"),
         "{run:?}"
     );
 }
@@ -207,11 +215,11 @@ fn an_inspection_writes_no_file_and_no_variable() {
          if (file >= 0) return jde_failed(host, cx, \"it may open files\");",
         mark.display().to_string()
     );
-    plugin(folder.path(), "driver", &today(), &body);
+    plugin(folder.path(), "driver", &current_include(), &body);
     let app = application(folder.path(), &["driver"]);
-    let told = in_folder(folder.path(), &["check", &app]);
+    let output = run_in(folder.path(), &["check", &app]);
     assert_eq!(
-        (told.status, &*told.err),
+        (output.status, &*output.err),
         (Some(0), ""),
         "the kernel has landlock since Linux 5.13"
     );
@@ -219,7 +227,7 @@ fn an_inspection_writes_no_file_and_no_variable() {
 }
 
 #[test]
-fn plugins_without_the_ability_are_checked_as_ever() {
+fn a_plugin_without_the_inspect_ability_is_checked_and_runs() {
     let folder = tempfile::tempdir().unwrap();
     plugin(
         folder.path(),
@@ -228,27 +236,27 @@ fn plugins_without_the_ability_are_checked_as_ever() {
         WRONG,
     );
     let app = application(folder.path(), &["old"]);
-    let check = in_folder(folder.path(), &["check", &app]);
+    let check = run_in(folder.path(), &["check", &app]);
     assert_eq!((check.status, &*check.err), (Some(0), ""));
-    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    let run = run_in(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
     assert_eq!((run.status, &*run.err), (Some(0), ""));
 }
 
 #[test]
-fn a_robot_that_is_not_in_the_world_is_told_before_anything_starts() {
+fn a_robot_that_is_not_in_the_world_is_reported_before_the_start() {
     for verb in ["check", "run"] {
-        let told = said(&mut jde_with_plugins(&[
+        let output = output_of(&mut jde_with_plugins(&[
             verb,
             &app("room.toml"),
             "--set",
             "pioneer.robot=pionear",
         ]));
-        assert_eq!(told.status, Some(2), "{told:?}");
+        assert_eq!(output.status, Some(2), "{output:?}");
         for part in [
             "--set pioneer.robot=pionear: `robot` of schema `pioneer`: ",
             "pioneer`",
         ] {
-            assert!(told.err.contains(part), "`{part}` is not in: {}", told.err);
+            assert!(output.err.contains(part), "`{part}` is not in: {}", output.err);
         }
     }
 }

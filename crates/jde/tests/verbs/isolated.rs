@@ -1,5 +1,5 @@
-//! A schema in a process of its own, requested by one word in the application's file: shown, killed,
-//! restarted and reloaded.
+//! A schema with `isolate` in the application's file runs in a process of its own, is restarted when that is
+//! killed, and can be reloaded.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::attached::{Place, schema};
-use crate::reloading::{Shelf, version};
-use crate::support::{jde_with_plugins, root, said};
+use crate::attached::{Sandbox, schema};
+use crate::reloading::{PluginFolder, version};
+use crate::support::{jde_with_plugins, output_of, root};
 
-/// Writes an application: the robot in the office, with the avoiding schema in a process of its own.
+/// Writes the application of the demonstration with `vff` in a process of its own.
 fn application(folder: &Path) -> PathBuf {
-    let app = fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("it is there");
+    let app = fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("the application exists");
     let world = format!("{}/worlds/", root().display());
     let isolated = app.replace("../worlds/", &world).replace(
         "[schemas.vff]\n",
@@ -21,51 +21,58 @@ fn application(folder: &Path) -> PathBuf {
     );
     assert_eq!(isolated.matches("isolate").count(), 1);
     let file = folder.join("app.toml");
-    fs::write(&file, isolated).expect("it is written");
+    fs::write(&file, isolated).expect("the folder is writable");
     file
 }
 
-fn process(now: &Value) -> Option<u64> {
-    schema(now, "vff")["process"].as_u64()
+/// Returns the process id of `vff`.
+fn process(snapshot: &Value) -> Option<u64> {
+    schema(snapshot, "vff")["process"].as_u64()
 }
 
 #[test]
-fn what_a_process_may_use_is_shown_before_anything_runs() {
+fn check_shows_the_limits_of_an_isolated_process() {
     let folder = tempfile::tempdir().expect("a folder");
     let app = application(folder.path());
-    let checked = said(jde_with_plugins(&["check"]).arg(app));
+    let checked = output_of(jde_with_plugins(&["check"]).arg(app));
     assert_eq!(checked.status, Some(0), "{checked:?}");
-    let words = "in a process of its own: at most 1000.0 MB of memory, no network";
-    assert!(checked.out.contains(words), "{checked:?}");
+    let limits = "in a process of its own: at most 1000.0 MB of memory, no network";
+    assert!(checked.out.contains(limits), "{checked:?}");
 }
 
 #[test]
-fn a_process_that_is_killed_is_missed_replaced_and_reloaded_while_the_robot_drives() {
-    let (place, shelf) = (Place::new(), Shelf::new());
-    let _robot = shelf.start(&place, &application(place.folder()), &[]);
-    let first = process(&place.until(&["ps"], |now| process(now).is_some()));
-    let number = first.expect("it has one").to_string();
-    let command = fs::read_to_string(format!("/proc/{number}/comm")).expect("it lives");
-    assert_eq!(command.trim(), "vff", "it is known by the schema's name");
+fn a_killed_process_is_restarted_and_reloaded_while_the_robot_drives() {
+    let (sandbox, plugin_folder) = (Sandbox::new(), PluginFolder::new());
+    let _robot = plugin_folder.start(&sandbox, &application(sandbox.folder()), &[]);
+    let first = process(&sandbox.until(&["ps"], |now| process(now).is_some()));
+    let number = first.expect("vff has a process").to_string();
+    let command = fs::read_to_string(format!("/proc/{number}/comm")).expect("the process runs");
+    assert_eq!(command.trim(), "vff", "the process has the schema's name");
 
     let killed = Command::new("kill").args(["-9", &number]).status();
-    assert!(killed.expect("there is a kill").success());
-    let is_back = |now: &Value| process(now).is_some_and(|process| Some(process) != first);
-    let back = place.until(&["ps"], is_back);
-    assert_eq!(schema(&back, "vff")["faults"], 1);
+    assert!(killed.expect("kill is installed").success());
+    let is_restarted = |now: &Value| process(now).is_some_and(|process| Some(process) != first);
+    let restarted = sandbox.until(&["ps"], is_restarted);
+    assert_eq!(schema(&restarted, "vff")["faults"], 1);
     assert!(
         !Path::new(&format!("/proc/{number}")).exists(),
-        "nobody waits to be buried"
+        "the killed process was waited for"
     );
 
-    shelf.write(&shelf.build("9.8.7"));
-    let told = place.told(&["reload", "vff"]);
-    assert!(told.contains("reloaded vff to 9.8.7"), "{told}");
-    let now = place.until(&["ps"], |now| version(now) == Some("9.8.7"));
-    assert_ne!(process(&now), process(&back), "another build, another process");
-    let steady = |name: &str| schema(&now, name)["faults"] == 0;
+    plugin_folder.write(&plugin_folder.build("9.8.7"));
+    let output = sandbox.run_ok(&["reload", "vff"]);
+    assert!(output.contains("reloaded vff to 9.8.7"), "{output}");
+    let now = sandbox.until(&["ps"], |now| version(now) == Some("9.8.7"));
+    assert_ne!(
+        process(&now),
+        process(&restarted),
+        "a new build runs in a new process"
+    );
+    let has_no_faults = |name: &str| schema(&now, name)["faults"] == 0;
     assert!(
-        ["example", "goon", "stop", "pioneer"].into_iter().all(steady),
+        ["example", "goon", "stop", "pioneer"]
+            .into_iter()
+            .all(has_no_faults),
         "{now}"
     );
 }

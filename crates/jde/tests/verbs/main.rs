@@ -12,6 +12,7 @@ mod naming;
 mod new;
 mod panels;
 mod playing;
+mod plot_and_report;
 mod recording;
 mod reloading;
 mod replaying;
@@ -21,7 +22,6 @@ mod serving;
 mod splitting;
 mod stopping;
 mod support;
-mod telling;
 mod unread;
 mod usage;
 #[cfg(feature = "view")]

@@ -1,4 +1,5 @@
-//! The names of applications, the times for which data is known, and recordings from outside: real processes.
+//! Names of applications and of imports from other applications, the time range of selections, and recordings by
+//! another process.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -10,75 +11,76 @@ use jde_log::{Options, Origin, Recorder};
 use jde_records::{Decision, EventRecord, RunRecord};
 use serde_json::Value;
 
-use crate::attached::{Place, navigation, schema};
-use crate::support::{Said, jde, jde_with_plugins, pair, said};
+use crate::attached::{Sandbox, navigation, schema};
+use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair};
 
 /// Writes an application whose listener imports from the talker of `robot3`.
-fn importer(place: &Place) -> String {
-    let file = place.folder().join("importer.toml");
+fn importer(sandbox: &Sandbox) -> String {
+    let file = sandbox.folder().join("importer.toml");
     let text = "name = \"importer\"\nroots = [\"listener\"]\n\n[schemas.listener]\ntype = \"pair/listener\"\n\
                 imports = { count = \"robot3:talker.count\" }\n";
     fs::write(&file, text).unwrap();
     file.display().to_string()
 }
 
-fn refused(place: &Place, args: &[&str]) -> Said {
-    let said = place.says(args);
-    assert_eq!(said.status, Some(2), "jde {args:?}: {said:?}");
-    said
+fn refused(sandbox: &Sandbox, args: &[&str]) -> RunOutput {
+    let output = sandbox.run(args);
+    assert_eq!(output.status, Some(2), "jde {args:?}: {output:?}");
+    output
 }
 
 #[test]
-fn what_is_imported_is_found_by_its_name_before_the_application_it_comes_from() {
-    let place = Place::new();
-    let _importer = place.start(&importer(&place), &[]);
-    let get = |args: &[&str]| place.json(&[&["get"], args].concat())["application"].clone();
+fn get_finds_an_imported_variable_in_the_importer_while_its_source_does_not_run() {
+    let sandbox = Sandbox::new();
+    let _importer = sandbox.start(&importer(&sandbox), &[]);
+    let get = |args: &[&str]| sandbox.json(&[&["get"], args].concat())["application"].clone();
     assert_eq!(
         get(&["robot3:talker.count"]),
         "importer",
-        "the only one that runs"
+        "only one application runs"
     );
-    let slip = refused(&place, &["get", "robot3:talker.cuont"]);
+    let misspelled = refused(&sandbox, &["get", "robot3:talker.cuont"]);
     assert!(
-        slip.err.contains("did you mean `robot3:talker.count`?"),
-        "{slip:?}"
+        misspelled.err.contains("did you mean `robot3:talker.count`?"),
+        "{misspelled:?}"
     );
-    let _robot = place.start(&pair(), &["--name", "robot3"]);
+    let _robot = sandbox.start(&pair(), &["--name", "robot3"]);
     assert_eq!(get(&["robot3:talker.count", "--app", "importer"]), "importer");
-    assert_eq!(get(&["robot3:talker.count"]), "robot3", "none of two is meant");
+    assert_eq!(get(&["robot3:talker.count"]), "robot3", "the source has priority");
     assert_eq!(get(&["robot3:talker.period", "--app", "importer"]), "robot3");
-    let listed = place.told(&["vars", "robot3:*", "--app", "importer"]);
+    let listed = sandbox.run_ok(&["vars", "robot3:*", "--app", "importer"]);
     assert!(listed.contains("robot3:talker.count"), "{listed}");
     assert!(!listed.contains("listener"), "{listed}");
 }
 
 #[test]
-fn an_application_is_not_called_as_the_one_it_imports_from() {
-    let place = Place::new();
-    let file = importer(&place);
+fn an_application_cannot_have_the_name_of_one_that_it_imports_from() {
+    let sandbox = Sandbox::new();
+    let file = importer(&sandbox);
     let run = ["run", &file, "--plain", "--for", "300ms"];
-    let called = said(&mut place.command(jde_with_plugins(&[&run[..], &["--name", "robot3"]].concat())));
-    assert_eq!(called.status, Some(2), "{called:?}");
+    let renamed =
+        output_of(&mut sandbox.command(jde_with_plugins(&[&run[..], &["--name", "robot3"]].concat())));
+    assert_eq!(renamed.status, Some(2), "{renamed:?}");
     assert!(
-        called
+        renamed
             .err
             .contains("imports from another application called `robot3`"),
-        "{called:?}"
+        "{renamed:?}"
     );
     // Conditions may also name an import.
-    let recording = place.folder().join("heard.mcap");
+    let recording = sandbox.folder().join("import.mcap");
     let recording = recording.to_str().unwrap();
-    let more = ["--record", recording, "--when", "robot3:talker.count > 3u"];
-    let recorded = said(&mut place.command(jde_with_plugins(&[&run[..], &more].concat())));
+    let options = ["--record", recording, "--when", "robot3:talker.count > 3u"];
+    let recorded = output_of(&mut sandbox.command(jde_with_plugins(&[&run[..], &options].concat())));
     assert_eq!(recorded.status, Some(0), "{recorded:?}");
 }
 
 #[test]
-fn a_verb_for_one_application_takes_no_two() {
-    let place = Place::new();
-    let _first = place.start(&pair(), &["--name", "a"]);
-    let _second = place.start(&pair(), &["--name", "b"]);
-    let file = place.folder().join("both.mcap");
+fn a_verb_for_one_application_refuses_two() {
+    let sandbox = Sandbox::new();
+    let _first = sandbox.start(&pair(), &["--name", "a"]);
+    let _second = sandbox.start(&pair(), &["--name", "b"]);
+    let file = sandbox.folder().join("both.mcap");
     let file = file.to_str().unwrap();
     for args in [
         &["record", file, "a:talker.*", "b:talker.*"][..],
@@ -87,39 +89,40 @@ fn a_verb_for_one_application_takes_no_two() {
         &["ps", "a", "--app", "b"],
         &["why", "a:listener", "from", "b:talker"],
     ] {
-        let said = refused(&place, args);
-        assert!(said.err.contains("application"), "{args:?}: {said:?}");
+        let output = refused(&sandbox, args);
+        assert!(output.err.contains("application"), "{args:?}: {output:?}");
     }
     assert!(!PathBuf::from(file).exists());
-    place.told(&["events", "a", "--app", "a", "--once"]);
+    sandbox.run_ok(&["events", "a", "--app", "a", "--once"]);
 }
 
 #[test]
-fn of_times_that_are_not_known_nothing_is_told() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    place.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
+fn why_refuses_a_time_after_the_end_of_the_data() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    sandbox.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
     for question in [&["why", "at", "99999s"][..], &["why", "goon", "at", "99999s"]] {
-        let said = place.says(question);
-        assert_eq!(said.status, Some(1), "{said:?}");
+        let output = sandbox.run(question);
+        assert_eq!(output.status, Some(1), "{output:?}");
         assert!(
-            said.err
+            output
+                .err
                 .contains("99999 s lies beyond what is known, which ends at"),
-            "{said:?}"
+            "{output:?}"
         );
     }
-    let file = place.folder().join("drive.mcap");
+    let file = sandbox.folder().join("drive.mcap");
     let file = file.to_str().unwrap();
-    place.told(&["record", file, "goon.*", "--for", "200ms"]);
-    let said = place.says(&["why", "at", "99999s", "--in", file]);
-    assert_eq!(said.status, Some(1), "{said:?}");
-    assert!(said.err.contains("lies beyond what is known"), "{said:?}");
+    sandbox.run_ok(&["record", file, "goon.*", "--for", "200ms"]);
+    let output = sandbox.run(&["why", "at", "99999s", "--in", file]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert!(output.err.contains("lies beyond what is known"), "{output:?}");
 }
 
 #[test]
-fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection() {
-    let place = Place::new();
-    let file = place.folder().join("quiet.mcap");
+fn the_time_range_of_a_recording_begins_at_its_first_message() {
+    let sandbox = Sandbox::new();
+    let file = sandbox.folder().join("quiet.mcap");
     let options = Options {
         origin: Origin {
             application: "quiet".to_owned(),
@@ -132,7 +135,7 @@ fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection()
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(&file, options).unwrap();
     recorder.push_record(RunRecord::Event(EventRecord {
@@ -158,20 +161,20 @@ fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection()
         takeover_us: None,
     }));
     recorder.finish();
-    for (time, answer) in [
+    for (time, error) in [
         ("0.2s", "0.2 s lies before what is known, which begins at 1.00 s"),
         ("3s", "no takeover like that was made"),
     ] {
-        let said = place.says(&["why", "at", time, "--in", file.to_str().unwrap()]);
-        assert_eq!(said.status, Some(1), "{said:?}");
-        assert!(said.err.contains(answer), "{said:?}");
+        let output = sandbox.run(&["why", "at", time, "--in", file.to_str().unwrap()]);
+        assert_eq!(output.status, Some(1), "{output:?}");
+        assert!(output.err.contains(error), "{output:?}");
     }
 }
 
 #[test]
-fn periods_have_one_range_wherever_they_are_given() {
-    let place = Place::new();
-    let _robot = place.start(&pair(), &[]);
+fn every_verb_checks_periods_against_the_same_range() {
+    let sandbox = Sandbox::new();
+    let _robot = sandbox.start(&pair(), &[]);
     for args in [
         &["period", "talker", "8766h"][..],
         &["period", "talker", "99us"],
@@ -179,58 +182,64 @@ fn periods_have_one_range_wherever_they_are_given() {
         &["set", "talker.period=31557600"],
         &["check", "pair", "--set", "talker.period=31557600s"],
     ] {
-        let said = said(&mut place.command(jde_with_plugins(args)));
-        assert_eq!(said.status, Some(2), "{args:?}: {said:?}");
-        assert!(said.err.contains("from 100 us to a day"), "{args:?}: {said:?}");
+        let output = output_of(&mut sandbox.command(jde_with_plugins(args)));
+        assert_eq!(output.status, Some(2), "{args:?}: {output:?}");
+        assert!(
+            output.err.contains("from 100 us to a day"),
+            "{args:?}: {output:?}"
+        );
     }
-    place.told(&["set", "talker.period", "0.05"]);
-    assert_eq!(place.json(&["get", "talker.period"])["value"], 0.05);
+    sandbox.run_ok(&["set", "talker.period", "0.05"]);
+    assert_eq!(sandbox.json(&["get", "talker.period"])["value"], 0.05);
 }
 
-fn recorded(file: &str) -> Value {
-    let info = said(&mut jde(&["info", file, "--json"]));
+/// Returns the JSON of `jde info`.
+fn info(file: &str) -> Value {
+    let info = output_of(&mut jde(&["info", file, "--json"]));
     assert_eq!(info.status, Some(0), "{info:?}");
     serde_json::from_str(&info.out).unwrap()
 }
 
 #[test]
-fn a_recording_from_outside_begins_when_it_began() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    place.until(&["ps"], |now| now["time"].as_u64() > Some(1_500_000_000));
-    let file = place.folder().join("late.mcap");
+fn a_recording_by_another_process_begins_after_the_start_of_the_application() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    sandbox.until(&["ps"], |now| now["time"].as_u64() > Some(1_500_000_000));
+    let file = sandbox.folder().join("late.mcap");
     let file = file.to_str().unwrap();
-    place.told(&["record", file, "pioneer.*", "--for", "500ms"]);
-    let info = recorded(file);
+    sandbox.run_ok(&["record", file, "pioneer.*", "--for", "500ms"]);
+    let info = self::info(file);
     let at = |key: &str| info[key].as_u64().unwrap();
-    let late = at("first_ns") - at("application_start_ns");
-    assert!(late >= 1_500_000_000, "it begins {late} ns after the start");
-    let words = place.told(&["info", file]);
-    assert!(words.contains(" s after its start"), "{words}");
-    // Playback begins at the recording's beginning, not at the application's start, which it does not
-    // contain.
-    let playing = place.replay(file.as_ref(), &["--paused", "--name", "later"]);
-    let position = place.json(&["get", "replay.position", "--app", "later"]);
+    let delay = at("first_ns") - at("application_start_ns");
+    assert!(
+        delay >= 1_500_000_000,
+        "the recording begins {delay} ns after the start"
+    );
+    let text = sandbox.run_ok(&["info", file]);
+    assert!(text.contains(" s after its start"), "{text}");
+    // Playback begins with the recording, not at the start of the application, which is not recorded.
+    let playing = sandbox.replay(file.as_ref(), &["--paused", "--name", "later"]);
+    let position = sandbox.json(&["get", "replay.position", "--app", "later"]);
     assert!(position["value"].as_f64() >= Some(1.5), "{position}");
-    let start = place.says(&["set", "replay.position", "0", "--app", "later"]);
+    let start = sandbox.run(&["set", "replay.position", "0", "--app", "later"]);
     assert!(start.err.contains("` takes "), "{start:?}");
     drop(playing);
     // The recording contains earlier selections too, with their times.
-    let why = place.told(&["why", "goon", "--in", file]);
+    let why = sandbox.run_ok(&["why", "goon", "--in", file]);
     assert!(why.contains("example/base at "), "{why}");
 }
 
 #[test]
-fn r14_a_recording_from_outside_waits_for_its_moment() {
-    let place = Place::new();
-    let _robot = navigation(&place);
-    let file = place.folder().join("drive.mcap");
+fn r14_a_recording_by_another_process_starts_when_a_condition_becomes_true() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    let file = sandbox.folder().join("drive.mcap");
     let name = file.to_str().expect("UTF-8");
-    let wrong = refused(&place, &["record", name, "--when", "goon.fst > 0.1"]);
+    let wrong = refused(&sandbox, &["record", name, "--when", "goon.fst > 0.1"]);
     assert!(wrong.err.contains("goon.fast"), "{wrong:?}");
-    // An action before the recording is not a moment to record.
-    place.told(&["set", "goon.fast", "0.35"]);
-    let mut record = place.command(jde(&["record"]));
+    // An action before the recording does not trigger it.
+    sandbox.run_ok(&["set", "goon.fast", "0.35"]);
+    let mut record = sandbox.command(jde(&["record"]));
     record
         .arg(&file)
         .args(["pioneer.laser", "--when", "operator", "--after", "100ms"]);
@@ -240,15 +249,15 @@ fn r14_a_recording_from_outside_waits_for_its_moment() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut words = BufReader::new(recording.stderr.take().unwrap());
+    let mut errors = BufReader::new(recording.stderr.take().unwrap());
     let mut line = String::new();
-    words.read_line(&mut line).unwrap();
+    errors.read_line(&mut line).unwrap();
     assert!(line.contains("when a condition comes true"), "{line}");
-    place.told(&["set", "goon.fast", "0.25"]);
-    let first = place.folder().join("drive-001.mcap");
-    let whole = || first.exists() && recorded(first.to_str().unwrap())["damage"].is_null();
-    while !whole() {
-        assert!(recording.try_wait().unwrap().is_none(), "it goes on");
+    sandbox.run_ok(&["set", "goon.fast", "0.25"]);
+    let first = sandbox.folder().join("drive-001.mcap");
+    let is_complete = || first.exists() && info(first.to_str().unwrap())["damage"].is_null();
+    while !is_complete() {
+        assert!(recording.try_wait().unwrap().is_none(), "the recording continues");
     }
     let interrupt = Command::new("kill")
         .args(["-INT", &recording.id().to_string()])
@@ -261,7 +270,7 @@ fn r14_a_recording_from_outside_waits_for_its_moment() {
         out.contains("drive-001.mcap") && out.contains(" and 1 more"),
         "{out}"
     );
-    let info = recorded(first.to_str().unwrap());
+    let info = self::info(first.to_str().unwrap());
     let reasons = info["triggers"].as_array().unwrap().iter();
     let mut reasons: Vec<_> = reasons
         .map(|cause| cause["condition"].as_str().unwrap())

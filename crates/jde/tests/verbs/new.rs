@@ -1,4 +1,5 @@
-//! The projects that `jde new` writes build without a warning, pass their own tests and run, outside this workspace.
+//! The projects that `jde new` writes build without warnings, pass their own tests and run, outside this
+//! workspace.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -9,9 +10,9 @@ use std::sync::OnceLock;
 
 use jde_watchdog::Watchdog;
 
-use crate::support::{Said, jde, jde_with_plugins, json, root, said};
+use crate::support::{RunOutput, jde, jde_with_plugins, json, output_of, root};
 
-/// A new project.
+/// A project that `jde new` wrote.
 struct Project {
     folder: PathBuf,
     /// What `jde new` printed.
@@ -19,7 +20,7 @@ struct Project {
 }
 
 impl Project {
-    /// Makes the project. All projects share their builds of the SDK, which later runs of the tests use again.
+    /// Creates the project. All projects share their builds of the SDK, which later runs of the tests use again.
     /// So each project has the same path in every run: cargo would keep a build for every path.
     fn new(kind: &[&str], name: &str) -> Self {
         static LOCK: OnceLock<File> = OnceLock::new();
@@ -37,16 +38,16 @@ impl Project {
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&parent).unwrap();
         let path = parent.to_str().unwrap();
-        let made = said(&mut jde(&[&["new"], kind, &[name, "--path", path]].concat()));
-        assert_eq!(made.status, Some(0), "{}", made.err);
+        let created = output_of(&mut jde(&[&["new"], kind, &[name, "--path", path]].concat()));
+        assert_eq!(created.status, Some(0), "{}", created.err);
         symlink(target, folder.join("target")).unwrap();
         Self {
             folder,
-            printed: made.out,
+            printed: created.out,
         }
     }
 
-    /// Builds and tests it.
+    /// Builds and tests the project.
     fn build(&self) {
         for verb in ["build", "test"] {
             let (success, err) = self.cargo(verb);
@@ -54,7 +55,7 @@ impl Project {
         }
     }
 
-    /// Returns whether cargo succeeds, and what it prints.
+    /// Returns whether cargo succeeds, and its standard error.
     fn cargo(&self, verb: &str) -> (bool, String) {
         let output = Command::new(env!("CARGO"))
             .args([verb, "--offline"])
@@ -66,7 +67,7 @@ impl Project {
         (output.status.success(), err)
     }
 
-    /// Replaces the first of some words in a file.
+    /// Replaces the first occurrence of `from` in a file.
     fn replace(&self, file: &str, from: &str, to: &str) {
         let path = self.folder.join(file);
         let old = std::fs::read_to_string(&path).unwrap();
@@ -74,10 +75,10 @@ impl Project {
         std::fs::write(path, old.replacen(from, to, 1)).unwrap();
     }
 
-    /// Runs its application in lockstep.
-    fn run(&self, args: &[&str]) -> Said {
+    /// Runs the application of the project in lockstep.
+    fn run(&self, args: &[&str]) -> RunOutput {
         let args = [&["run", "app.toml", "--lockstep"], args].concat();
-        let run = said(jde_with_plugins(&args).current_dir(&self.folder));
+        let run = output_of(jde_with_plugins(&args).current_dir(&self.folder));
         assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
         run
     }
@@ -96,12 +97,12 @@ fn a_new_schema_builds_passes_its_test_and_drives() {
     let clearance = summary["min_clearance_m"].as_f64().unwrap();
     assert!(
         summary["collisions"] == 0 && clearance < 0.6,
-        "it came near the wall and not to it: {summary}"
+        "the robot follows the wall without touching it: {summary}"
     );
 }
 
 #[test]
-fn a_mistake_that_a_macro_finds_is_the_only_error() {
+fn an_error_of_a_macro_is_the_only_error_of_a_build() {
     let project = Project::new(&["schema"], "mistaken");
     let values = [
         ("Value", "struct Door { width: f64 }", "add `#[repr(C)]`"),
@@ -109,9 +110,9 @@ fn a_mistake_that_a_macro_finds_is_the_only_error() {
     ];
     for (derive, item, error) in values {
         let path = project.folder.join("src/lib.rs");
-        let code = std::fs::read_to_string(&path).unwrap();
-        let used = format!("#[derive(Clone, Copy, {derive})]\npub {item}\n/// Drives");
-        project.replace("src/lib.rs", "/// Drives", &used);
+        let original = std::fs::read_to_string(&path).unwrap();
+        let code = format!("#[derive(Clone, Copy, {derive})]\npub {item}\n/// Drives");
+        project.replace("src/lib.rs", "/// Drives", &code);
         let name = item.split(' ').nth(1).unwrap();
         let field = match derive {
             "Value" => format!("#[import]\n    more: Import<{name}>,\n    #[actuator]"),
@@ -121,7 +122,7 @@ fn a_mistake_that_a_macro_finds_is_the_only_error() {
         };
         project.replace("src/lib.rs", "#[actuator]", &field);
         check_only_error(&project, error);
-        std::fs::write(path, code).unwrap();
+        std::fs::write(path, original).unwrap();
     }
     project.replace("src/lib.rs", "#[import(trigger)]", "#[import(triger)]");
     check_only_error(&project, "expected one of trigger, optional");
@@ -134,7 +135,7 @@ fn check_only_error(project: &Project, error: &str) {
 }
 
 #[test]
-fn the_first_schema_of_the_readme_wins_at_once_and_backs_away() {
+fn the_first_schema_of_the_readme_builds_and_alternates_with_ahead() {
     let project = Project::new(&["schema"], "shy");
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
     let block = readme.split("```rust\n").nth(1).unwrap();
@@ -159,12 +160,12 @@ fn a_new_perceptive_schema_builds_passes_its_test_and_is_used() {
 }
 
 #[test]
-fn a_new_father_builds_passes_its_test_and_leads_its_children() {
+fn a_new_father_builds_passes_its_test_and_drives_to_its_targets() {
     let project = Project::new(&["schema", "--father"], "patrol");
     project.build();
     let run = project.run(&["--for", "60s", "--log", "patrol=info", "--json"]);
-    for words in ["nobody -> goon", "is at 4.50, 1.50", "is at 1.50, 1.50"] {
-        assert!(run.err.contains(words), "{}", run.err);
+    for part in ["nobody -> goon", "is at 4.50, 1.50", "is at 1.50, 1.50"] {
+        assert!(run.err.contains(part), "{}", run.err);
     }
     assert_eq!(json(&run.out)["collisions"], 0);
 }
@@ -184,7 +185,7 @@ fn a_new_driver_of_a_device_builds_passes_its_test_and_reads_the_emulator() {
     let project = Project::new(&["driver", "--device"], "outdoor-thermometer");
     project.build();
     let _watchdog = Watchdog::for_test();
-    // It ends when its input does.
+    // The emulator ends when its standard input is closed.
     let mut emulator = Command::new(project.folder.join("target/debug/examples/emulator"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -206,16 +207,16 @@ fn a_new_driver_of_a_device_builds_passes_its_test_and_reads_the_emulator() {
     emulator.wait().unwrap();
 }
 
-/// Reads until a line has these words, and returns it.
-fn line_with(words: &str, from: impl Read) -> String {
+/// Reads until a line contains `part`, and returns the line.
+fn line_with(part: &str, from: impl Read) -> String {
     let mut lines = BufReader::new(from).lines().map(Result::unwrap);
     lines
-        .find(|line| line.contains(words))
-        .unwrap_or_else(|| panic!("no line has `{words}`"))
+        .find(|line| line.contains(part))
+        .unwrap_or_else(|| panic!("no line contains `{part}`"))
 }
 
 #[test]
-fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
+fn a_plugin_exports_a_value_type_of_a_new_types_crate() {
     let types = Project::new(&["types"], "doors-seen");
     types.build();
     let plugin = Project::new(&["schema", "--perceptive"], "find-doors");
@@ -231,7 +232,7 @@ fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
     );
     plugin.build();
     let built = plugin.folder.join("target/debug");
-    let described = said(jde(&["describe", "DoorsSeen"]).env("JDE_PLUGIN_PATH", built));
+    let described = output_of(jde(&["describe", "DoorsSeen"]).env("JDE_PLUGIN_PATH", built));
     assert!(
         described.out.contains("find-doors/find-doors  doors"),
         "{described:?}"
@@ -241,27 +242,27 @@ fn a_plugin_exports_a_value_of_a_new_crate_of_types() {
 #[test]
 fn a_new_application_is_checked_and_runs() {
     let project = Project::new(&["app"], "patrol");
-    let check = said(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));
+    let check = output_of(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));
     assert_eq!(check.status, Some(0), "{}", check.err);
     let run = project.run(&["--seed", "1"]);
-    for words in ["4 of 4 targets", "no collision"] {
-        assert!(run.out.contains(words), "{}", run.out);
+    for part in ["4 of 4 targets", "no collision"] {
+        assert!(run.out.contains(part), "{}", run.out);
     }
 }
 
 #[test]
-fn a_folder_that_is_there_stays_as_it_is() {
+fn new_refuses_an_existing_folder() {
     let folder = tempfile::tempdir().unwrap();
-    let own = folder.path().join("patrol");
-    std::fs::create_dir(&own).unwrap();
-    let made = said(&mut jde(&[
+    let existing = folder.path().join("patrol");
+    std::fs::create_dir(&existing).unwrap();
+    let created = output_of(&mut jde(&[
         "new",
         "app",
         "patrol",
         "--path",
         folder.path().to_str().unwrap(),
     ]));
-    assert_eq!(made.status, Some(2));
-    assert!(made.err.contains("is there already"), "{}", made.err);
-    assert_eq!(std::fs::read_dir(&own).unwrap().count(), 0);
+    assert_eq!(created.status, Some(2));
+    assert!(created.err.contains("is there already"), "{}", created.err);
+    assert_eq!(std::fs::read_dir(&existing).unwrap().count(), 0);
 }

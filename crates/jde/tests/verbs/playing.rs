@@ -1,17 +1,17 @@
-//! `jde replay` as a user sees it: a recording that tools can read like a running application.
+//! `jde replay`: tools read a recording as if it were a running application.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::attached::{Place, schema};
-use crate::support::{jde, jde_with_plugins, root, said};
+use crate::attached::{Sandbox, schema};
+use crate::support::{jde, jde_with_plugins, output_of, root};
 
 /// Records half a minute of the demonstration.
 fn record(folder: &Path) -> PathBuf {
     let file = folder.join("drive.mcap");
-    let name = file.to_str().expect("a name in UTF-8");
+    let name = file.to_str().expect("the path is UTF-8");
     let run = [
         "run",
         "safe-navigation",
@@ -21,68 +21,67 @@ fn record(folder: &Path) -> PathBuf {
         "--record",
         name,
     ];
-    let said = said(jde_with_plugins(&run).current_dir(root()));
-    assert!(file.is_file(), "{said:?}");
+    let output = output_of(jde_with_plugins(&run).current_dir(root()));
+    assert!(file.is_file(), "{output:?}");
     file
 }
 
-fn position(place: &Place) -> f64 {
-    place.json(&["get", "replay.position"])["value"]
+fn position(sandbox: &Sandbox) -> f64 {
+    sandbox.json(&["get", "replay.position"])["value"]
         .as_f64()
         .expect("a number")
 }
 
 #[test]
-fn a_recording_is_looked_into_and_steered() {
-    let place = Place::new();
-    let file = record(place.folder());
-    let _replay = place.replay(&file, &["--paused", "--from", "19s"]);
-    assert_eq!(place.apps(), ["safe-navigation"]);
-    place.until(&["get", "replay.position"], |now| now["value"] == 19.0);
-    let ps = place.json(&["ps"]);
+fn tools_read_a_recording_and_control_its_playback() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let _replay = sandbox.replay(&file, &["--paused", "--from", "19s"]);
+    assert_eq!(sandbox.apps(), ["safe-navigation"]);
+    sandbox.until(&["get", "replay.position"], |now| now["value"] == 19.0);
+    let ps = sandbox.json(&["ps"]);
     assert_eq!(schema(&ps, "example")["state"], "winner");
     assert_eq!(schema(&ps, "goon")["period"], 75_000_000);
-    let pose = place.json(&["get", "pioneer.odometry.pose.pose.position.x"]);
+    let pose = sandbox.json(&["get", "pioneer.odometry.pose.pose.position.x"]);
     assert!(pose["value"].is_number(), "{pose}");
-    // Playback is paused. A step moves to the next takeover and no further.
-    place.told(&["set", "replay.step", "true"]);
-    let stepped = place.until(&["get", "replay.position"], |now| now["value"] != 19.0);
+    // A step moves to the next takeover.
+    sandbox.run_ok(&["set", "replay.step", "true"]);
+    let stepped = sandbox.until(&["get", "replay.position"], |now| now["value"] != 19.0);
     assert!(stepped["value"].as_f64() > Some(19.0), "{stepped}");
-    let why = place.json(&["why", "at", &format!("{}s", position(&place))]);
+    let why = sandbox.json(&["why", "at", &format!("{}s", position(&sandbox))]);
     assert_eq!(why["decision"]["changed"], true);
-    // Back, and on at another speed.
-    place.told(&["set", "replay.position", "5"]);
-    place.until(&["get", "replay.position"], |now| now["value"] == 5.0);
-    place.told(&["set", "replay.speed", "20"]);
-    place.told(&["set", "replay.paused", "false"]);
-    place.until(&["get", "replay.position"], |now| {
+    sandbox.run_ok(&["set", "replay.position", "5"]);
+    sandbox.until(&["get", "replay.position"], |now| now["value"] == 5.0);
+    sandbox.run_ok(&["set", "replay.speed", "20"]);
+    sandbox.run_ok(&["set", "replay.paused", "false"]);
+    sandbox.until(&["get", "replay.position"], |now| {
         now["value"].as_f64() > Some(15.0)
     });
 }
 
 #[test]
-fn what_was_done_cannot_be_changed() {
-    let place = Place::new();
-    let file = record(place.folder());
-    let _replay = place.replay(&file, &["--paused"]);
-    for (args, why) in [
+fn schemas_in_a_recording_cannot_be_operated() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let _replay = sandbox.replay(&file, &["--paused"]);
+    for (args, reason) in [
         (&["stop", "goon"][..], "this is a recording"),
         (&["set", "goon.fast", "1"], "this is a recording"),
         (&["set", "replay.speed", "1000"], "0.01 to 100"),
         (&["set", "replay.position", "31"], "not 31"),
         (&["set", "replay.sped", "1"], "did you mean `replay.speed`?"),
     ] {
-        let said = place.says(args);
-        assert_eq!(said.status, Some(2), "{args:?}: {said:?}");
-        assert!(said.err.contains(why), "{args:?}: {said:?}");
+        let output = sandbox.run(args);
+        assert_eq!(output.status, Some(2), "{args:?}: {output:?}");
+        assert!(output.err.contains(reason), "{args:?}: {output:?}");
     }
 }
 
 #[test]
-fn it_plays_to_its_end_and_up_to_where_it_is_damaged() {
-    let place = Place::new();
-    let file = record(place.folder());
-    let whole = place.told(&["replay", file.to_str().unwrap(), "--plain", "--speed", "100x"]);
+fn playback_ends_at_the_end_or_at_the_damage_of_a_recording() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let whole = sandbox.run_ok(&["replay", file.to_str().unwrap(), "--plain", "--speed", "100x"]);
     assert!(whole.contains("playing") && whole.contains("30.0 s"), "{whole}");
     let half = std::fs::metadata(&file).unwrap().len() / 2;
     std::fs::File::options()
@@ -91,21 +90,21 @@ fn it_plays_to_its_end_and_up_to_where_it_is_damaged() {
         .unwrap()
         .set_len(half)
         .unwrap();
-    let cut = place.told(&["replay", file.to_str().unwrap(), "--plain", "--speed", "100x"]);
+    let cut = sandbox.run_ok(&["replay", file.to_str().unwrap(), "--plain", "--speed", "100x"]);
     assert!(cut.contains("it ends too soon, at byte"), "{cut}");
     std::fs::write(&file, "no recording").unwrap();
-    let none = place.says(&["replay", file.to_str().unwrap(), "--plain"]);
+    let none = sandbox.run(&["replay", file.to_str().unwrap(), "--plain"]);
     assert_eq!(none.status, Some(2));
     assert!(none.err.contains("is no MCAP file"), "{none:?}");
 }
 
 #[test]
-fn whoever_watches_sees_the_values_of_then() {
-    let place = Place::new();
-    let file = record(place.folder());
-    let _replay = place.replay(&file, &["--loop"]);
-    let told = place.told(&["watch", "pioneer.odometry", "--count", "3", "--json"]);
-    for line in told.lines() {
+fn watch_prints_the_recorded_values() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let _replay = sandbox.replay(&file, &["--loop"]);
+    let output = sandbox.run_ok(&["watch", "pioneer.odometry", "--count", "3", "--json"]);
+    for line in output.lines() {
         let line: Value = serde_json::from_str(line).unwrap();
         assert!(
             line["value"]["pose"]["pose"]["position"]["x"].is_number(),
@@ -116,21 +115,21 @@ fn whoever_watches_sees_the_values_of_then() {
 }
 
 #[test]
-fn it_ends_with_whoever_started_it_if_asked_to() {
-    let place = Place::new();
-    let file = record(place.folder());
-    let file = file.to_str().expect("a name in UTF-8");
-    let mut replay = place.command(jde(&["replay", "--plain", "--stay", "--until-eof", file]));
+fn until_eof_ends_the_replay_when_standard_input_is_closed() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let file = file.to_str().expect("the path is UTF-8");
+    let mut replay = sandbox.command(jde(&["replay", "--plain", "--stay", "--until-eof", file]));
     let mut replay = replay
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         .spawn()
         .expect("the executable starts");
-    while place.apps().is_empty() {
-        let ended = replay.try_wait().expect("it can be asked");
-        assert!(ended.is_none(), "it ended at once: {ended:?}");
+    while sandbox.apps().is_empty() {
+        let ended = replay.try_wait().expect("the process can be polled");
+        assert!(ended.is_none(), "the process ended early: {ended:?}");
     }
     drop(replay.stdin.take());
-    let ended = replay.wait().expect("it can be waited for");
+    let ended = replay.wait().expect("the process ends");
     assert!(ended.success(), "{ended}");
 }

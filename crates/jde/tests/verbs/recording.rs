@@ -1,4 +1,4 @@
-//! `jde run --record` as a user sees it: the content of the file, the messages, and the refusals.
+//! `jde run --record`: the content of the file, the printed messages, and the errors.
 
 use std::collections::BTreeSet;
 
@@ -6,27 +6,27 @@ use jde_log::{Message, Recording};
 use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
 
-use crate::support::{app, jde, jde_with_plugins, json, said};
+use crate::support::{app, jde, jde_with_plugins, json, output_of};
 
 /// Returns the messages of a topic.
-fn of<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
-    let of_topic = messages.iter().filter(|message| message.channel.topic == topic);
-    of_topic.collect()
+fn on_topic<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
+    let on_topic = messages.iter().filter(|message| message.channel.topic == topic);
+    on_topic.collect()
 }
 
 fn value<T: Value>(message: &Message) -> T {
-    let bytes = cdr::decode(&T::describe(), &message.data).expect("the message is of that type");
-    T::from_bytes(&bytes).expect("as many bytes as the type has")
+    let bytes = cdr::decode(&T::describe(), &message.data).expect("the message has this type");
+    T::from_bytes(&bytes).expect("the length fits the type")
 }
 
 #[test]
-fn r15_r16_a_run_in_lockstep_is_recorded_whole() {
+fn r15_r16_a_run_in_lockstep_is_recorded_completely() {
     let folder = tempfile::tempdir().unwrap();
     let (file, decisions) = (
         folder.path().join("deep/run.mcap"),
         folder.path().join("decisions"),
     );
-    let run = said(&mut jde_with_plugins(&[
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &app("room.toml"),
         "--lockstep",
@@ -51,7 +51,7 @@ fn r15_r16_a_run_in_lockstep_is_recorded_whole() {
     assert_eq!(summary["recording"]["lost"], 0);
     let start: u64 = recording.metadata("jde").unwrap()["start_ns"].parse().unwrap();
 
-    let decided: Vec<u8> = of(&messages, "/jde/decisions")
+    let decided: Vec<u8> = on_topic(&messages, "/jde/decisions")
         .iter()
         .flat_map(|message| [message.data.as_slice(), b"\n"].concat())
         .collect();
@@ -61,12 +61,12 @@ fn r15_r16_a_run_in_lockstep_is_recorded_whole() {
         "the same decisions, in their order"
     );
 
-    let scans = of(&messages, "/pioneer/laser");
+    let scans = on_topic(&messages, "/pioneer/laser");
     assert_eq!(scans[0].channel.type_name, "sensor_msgs/msg/LaserScan");
-    for (place, message) in scans.iter().enumerate() {
+    for (index, message) in scans.iter().enumerate() {
         assert_eq!(
             message.sequence as usize,
-            place + 1,
+            index + 1,
             "from the first value on, without a gap"
         );
         let scan: LaserScan = value(message);
@@ -74,17 +74,17 @@ fn r15_r16_a_run_in_lockstep_is_recorded_whole() {
         let stamp = std::time::Duration::from(scan.header.stamp);
         assert_eq!(u128::from(message.log_time - start), stamp.as_nanos());
     }
-    let missions = of(&messages, "/guide/mission");
+    let missions = on_topic(&messages, "/guide/mission");
     let last: Mission = value(missions.last().unwrap());
     assert_eq!(summary["reached"], last.reached);
     let ended: serde_json::Value =
-        serde_json::from_slice(&of(&messages, "/jde/events").last().unwrap().data).unwrap();
+        serde_json::from_slice(&on_topic(&messages, "/jde/events").last().unwrap().data).unwrap();
     assert_eq!(ended["kind"], "ended");
-    assert!(!of(&messages, "/jde/states").is_empty());
+    assert!(!on_topic(&messages, "/jde/states").is_empty());
 }
 
 #[test]
-fn patterns_choose_the_variables() {
+fn record_only_selects_variables_by_pattern() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     let record = |only: &[&str]| {
@@ -100,7 +100,7 @@ fn patterns_choose_the_variables() {
         ];
         args.extend(["--overwrite", "--record-only"]);
         args.extend(only);
-        said(&mut jde_with_plugins(&args))
+        output_of(&mut jde_with_plugins(&args))
     };
     record(&["*.laser", "guide.mission"]);
     let recording = Recording::open(&file).unwrap();
@@ -121,13 +121,13 @@ fn patterns_choose_the_variables() {
 }
 
 #[test]
-fn what_cannot_be_recorded_is_said_before_the_run() {
+fn a_file_that_cannot_be_written_is_reported_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     std::fs::write(&file, "precious").unwrap();
     let record = |file: &str| {
         let app = app("room.toml");
-        said(&mut jde_with_plugins(&[
+        output_of(&mut jde_with_plugins(&[
             "run",
             &app,
             "--lockstep",
@@ -149,11 +149,11 @@ fn what_cannot_be_recorded_is_said_before_the_run() {
 }
 
 #[test]
-fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
+fn r16_conditions_give_the_same_files_in_each_run_in_lockstep() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str| {
         let file = folder.path().join(name);
-        let run = said(&mut jde_with_plugins(&[
+        let run = output_of(&mut jde_with_plugins(&[
             "run",
             &app("room.toml"),
             "--lockstep",
@@ -185,8 +185,8 @@ fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
     let summary = json(&first.out);
     let files = summary["recording"]["files"].as_array().unwrap();
     assert!(!files.is_empty());
-    for (place, file) in files.iter().enumerate() {
-        let path = folder.path().join(format!("a/drive-{:03}.mcap", place + 1));
+    for (index, file) in files.iter().enumerate() {
+        let path = folder.path().join(format!("a/drive-{:03}.mcap", index + 1));
         let recording = Recording::open(&path).unwrap();
         assert_eq!(recording.damage(), None);
         let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
@@ -195,16 +195,16 @@ fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
         let start: u64 = recording.metadata("jde").unwrap()["start_ns"].parse().unwrap();
         let fired = (file["time_s"].as_f64().unwrap() * 1e9).round() as u64;
         assert!(messages[0].log_time - start >= fired.saturating_sub(2_000_000_000));
-        assert!(of(&messages, "/guide/mission").is_empty());
+        assert!(on_topic(&messages, "/guide/mission").is_empty());
         assert_eq!(
-            of(&messages, "/goon/period").len(),
+            on_topic(&messages, "/goon/period").len(),
             1,
             "written once, before the start"
         );
-        assert!(!of(&messages, "/pioneer/laser").is_empty());
+        assert!(!on_topic(&messages, "/pioneer/laser").is_empty());
     }
     let again = json(&run("b/drive.mcap").out);
-    let named = |summary: &serde_json::Value| {
+    let recorded_files = |summary: &serde_json::Value| {
         let files = summary["recording"]["files"].as_array().unwrap().clone();
         let file = |file: &serde_json::Value| {
             (
@@ -215,14 +215,14 @@ fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
         };
         files.iter().map(file).collect::<Vec<_>>()
     };
-    assert_eq!(named(&summary), named(&again));
+    assert_eq!(recorded_files(&summary), recorded_files(&again));
 }
 
 #[test]
-fn a_condition_that_can_never_come_true_is_refused_before_the_run() {
+fn an_invalid_condition_is_reported_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("drive.mcap");
-    for (condition, said_of_it) in [
+    for (condition, error) in [
         (
             "pioneer.lasr.range_max > 1.0",
             "column 1: no variable is called `pioneer.lasr`; did you mean `pioneer.laser`?",
@@ -233,7 +233,7 @@ fn a_condition_that_can_never_come_true_is_refused_before_the_run() {
         ),
         ("goon.period >", "column 14: mismatched input the end"),
     ] {
-        let refused = said(&mut jde_with_plugins(&[
+        let refused = output_of(&mut jde_with_plugins(&[
             "run",
             &app("room.toml"),
             "--lockstep",
@@ -243,18 +243,18 @@ fn a_condition_that_can_never_come_true_is_refused_before_the_run() {
             condition,
         ]));
         assert_eq!(refused.status, Some(2), "{}", refused.err);
-        assert!(refused.err.contains(said_of_it), "{}", refused.err);
+        assert!(refused.err.contains(error), "{}", refused.err);
         assert!(refused.err.contains("chatter>N"), "{}", refused.err);
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
-fn info_tells_what_a_recording_is_also_a_damaged_one() {
+fn info_describes_complete_and_damaged_recordings() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("drive.mcap");
     let name = file.to_str().unwrap();
-    let run = said(&mut jde_with_plugins(&[
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &app("room.toml"),
         "--lockstep",
@@ -265,8 +265,8 @@ fn info_tells_what_a_recording_is_also_a_damaged_one() {
         name,
     ]));
     let kept = json(&run.out)["recording"]["kept"].clone();
-    let whole = said(&mut jde(&["info", name]));
-    assert_eq!((whole.status, whole.err.as_str()), (Some(0), ""));
+    let complete = output_of(&mut jde(&["info", name]));
+    assert_eq!((complete.status, complete.err.as_str()), (Some(0), ""));
     for part in [
         "drive.mcap: room, ",
         "seed 7",
@@ -277,18 +277,18 @@ fn info_tells_what_a_recording_is_also_a_damaged_one() {
         "guide/base: ",
         " switches",
     ] {
-        assert!(whole.out.contains(part), "{part}: {}", whole.out);
+        assert!(complete.out.contains(part), "{part}: {}", complete.out);
     }
-    let told = json(&said(&mut jde(&["info", name, "--json"])).out);
+    let info = json(&output_of(&mut jde(&["info", name, "--json"])).out);
     assert_eq!(
-        (&told["application"], &told["seed"], &told["messages"]),
+        (&info["application"], &info["seed"], &info["messages"]),
         (&"room".into(), &7.into(), &kept)
     );
-    assert_eq!(told["damage"], serde_json::Value::Null);
+    assert_eq!(info["damage"], serde_json::Value::Null);
 
     let bytes = std::fs::read(&file).unwrap();
     std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
-    let cut = said(&mut jde(&["info", name]));
+    let cut = output_of(&mut jde(&["info", name]));
     assert_eq!(cut.status, Some(0));
     assert!(
         cut.out.contains("damaged at byte ") && cut.out.contains("it can be read up to "),
@@ -296,7 +296,7 @@ fn info_tells_what_a_recording_is_also_a_damaged_one() {
         cut.out
     );
     std::fs::write(&file, "no recording").unwrap();
-    let none = said(&mut jde(&["info", name]));
+    let none = output_of(&mut jde(&["info", name]));
     assert_eq!((none.status, none.out.as_str()), (Some(2), ""));
     assert!(none.err.contains("is no MCAP file"), "{}", none.err);
 }

@@ -1,32 +1,32 @@
-//! `jde replay --decide` as a user sees it: a drive that is decided as before, one that is not, and refusals.
+//! `jde replay --decide`: equal and different selections and values, and recordings that cannot be replayed.
 
 use std::fs;
 use std::path::Path;
 
 use crate::damaged::library;
-use crate::support::{Said, app, jde_with_plugins, json, said};
+use crate::support::{RunOutput, app, jde_with_plugins, json, output_of};
 
 /// Records a drive in lockstep.
-fn recorded(folder: &Path, more: &[&str]) -> String {
+fn record(folder: &Path, options: &[&str]) -> String {
     let file = folder.join("drive.mcap").display().to_string();
     let room = app("room.toml");
     let mut run = vec!["run", &room, "--lockstep", "--record", &file];
-    run.extend(more);
-    let run = said(&mut jde_with_plugins(&run));
+    run.extend(options);
+    let run = output_of(&mut jde_with_plugins(&run));
     assert_eq!(run.status, Some(0), "{}", run.err);
     file
 }
 
-fn replay(file: &str, more: &[&str]) -> Said {
+fn replay(file: &str, options: &[&str]) -> RunOutput {
     let mut replay = vec!["replay", "--decide", file];
-    replay.extend(more);
-    said(&mut jde_with_plugins(&replay))
+    replay.extend(options);
+    output_of(&mut jde_with_plugins(&replay))
 }
 
 #[test]
-fn r16_a_drive_that_is_decided_as_it_was_is_success() {
+fn r16_a_replay_with_the_same_selections_and_values_succeeds() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &[]);
+    let file = record(folder.path(), &[]);
     let same = replay(&file, &["--json"]);
     assert_eq!(same.status, Some(0), "{}", same.err);
     let verdict = json(&same.out);
@@ -42,14 +42,14 @@ fn r16_a_drive_that_is_decided_as_it_was_is_success() {
     );
     assert_eq!(verdict["values"]["different"], 0);
     assert!(verdict["values"]["same"].as_u64().unwrap() > 100, "{verdict}");
-    assert!(!same.err.contains('\r'), "in a pipe it is plain");
+    assert!(!same.err.contains('\r'), "no progress line in a pipe");
     assert!(!same.err.contains("differs"), "{}", same.err);
 }
 
 #[test]
-fn what_was_set_for_the_recorded_run_is_in_force_again() {
+fn a_replay_uses_the_values_set_for_the_recorded_run() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &["--set", "goon.fast=0.3 m/s"]);
+    let file = record(folder.path(), &["--set", "goon.fast=0.3 m/s"]);
     let same = replay(&file, &[]);
     assert_eq!(same.status, Some(0), "{}{}", same.out, same.err);
     // The application's file does not contain the value given by --set.
@@ -62,21 +62,21 @@ fn what_was_set_for_the_recorded_run_is_in_force_again() {
 }
 
 #[test]
-fn a_changed_constant_is_found_and_explained() {
+fn a_replay_reports_the_first_selection_that_a_changed_value_alters() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &[]);
+    let file = record(folder.path(), &[]);
     let set = ["--set", "vff.ahead=0.5 m"];
     let different = replay(&file, &set);
     assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);
-    let words = &different.out;
-    assert!(words.contains("differs: vff.ahead starts with 0.5"), "{words}");
+    let output = &different.out;
+    assert!(output.contains("differs: vff.ahead starts with 0.5"), "{output}");
     for part in [
         "then ",
         "now ",
         "saw laser (value ",
         " values are not as they were",
     ] {
-        assert!(words.contains(part), "`{part}` is not in:\n{words}");
+        assert!(output.contains(part), "`{part}` is not in:\n{output}");
     }
     let verdict = json(&replay(&file, &[&set[..], &["--json"]].concat()).out);
     let first = &verdict["first"][0];
@@ -90,9 +90,9 @@ fn a_changed_constant_is_found_and_explained() {
 }
 
 #[test]
-fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
+fn a_replay_reports_a_different_command_although_the_selections_are_equal() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &[]);
+    let file = record(folder.path(), &[]);
     // The selections are the same as in the recording. Only the speed that goon commands differs.
     let set = ["--set", "goon.fast=0.39 m/s"];
     let different = replay(&file, &set);
@@ -107,18 +107,18 @@ fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
     let number = |side: &str| first[side].as_str().unwrap().parse::<f64>().unwrap();
     assert!(number("then") != number("now"), "{first}");
     for side in ["then", "now"] {
-        let told = format!("{side:<5} linear.x = {}", first[side].as_str().unwrap());
+        let line = format!("{side:<5} linear.x = {}", first[side].as_str().unwrap());
         assert!(
-            different.out.contains(&told),
-            "`{told}` is not in:\n{}",
+            different.out.contains(&line),
+            "`{line}` is not in:\n{}",
             different.out
         );
     }
-    let wide = replay(
+    let tolerant = replay(
         &file,
         &[&set[..], &["--tolerance", "geometry_msgs/msg/Twist=0.5"]].concat(),
     );
-    assert_eq!(wide.status, Some(0), "{}{}", wide.out, wide.err);
+    assert_eq!(tolerant.status, Some(0), "{}{}", tolerant.out, tolerant.err);
     let other = replay(&file, &["--tolerance", "geometry_msgs/msg/Twits=0.5"]);
     assert_eq!(other.status, Some(2), "{}", other.err);
     assert!(
@@ -129,9 +129,9 @@ fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
 }
 
 #[test]
-fn a_recording_that_was_cut_off_is_replayed_up_to_the_damage() {
+fn a_truncated_recording_is_replayed_up_to_the_damage() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &[]);
+    let file = record(folder.path(), &[]);
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() * 2 / 3]).unwrap();
     let same = replay(&file, &[]);
@@ -140,15 +140,17 @@ fn a_recording_that_was_cut_off_is_replayed_up_to_the_damage() {
 }
 
 #[test]
-fn what_cannot_be_replayed_is_named() {
+fn a_replay_reports_why_a_recording_cannot_be_replayed() {
     let folder = tempfile::tempdir().unwrap();
-    let file = recorded(folder.path(), &["--record-only", "*.odometry"]);
-    let lacks = replay(&file, &[]);
-    assert_eq!(lacks.status, Some(2), "{}", lacks.err);
+    let file = record(folder.path(), &["--record-only", "*.odometry"]);
+    let incomplete = replay(&file, &[]);
+    assert_eq!(incomplete.status, Some(2), "{}", incomplete.err);
     assert!(
-        lacks.err.contains(".laser` is not in it, and schemas import it"),
+        incomplete
+            .err
+            .contains(".laser` is not in it, and schemas import it"),
         "{}",
-        lacks.err
+        incomplete.err
     );
 
     let other = folder.path().join("app.toml");
@@ -175,16 +177,16 @@ fn what_cannot_be_replayed_is_named() {
     assert!(other.err.contains("is no MCAP file"), "{}", other.err);
 }
 
-/// A recording names folders in three ways, and any of them may come from an untrusted source.
+/// A recording names folders in three ways, and all may come from an untrusted source.
 #[test]
-fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
+fn a_replay_loads_plugins_from_the_folders_of_a_recording_only_with_trust() {
     let home = tempfile::tempdir().unwrap();
-    let stood = home.path().join("apps");
-    fs::create_dir_all(stood.join("lib")).unwrap();
+    let apps = home.path().join("apps");
+    fs::create_dir_all(apps.join("lib")).unwrap();
     let world = app("room-world.toml");
     let text = fs::read_to_string(app("room.toml")).unwrap();
     let text = format!("plugins = [\"lib\"]\n{text}").replace("\"room-world.toml\"", &format!("\"{world}\""));
-    let application = stood.join("room.toml");
+    let application = apps.join("room.toml");
     fs::write(&application, text).unwrap();
     let file = home.path().join("drive.mcap").display().to_string();
     let run = [
@@ -194,19 +196,19 @@ fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
         "--record",
         &file,
     ];
-    let run = said(&mut jde_with_plugins(&run));
+    let run = output_of(&mut jde_with_plugins(&run));
     assert_eq!(run.status, Some(0), "{}", run.err);
 
-    // From here on each of the folders contains a library that creates the file `mark` when it is mapped.
+    // Each of the folders now contains a library that creates the file `mark` when it is loaded.
     let mark = home.path().join("mark");
-    let leave = format!("fclose(fopen(\"{}\", \"w\"));", mark.display());
-    for folder in [stood.join("lib"), stood.clone(), home.path().to_owned()] {
-        library(&folder, "goon", &leave);
+    let create_mark = format!("fclose(fopen(\"{}\", \"w\"));", mark.display());
+    for folder in [apps.join("lib"), apps.clone(), home.path().to_owned()] {
+        library(&folder, "goon", &create_mark);
     }
-    let replay = |more: &[&str]| {
+    let replay = |options: &[&str]| {
         let mut args = vec!["replay", "--decide", &file];
-        args.extend(more);
-        said(jde_with_plugins(&args).current_dir(home.path()))
+        args.extend(options);
+        output_of(jde_with_plugins(&args).current_dir(home.path()))
     };
     let same = replay(&[]);
     assert_eq!(same.status, Some(0), "{same:?}");
@@ -220,15 +222,15 @@ fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
     assert_eq!(
         trusted.status,
         Some(2),
-        "another plugin, which holds no such type: {trusted:?}"
+        "the other plugin lacks the type: {trusted:?}"
     );
     assert!(mark.exists());
 
     fs::remove_file(&mark).unwrap();
-    fs::rename(&stood, home.path().join("moved")).unwrap();
-    for more in [&[][..], &["--trust"]] {
-        let same = replay(more);
+    fs::rename(&apps, home.path().join("moved")).unwrap();
+    for options in [&[][..], &["--trust"]] {
+        let same = replay(options);
         assert_eq!(same.status, Some(0), "{same:?}");
-        assert!(!mark.exists(), "the working directory is nobody's word");
+        assert!(!mark.exists(), "the working directory is not searched");
     }
 }

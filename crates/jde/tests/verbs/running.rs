@@ -1,22 +1,22 @@
-//! `jde run` as a user or a script sees it: lines, summaries, files, exit statuses, and requests to stop.
+//! `jde run`: its output, summaries, files, exit statuses, and signals.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::support::{app, jde_with_plugins, json, pair, plugins, said};
+use crate::support::{app, jde_with_plugins, json, output_of, pair, plugins};
 use jde_watchdog::Watchdog;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 fn digest(file: &Path) -> String {
-    let digest = Sha256::digest(std::fs::read(file).expect("the file is there"));
+    let digest = Sha256::digest(std::fs::read(file).expect("the file exists"));
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[test]
-fn r15_a_mission_is_told_with_every_takeover_and_its_reason() {
-    let run = said(&mut jde_with_plugins(&[
+fn r15_a_run_prints_every_takeover_with_its_reason() {
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &app("room.toml"),
         "--lockstep",
@@ -36,7 +36,7 @@ fn r15_a_mission_is_told_with_every_takeover_and_its_reason() {
 }
 
 #[test]
-fn r16_a_seed_decides_alike_each_time_and_another_otherwise() {
+fn r16_the_same_seed_gives_the_same_decisions_and_another_seed_others() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("deep/decisions.jsonl");
     let run = |seed: &str| {
@@ -52,7 +52,7 @@ fn r16_a_seed_decides_alike_each_time_and_another_otherwise() {
             "--decisions",
             file,
         ];
-        json(&said(&mut jde_with_plugins(&args)).out)
+        json(&output_of(&mut jde_with_plugins(&args)).out)
     };
     let first = run("1");
     assert_eq!(first["decisions_sha256"], digest(&file).as_str());
@@ -68,8 +68,8 @@ fn r16_a_seed_decides_alike_each_time_and_another_otherwise() {
 }
 
 #[test]
-fn json_is_the_last_line_and_words_go_to_standard_error() {
-    let run = said(&mut jde_with_plugins(&[
+fn with_json_only_the_summary_goes_to_standard_output() {
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &app("room.toml"),
         "--lockstep",
@@ -99,14 +99,14 @@ fn json_is_the_last_line_and_words_go_to_standard_error() {
     let seconds = summary["sim_seconds"].as_f64().unwrap();
     assert!(
         (total - seconds).abs() < 0.1,
-        "{total} of {seconds} s are told of"
+        "the groups cover {total} of {seconds} s"
     );
     assert!(run.err.contains("the mission is done"), "{}", run.err);
 }
 
 #[test]
-fn an_unfinished_mission_fails_and_time_alone_does_not() {
-    let run = said(&mut jde_with_plugins(&[
+fn an_unfinished_mission_fails_and_a_time_limit_without_a_mission_succeeds() {
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &app("room.toml"),
         "--lockstep",
@@ -120,7 +120,7 @@ fn an_unfinished_mission_fails_and_time_alone_does_not() {
         "{}",
         run.out
     );
-    let run = said(&mut jde_with_plugins(&[
+    let run = output_of(&mut jde_with_plugins(&[
         "run",
         &pair(),
         "--lockstep",
@@ -132,7 +132,7 @@ fn an_unfinished_mission_fails_and_time_alone_does_not() {
 }
 
 #[test]
-fn a_drive_is_drawn() {
+fn picture_draws_the_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("way.png");
     let args = [
@@ -144,13 +144,13 @@ fn a_drive_is_drawn() {
         "--picture",
         file.to_str().unwrap(),
     ];
-    said(&mut jde_with_plugins(&args));
-    let picture = std::fs::read(&file).expect("the picture is there");
+    output_of(&mut jde_with_plugins(&args));
+    let picture = std::fs::read(&file).expect("the picture exists");
     assert!(picture.starts_with(b"\x89PNG") && picture.len() > 10_000);
 }
 
 #[test]
-fn a_value_given_on_the_command_line_counts() {
+fn a_value_on_the_command_line_overrides_the_file() {
     let args = [
         "run",
         &app("room.toml"),
@@ -159,17 +159,17 @@ fn a_value_given_on_the_command_line_counts() {
         "--set",
         "guide.tolerance=4 m",
     ];
-    let run = json(&said(&mut jde_with_plugins(&args)).out);
+    let run = json(&output_of(&mut jde_with_plugins(&args)).out);
     assert!(
         run["sim_seconds"].as_f64().unwrap() < 2.0,
-        "targets 4 m away are reached at once: {run}"
+        "with this tolerance the targets are reached at once: {run}"
     );
 }
 
 #[test]
 fn the_log_is_filtered_by_schema() {
     let run = |filter| {
-        said(&mut jde_with_plugins(&[
+        output_of(&mut jde_with_plugins(&[
             "run",
             &pair(),
             "--lockstep",
@@ -197,7 +197,7 @@ fn the_log_is_filtered_by_schema() {
 }
 
 #[test]
-fn a_signal_stops_it_in_order() {
+fn sigterm_ends_a_run_with_its_summary() {
     let _watchdog = Watchdog::for_test();
     let mut child = jde_with_plugins(&["run", &pair()])
         .stdout(Stdio::piped())
@@ -219,7 +219,7 @@ fn a_signal_stops_it_in_order() {
 }
 
 #[test]
-fn a_signal_that_was_to_be_ignored_is() {
+fn a_run_ignores_sighup_if_its_parent_does() {
     let _watchdog = Watchdog::for_test();
     let script = "trap '' HUP; exec \"$0\" run \"$1\" --for 2s";
     let mut child = Command::new("sh")
@@ -242,7 +242,7 @@ fn a_signal_that_was_to_be_ignored_is() {
 }
 
 #[test]
-fn a_closed_pipe_ends_it_quietly() {
+fn a_closed_pipe_ends_a_run_without_an_error() {
     let _watchdog = Watchdog::for_test();
     let mut command = jde_with_plugins(&["run", &pair()]);
     let mut child = command
@@ -260,7 +260,7 @@ fn a_closed_pipe_ends_it_quietly() {
 }
 
 #[test]
-fn real_time_and_lockstep_say_the_same_of_a_short_mission() {
+fn a_short_mission_is_completed_in_real_time() {
     let args = [
         "run",
         &app("room.toml"),
@@ -270,7 +270,7 @@ fn real_time_and_lockstep_say_the_same_of_a_short_mission() {
         "--set",
         "guide.tolerance=1.8 m",
     ];
-    let run = said(&mut jde_with_plugins(&args));
+    let run = output_of(&mut jde_with_plugins(&args));
     let summary = json(&run.out);
     assert_eq!(
         (&summary["outcome"], &summary["reached"]),
@@ -281,23 +281,23 @@ fn real_time_and_lockstep_say_the_same_of_a_short_mission() {
 }
 
 #[test]
-fn what_a_run_would_write_over_stays_if_it_does_not_begin() {
+fn a_refused_run_overwrites_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let [picture, decisions, drive, other] =
         ["old.png", "old.jsonl", "old.mcap", "new.png"].map(|name| folder.path().join(name));
     for file in [&picture, &decisions, &drive] {
-        std::fs::write(file, "of before").unwrap();
+        std::fs::write(file, "old").unwrap();
     }
     let path = |file: &std::path::Path| file.to_str().unwrap().to_owned();
     for picture in [&picture, &other] {
         let mut run = jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]);
         run.args(["--picture", &path(picture), "--decisions", &path(&decisions)]);
         // The file exists, and `--overwrite` is not given.
-        let refused = said(run.args(["--record", &path(&drive)]));
+        let refused = output_of(run.args(["--record", &path(&drive)]));
         assert_eq!(refused.status, Some(2), "{refused:?}");
     }
     for file in [&picture, &decisions, &drive] {
-        assert_eq!(std::fs::read(file).unwrap(), b"of before", "{}", file.display());
+        assert_eq!(std::fs::read(file).unwrap(), b"old", "{}", file.display());
     }
-    assert!(!other.exists(), "nothing came of it");
+    assert!(!other.exists(), "the refused run created a file");
 }

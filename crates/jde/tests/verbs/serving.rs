@@ -1,4 +1,4 @@
-//! `jde sim` as a user sees it, and robots whose driving process is stopped, killed or gone.
+//! `jde sim`, and its robots when the process or the network of their client fails.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -7,32 +7,32 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use jde_watchdog::Watchdog;
 
 use crate::cable::Cable;
-use crate::support::{jde, jde_with_plugins, json, root, said};
+use crate::support::{jde, jde_with_plugins, json, output_of, root};
 
-/// A served world. The server ends when this is dropped.
+/// A `jde sim` that serves a world. It is killed when dropped.
 struct Server {
     process: Child,
-    words: BufReader<ChildStdout>,
+    output: BufReader<ChildStdout>,
     address: String,
     _watchdog: Watchdog,
 }
 
 impl Server {
-    fn start(world: &str, more: &[&str]) -> Self {
+    fn start(world: &str, options: &[&str]) -> Self {
         let watchdog = Watchdog::for_test();
         let mut command = jde(&["sim", world, "--p2os", "127.0.0.1:0"]);
         let mut process = command
-            .args(more)
+            .args(options)
             .current_dir(root())
             .stdout(Stdio::piped())
             .spawn()
             .expect("the executable starts");
-        let mut words = BufReader::new(process.stdout.take().expect("it has an output"));
-        let line = until(&mut words, |line| line.contains("tcp:"));
+        let mut output = BufReader::new(process.stdout.take().expect("stdout is piped"));
+        let line = until(&mut output, |line| line.contains("tcp:"));
         let (_, address) = line.split_once("tcp:").expect("an address");
         Self {
             process,
-            words,
+            output,
             address: format!("tcp:{}", address.trim()),
             _watchdog: watchdog,
         }
@@ -40,37 +40,39 @@ impl Server {
 
     /// Waits for a line that contains `part`.
     fn until(&mut self, part: &str) -> String {
-        until(&mut self.words, |line| line.contains(part))
+        until(&mut self.output, |line| line.contains(part))
     }
 
-    /// Ends the server as Ctrl-C does, and returns the rest of its output.
+    /// Ends the server with SIGINT, and returns the rest of its output.
     fn end(mut self) -> String {
         signal("INT", &self.process);
         let mut rest = String::new();
-        self.words.read_to_string(&mut rest).expect("it says UTF-8");
-        assert_eq!(self.process.wait().expect("it ends").code(), Some(0));
+        self.output
+            .read_to_string(&mut rest)
+            .expect("the output is UTF-8");
+        assert_eq!(self.process.wait().expect("the process ends").code(), Some(0));
         rest
     }
 }
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // It may have ended already.
+        // The process may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// Returns the first line that is as wanted.
-fn until(words: &mut impl BufRead, wanted: impl Fn(&str) -> bool) -> String {
+/// Returns the first line that fulfils a condition.
+fn until(output: &mut impl BufRead, condition: impl Fn(&str) -> bool) -> String {
     loop {
         let mut line = String::new();
         assert_ne!(
-            words.read_line(&mut line).expect("it says UTF-8"),
+            output.read_line(&mut line).expect("the output is UTF-8"),
             0,
-            "it ended before"
+            "the output ended early"
         );
-        if wanted(&line) {
+        if condition(&line) {
             return line;
         }
     }
@@ -79,12 +81,13 @@ fn until(words: &mut impl BufRead, wanted: impl Fn(&str) -> bool) -> String {
 fn signal(name: &str, process: &Child) {
     let mut kill = Command::new("kill");
     kill.args([&format!("-{name}"), &process.id().to_string()]);
-    assert!(kill.status().expect("there is a kill").success());
+    assert!(kill.status().expect("kill is installed").success());
 }
 
-/// Writes the application of the demonstration for a robot behind TCP. Only the lines of its driver differ.
+/// Writes the application of the demonstration with a driver that connects to a robot over TCP.
 fn safe_navigation(folder: &Path, address: &str) -> String {
-    let text = std::fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("it is there");
+    let text =
+        std::fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("the application exists");
     let simulated = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
     assert!(text.contains(simulated));
     let real = format!("type  = \"p2os/pioneer\"\nport  = \"{address}\"\nstart = [3.55, 1.6, \"90deg\"]\n");
@@ -94,25 +97,25 @@ fn safe_navigation(folder: &Path, address: &str) -> String {
 }
 
 /// Starts an application that drives the server's robot.
-fn driven(folder: &Path, server: &mut Server) -> (Child, BufReader<ChildStdout>) {
+fn start_client(folder: &Path, server: &mut Server) -> (Child, BufReader<ChildStdout>) {
     let app = safe_navigation(folder, &server.address);
     let mut driver = jde_with_plugins(&["run", &app, "--plain"])
         .stdout(Stdio::piped())
         .spawn()
         .expect("the executable starts");
     server.until("a client is connected");
-    let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
-    until(&mut words, |line| line.contains("nobody -> goon"));
-    (driver, words)
+    let mut output = BufReader::new(driver.stdout.take().expect("the output is piped"));
+    until(&mut output, |line| line.contains("nobody -> goon"));
+    (driver, output)
 }
 
 #[test]
-fn what_a_script_starts_in_the_background_says_how_it_ends() {
+fn a_server_that_ignores_sigint_prints_how_to_end_it() {
     let _watchdog = Watchdog::for_test();
     let sim = jde(&["sim", "worlds/office.toml", "--p2os", "127.0.0.1:0"]);
     let mut script = Command::new("sh");
-    // A process started with `&` would not be a child of this test. `trap` ignores the signal that the shell
-    // would ignore for it.
+    // `trap` ignores SIGINT, as a shell does for a process started with `&`. That process would not be a child of
+    // this test.
     script
         .args(["-c", "trap '' INT; exec \"$0\" \"$@\""])
         .arg(sim.get_program());
@@ -121,50 +124,54 @@ fn what_a_script_starts_in_the_background_says_how_it_ends() {
         value.map(|value| script.env(name, value));
     }
     let mut process = script.stdout(Stdio::piped()).spawn().expect("a shell starts");
-    let mut words = BufReader::new(process.stdout.take().expect("it has an output"));
-    let first = until(&mut words, |line| line.contains("its robots wait"));
+    let mut output = BufReader::new(process.stdout.take().expect("the output is piped"));
+    let first = until(&mut output, |line| line.contains("its robots wait"));
     let kill = format!("`kill {}` ends it", process.id());
     assert!(first.contains(&kill), "{first}");
-    until(&mut words, |line| line.contains("tcp:"));
+    until(&mut output, |line| line.contains("tcp:"));
     signal("INT", &process);
     signal("TERM", &process);
     let mut rest = String::new();
-    words.read_to_string(&mut rest).expect("it says UTF-8");
-    assert_eq!(process.wait().expect("it ends").code(), Some(0), "{rest}");
+    output.read_to_string(&mut rest).expect("the output is UTF-8");
+    assert_eq!(
+        process.wait().expect("the process ends").code(),
+        Some(0),
+        "{rest}"
+    );
 }
 
 #[test]
-fn the_demonstration_drives_a_robot_behind_tcp_by_its_drivers_lines_alone() {
+fn the_demonstration_drives_a_robot_over_tcp() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
-    let (driver, mut words) = driven(folder.path(), &mut server);
-    until(&mut words, |line| line.contains("target 1 of 8 reached"));
+    let (driver, mut output) = start_client(folder.path(), &mut server);
+    until(&mut output, |line| line.contains("target 1 of 8 reached"));
     signal("INT", &driver);
     let mut driver = driver;
-    driver.wait().expect("it ends");
+    driver.wait().expect("the process ends");
     server.until("the client ended its session");
     let rest = server.end();
     assert!(rest.contains("0 collisions"), "{rest}");
 }
 
 #[test]
-fn a_process_that_is_stopped_or_killed_leaves_a_robot_that_stands() {
+fn a_robot_stops_when_its_client_is_stopped_or_killed() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
-    let (driver, _words) = driven(folder.path(), &mut server);
+    let (driver, _output) = start_client(folder.path(), &mut server);
     signal("STOP", &driver);
     server.until("no packet for 2.0 s, the motors stop");
     signal("CONT", &driver);
     signal("KILL", &driver);
     server.until("the client disconnected");
     let mut driver = driver;
-    driver.wait().expect("it ends");
+    driver.wait().expect("the process ends");
     let rest = server.end();
     assert!(rest.contains("0 collisions"), "{rest}");
 }
 
 #[test]
-fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows() {
+fn r7_a_robot_stops_and_its_driver_withdraws_exports_when_the_network_fails() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
     let cable = Cable::to(&server.address);
@@ -174,20 +181,20 @@ fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows()
         .spawn()
         .expect("the executable starts");
     server.until("a client is connected");
-    let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
-    until(&mut words, |line| line.contains("nobody -> goon"));
+    let mut output = BufReader::new(driver.stdout.take().expect("the output is piped"));
+    until(&mut output, |line| line.contains("nobody -> goon"));
     cable.cut();
     server.until("no packet for 2.0 s, the motors stop");
     // The driver's exports are withdrawn, so no schema is ready, and nobody wins (R9).
-    until(&mut words, |line| line.contains("goon -> nobody"));
+    until(&mut output, |line| line.contains("goon -> nobody"));
     signal("KILL", &driver);
-    driver.wait().expect("it ends");
+    driver.wait().expect("the process ends");
     let rest = server.end();
     assert!(rest.contains("0 collisions"), "{rest}");
 }
 
 #[test]
-fn an_application_tells_of_a_robot_that_goes_and_drives_it_when_it_comes_back() {
+fn an_application_logs_a_lost_robot_and_drives_it_again_after_it_returns() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
     let address = server.address.replace("tcp:", "");
@@ -197,34 +204,34 @@ fn an_application_tells_of_a_robot_that_goes_and_drives_it_when_it_comes_back() 
         .stderr(Stdio::piped())
         .spawn()
         .expect("the executable starts");
-    let mut log: BufReader<ChildStderr> = BufReader::new(driver.stderr.take().expect("it has an output"));
-    let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
+    let mut log: BufReader<ChildStderr> = BufReader::new(driver.stderr.take().expect("the output is piped"));
+    let mut output = BufReader::new(driver.stdout.take().expect("the output is piped"));
     server.until("a client is connected");
-    until(&mut words, |line| line.contains("nobody -> goon"));
+    until(&mut output, |line| line.contains("nobody -> goon"));
     signal("KILL", &server.process);
     drop(server);
     until(&mut log, |line| line.contains("pioneer"));
     // Without a scan no schema is ready, and nobody wins (R9).
-    until(&mut words, |line| line.contains("goon -> nobody"));
+    until(&mut output, |line| line.contains("goon -> nobody"));
     let mut again = jde(&["sim", "worlds/office.toml", "--p2os", &address])
         .current_dir(root())
         .stdout(Stdio::piped())
         .spawn()
         .expect("the executable starts");
-    until(&mut words, |line| line.contains("nobody -> goon"));
+    until(&mut output, |line| line.contains("nobody -> goon"));
     signal("INT", &driver);
-    driver.wait().expect("it ends");
+    driver.wait().expect("the process ends");
     signal("INT", &again);
     let mut rest = String::new();
-    let mut words = again.stdout.take().expect("it has an output");
-    words.read_to_string(&mut rest).expect("it says UTF-8");
+    let mut output = again.stdout.take().expect("the output is piped");
+    output.read_to_string(&mut rest).expect("the output is UTF-8");
     assert!(rest.contains("a client is connected"), "{rest}");
-    again.wait().expect("it ends");
+    again.wait().expect("the process ends");
 }
 
 #[test]
-fn what_became_of_the_robots_is_told_in_words_and_in_json() {
-    let run = said(
+fn the_summary_of_a_server_is_printed_as_text_and_as_json() {
+    let run = output_of(
         jde(&[
             "sim",
             "worlds/two-robots.toml",
@@ -251,8 +258,8 @@ fn what_became_of_the_robots_is_told_in_words_and_in_json() {
 }
 
 #[test]
-fn whoever_serves_the_network_is_told_so() {
-    let open = said(
+fn a_server_warns_when_it_listens_on_the_network() {
+    let open = output_of(
         jde(&[
             "sim",
             "worlds/office.toml",
@@ -268,7 +275,7 @@ fn whoever_serves_the_network_is_told_so() {
         "{}",
         open.out
     );
-    let shut = said(
+    let local = output_of(
         jde(&[
             "sim",
             "worlds/office.toml",
@@ -279,11 +286,11 @@ fn whoever_serves_the_network_is_told_so() {
         ])
         .current_dir(root()),
     );
-    assert!(!shut.out.contains("password"), "{}", shut.out);
+    assert!(!local.out.contains("password"), "{}", local.out);
 }
 
 #[test]
-fn what_cannot_be_served_is_wrong_use_and_says_what_to_do() {
+fn invalid_arguments_of_sim_have_exit_status_2_and_a_hint() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("an address").port().to_string();
     let cases: [(&[&str], &str); 6] = [
@@ -301,22 +308,22 @@ fn what_cannot_be_served_is_wrong_use_and_says_what_to_do() {
         ),
     ];
     for (args, part) in cases {
-        let run = said(jde(&[&["sim"], args].concat()).current_dir(root()));
+        let run = output_of(jde(&[&["sim"], args].concat()).current_dir(root()));
         assert_eq!(run.status, Some(2), "{args:?}: {}", run.err);
         assert!(run.err.contains(part), "{args:?}: {}", run.err);
     }
 }
 
 #[test]
-fn a_device_is_not_driven_in_lockstep() {
+fn a_device_cannot_be_driven_in_lockstep_or_faster_than_real_time() {
     let folder = tempfile::tempdir().unwrap();
     let app = safe_navigation(folder.path(), "tcp:127.0.0.1:1");
-    for hurry in [&["--lockstep"][..], &["--speed", "2x"]] {
-        let run = said(&mut jde_with_plugins(
-            &[&["run", &*app, "--plain"], hurry].concat(),
+    for option in [&["--lockstep"][..], &["--speed", "2x"]] {
+        let run = output_of(&mut jde_with_plugins(
+            &[&["run", &*app, "--plain"], option].concat(),
         ));
         assert_eq!(run.status, Some(1), "{}", run.err);
-        let words = run.out + &run.err;
-        assert!(words.contains("run without --lockstep and --speed"), "{words}");
+        let output = run.out + &run.err;
+        assert!(output.contains("run without --lockstep and --speed"), "{output}");
     }
 }

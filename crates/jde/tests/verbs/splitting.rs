@@ -1,24 +1,23 @@
-//! `--split` and `--keep` as a user sees them: the files, the verbs that read them as one recording, and the
-//! refusals.
+//! `--split` and `--keep`: the files, the verbs that read them as one recording, and invalid options.
 
 use std::fs::File;
 use std::path::Path;
 
 use jde_log::Recording;
 
-use crate::support::{Said, app, jde, jde_with_plugins, json, said};
+use crate::support::{RunOutput, app, jde, jde_with_plugins, json, output_of};
 
-/// Records a run whose mission is done, in files of two seconds each.
-fn record(folder: &Path, more: &[&str]) -> Said {
+/// Records a run that completes its mission.
+fn record(folder: &Path, options: &[&str]) -> RunOutput {
     let (app, file) = (app("room.toml"), folder.join("drive.mcap"));
     let mut args = vec!["run", &app, "--lockstep", "--json", "--record"];
-    args.push(file.to_str().expect("a path of a test"));
-    args.extend(more);
-    said(&mut jde_with_plugins(&args))
+    args.push(file.to_str().expect("the path is UTF-8"));
+    args.extend(options);
+    output_of(&mut jde_with_plugins(&args))
 }
 
 #[test]
-fn a_split_drive_is_told_drawn_and_decided_again_like_one() {
+fn info_report_plot_and_replay_read_a_split_recording_as_one() {
     let folder = tempfile::tempdir().unwrap();
     let run = record(folder.path(), &["--split", "2s"]);
     assert_eq!(run.status, Some(0), "{}", run.err);
@@ -27,42 +26,42 @@ fn a_split_drive_is_told_drawn_and_decided_again_like_one() {
     assert!(count > 2, "{recorded}");
     assert!(run.err.contains(&format!(" in {count} files, ")), "{}", run.err);
     let second = folder.path().join("drive-002.mcap");
-    for asked in [folder.path(), &folder.path().join("drive.mcap"), &second] {
-        let told = said(&mut jde(&["info", asked.to_str().unwrap(), "--json"]));
-        assert_eq!(told.status, Some(0), "{}", told.err);
-        let told = json(&told.out);
-        assert_eq!(told["messages"], recorded["kept"]);
-        assert_eq!(told["parts"]["files"].as_array().unwrap().len() as u64, count);
+    for path in [folder.path(), &folder.path().join("drive.mcap"), &second] {
+        let info = output_of(&mut jde(&["info", path.to_str().unwrap(), "--json"]));
+        assert_eq!(info.status, Some(0), "{}", info.err);
+        let info = json(&info.out);
+        assert_eq!(info["messages"], recorded["kept"]);
+        assert_eq!(info["parts"]["files"].as_array().unwrap().len() as u64, count);
     }
-    let words = said(&mut jde(&["info", folder.path().to_str().unwrap()])).out;
-    assert!(words.contains(&format!("in {count} files: ")), "{words}");
-    assert!(words.contains("drive-001.mcap"), "{words}");
+    let text = output_of(&mut jde(&["info", folder.path().to_str().unwrap()])).out;
+    assert!(text.contains(&format!("in {count} files: ")), "{text}");
+    assert!(text.contains("drive-001.mcap"), "{text}");
 
     let second = second.to_str().unwrap();
-    let again = said(&mut jde_with_plugins(&["replay", "--decide", second]));
+    let again = output_of(&mut jde_with_plugins(&["replay", "--decide", second]));
     assert_eq!(again.status, Some(0), "{}{}", again.out, again.err);
 
     let page = folder.path().join("page.html");
     let page = page.to_str().unwrap();
     for verb in [["report", page], ["plot", &page.replace("html", "png")]] {
-        let done = said(&mut jde(&[verb[0], second, "-o", verb[1]]));
+        let done = output_of(&mut jde(&[verb[0], second, "-o", verb[1]]));
         assert_eq!(done.status, Some(0), "{}", done.err);
     }
     let first = folder.path().join("drive-001.mcap");
-    let over = said(&mut jde(&["plot", second, "-o", first.to_str().unwrap()]));
-    assert_eq!(over.status, Some(2), "another part is the recording too");
+    let overwrite = output_of(&mut jde(&["plot", second, "-o", first.to_str().unwrap()]));
+    assert_eq!(overwrite.status, Some(2), "plot must not overwrite a part");
 
-    // Without its first part a recording can be described, but not decided again.
+    // A recording without its first part can be described, but not replayed.
     std::fs::remove_file(first).unwrap();
-    let told = said(&mut jde(&["info", second]));
+    let info = output_of(&mut jde(&["info", second]));
     assert!(
-        told.out.contains("the first part is not there any more"),
+        info.out.contains("the first part is not there any more"),
         "{}",
-        told.out
+        info.out
     );
-    let text = said(&mut jde(&["report", second, "-o", "-"])).out;
+    let text = output_of(&mut jde(&["report", second, "-o", "-"])).out;
     assert!(text.contains("the first part is not there any more"));
-    let again = said(&mut jde_with_plugins(&["replay", "--decide", second]));
+    let again = output_of(&mut jde_with_plugins(&["replay", "--decide", second]));
     assert_eq!(again.status, Some(2), "{}", again.err);
     assert!(
         again.err.contains("does not begin with the start"),
@@ -72,7 +71,7 @@ fn a_split_drive_is_told_drawn_and_decided_again_like_one() {
 }
 
 #[test]
-fn what_is_kept_of_a_drive_is_bounded() {
+fn keep_limits_the_size_of_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let run = record(folder.path(), &["--split", "1s", "--keep", "200kB"]);
     assert_eq!(run.status, Some(0), "{}", run.err);
@@ -84,7 +83,7 @@ fn what_is_kept_of_a_drive_is_bounded() {
 }
 
 #[test]
-fn what_another_run_writes_is_left_alone_and_named() {
+fn files_that_another_recording_is_writing_are_reported_and_not_deleted() {
     let folder = tempfile::tempdir().unwrap();
     let part = folder.path().join("drive-001.mcap");
     assert_eq!(record(folder.path(), &["--split", "2s"]).status, Some(0));
@@ -93,16 +92,16 @@ fn what_another_run_writes_is_left_alone_and_named() {
     written.lock().unwrap();
     let run = record(folder.path(), &["--split", "2s", "--overwrite"]);
     assert_eq!(run.status, Some(0), "{}", run.err);
-    let left = format!("{} not deleted because another recording", part.display());
-    assert!(run.err.contains(&left), "{}", run.err);
+    let warning = format!("{} not deleted because another recording", part.display());
+    assert!(run.err.contains(&warning), "{}", run.err);
     assert_eq!(
         json(&run.out)["recording"]["parts"]["left"][0],
         part.to_str().unwrap()
     );
 
-    let whole = folder.path().join("drive.mcap");
-    std::fs::write(&whole, "all of it").unwrap();
-    let written = File::open(&whole).unwrap();
+    let unsplit = folder.path().join("drive.mcap");
+    std::fs::write(&unsplit, "content").unwrap();
+    let written = File::open(&unsplit).unwrap();
     written.lock().unwrap();
     let refused = record(folder.path(), &["--overwrite"]);
     assert_eq!(refused.status, Some(2), "{}", refused.err);
@@ -111,12 +110,12 @@ fn what_another_run_writes_is_left_alone_and_named() {
         "{}",
         refused.err
     );
-    assert_eq!(std::fs::read_to_string(&whole).unwrap(), "all of it");
+    assert_eq!(std::fs::read_to_string(&unsplit).unwrap(), "content");
 }
 
 #[test]
-fn nonsense_is_refused_before_anything_is_written() {
-    for (more, words) in [
+fn invalid_options_are_reported_before_anything_is_written() {
+    for (options, error) in [
         (&["--split", "5parsecs"][..], "neither a size nor a time"),
         (&["--split", "10kB"], "from 100 kB"),
         (&["--split", "100kB"], "1 MB or more"),
@@ -126,13 +125,13 @@ fn nonsense_is_refused_before_anything_is_written() {
         (&["--split", "1GB", "--when", "collision"], "cannot be used with"),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let refused = record(folder.path(), more);
-        assert_eq!(refused.status, Some(2), "{more:?}: {}", refused.err);
-        assert!(refused.err.contains(words), "{more:?}: {}", refused.err);
+        let refused = record(folder.path(), options);
+        assert_eq!(refused.status, Some(2), "{options:?}: {}", refused.err);
+        assert!(refused.err.contains(error), "{options:?}: {}", refused.err);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_str().unwrap();
-    let nothing = said(&mut jde(&["info", path]));
+    let nothing = output_of(&mut jde(&["info", path]));
     assert!(nothing.err.contains("holds no recording"), "{}", nothing.err);
 }

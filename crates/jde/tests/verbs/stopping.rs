@@ -1,79 +1,82 @@
-//! Stopping everything at once, on this machine and on robots at given addresses (R14).
+//! `jde stop --all`, on this machine and on robots at given addresses (R14).
 
 use serde_json::Value;
 
-use crate::attached::{Place, navigation};
+use crate::attached::{Sandbox, navigation};
 use crate::support::{pair, root};
 
 #[test]
-fn r14_everything_is_stopped_at_once_in_all_applications_and_let_go_on() {
-    let place = Place::new();
-    let none = place.says(&["stop", "--all"]);
+fn r14_stop_all_stops_every_application_and_release_all_lets_them_continue() {
+    let sandbox = Sandbox::new();
+    let none = sandbox.run(&["stop", "--all"]);
     assert_eq!(none.status, Some(1), "{none:?}");
-    let _navigation = navigation(&place);
-    let other = place.start(&pair(), &[]);
+    let _navigation = navigation(&sandbox);
+    let other = sandbox.start(&pair(), &[]);
     let winners = |app: &str| -> Vec<Value> {
-        let groups = place.json(&["ps", "--app", app]);
+        let groups = sandbox.json(&["ps", "--app", app]);
         let groups = groups["groups"].as_array().expect("groups").iter();
         groups.map(|group| group["winner"].clone()).collect()
     };
     while winners("safe-navigation").iter().any(Value::is_null) {}
-    let said = place.told(&["stop", "--all"]);
+    let output = sandbox.run_ok(&["stop", "--all"]);
     assert!(
-        said.contains("safe-navigation: teleop, example stopped, every command is neutral"),
-        "{said}"
+        output.contains("safe-navigation: teleop, example stopped, every command is neutral"),
+        "{output}"
     );
-    assert!(said.contains("pair: "), "{said}");
+    assert!(output.contains("pair: "), "{output}");
     assert!(winners("safe-navigation").iter().all(Value::is_null));
     assert!(winners("pair").iter().all(Value::is_null));
-    let twist = place.told(&["get", "--app", "safe-navigation", "pioneer.velocity"]);
+    let twist = sandbox.run_ok(&["get", "--app", "safe-navigation", "pioneer.velocity"]);
     assert_eq!(
         twist.trim(),
         "{linear: {x: 0, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}}"
     );
-    let said = place.told(&["release", "--all", "--app", "safe-navigation"]);
+    let output = sandbox.run_ok(&["release", "--all", "--app", "safe-navigation"]);
     assert!(
-        said.contains("safe-navigation: teleop, example released"),
-        "{said}"
+        output.contains("safe-navigation: teleop, example released"),
+        "{output}"
     );
     while winners("safe-navigation").iter().any(Value::is_null) {}
-    assert!(winners("pair").iter().all(Value::is_null), "only what was named");
-    // An application that does not respond is named, and the others are stopped all the same.
-    other.signal("STOP");
-    let said = place.says(&["stop", "--all"]);
-    assert_eq!(said.status, Some(1), "{said:?}");
-    assert!(said.err.contains("pair did not do it"), "{said:?}");
     assert!(
-        said.out.contains("safe-navigation: teleop, example stopped"),
-        "{said:?}"
+        winners("pair").iter().all(Value::is_null),
+        "only the named application continues"
     );
-    let slip = place.says(&["stop", "--all", "--for", "1s"]);
-    assert_eq!(slip.status, Some(2), "{slip:?}");
+    // An application that does not respond is reported, and the others are stopped.
+    other.signal("STOP");
+    let output = sandbox.run(&["stop", "--all"]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert!(output.err.contains("pair did not do it"), "{output:?}");
+    assert!(
+        output.out.contains("safe-navigation: teleop, example stopped"),
+        "{output:?}"
+    );
+    let unsupported = sandbox.run(&["stop", "--all", "--for", "1s"]);
+    assert_eq!(unsupported.status, Some(2), "{unsupported:?}");
 }
 
 #[test]
-fn r14_a_robot_that_is_switched_off_is_named_and_keeps_nobody_else_from_being_stopped() {
-    let place = Place::new();
-    let free = || {
+fn r14_stop_all_reports_an_unreachable_robot_and_stops_the_others() {
+    let sandbox = Sandbox::new();
+    let free_address = || {
         let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-        format!("tcp/{}", socket.local_addr().expect("it has one"))
+        format!("tcp/{}", socket.local_addr().expect("the socket has an address"))
     };
-    let (live, off) = (free(), free());
-    let text = std::fs::read_to_string(root().join(pair())).expect("it is there");
-    let file = place.folder().join("open.toml");
+    let (live, off) = (free_address(), free_address());
+    let text = std::fs::read_to_string(root().join(pair())).expect("the application exists");
+    let file = sandbox.folder().join("open.toml");
     std::fs::write(
         &file,
         format!("{text}\n[link]\nlisten = [\"{live}\"]\ninsecure = true\n"),
     )
-    .expect("it can be written");
-    let _robot = place.start(&file.display().to_string(), &[]);
-    let said = place.says(&["stop", "--all", "--at", &off, "--at", &live]);
-    assert_eq!(said.status, Some(1), "{said:?}");
+    .expect("the folder is writable");
+    let _robot = sandbox.start(&file.display().to_string(), &[]);
+    let output = sandbox.run(&["stop", "--all", "--at", &off, "--at", &live]);
+    assert_eq!(output.status, Some(1), "{output:?}");
     assert!(
-        said.out.contains("pair: ") && said.out.contains("stopped, every command is neutral"),
-        "{said:?}"
+        output.out.contains("pair: ") && output.out.contains("stopped, every command is neutral"),
+        "{output:?}"
     );
-    assert!(said.err.contains(&format!("{off} did not do it")), "{said:?}");
-    let said = place.says(&["stop", "--all", "--at", &live]);
-    assert_eq!(said.status, Some(0), "{said:?}");
+    assert!(output.err.contains(&format!("{off} did not do it")), "{output:?}");
+    let output = sandbox.run(&["stop", "--all", "--at", &live]);
+    assert_eq!(output.status, Some(0), "{output:?}");
 }

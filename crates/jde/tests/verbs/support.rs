@@ -15,9 +15,9 @@ const PLUGINS: [&str; 10] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop",
 ];
 
-/// The output of the executable, and its exit status.
+/// The output of a process that has ended.
 #[derive(Debug)]
-pub(crate) struct Said {
+pub(crate) struct RunOutput {
     /// Exit status; `None` if a signal ended the process.
     pub(crate) status: Option<i32>,
     /// Standard output.
@@ -26,12 +26,12 @@ pub(crate) struct Said {
     pub(crate) err: String,
 }
 
-/// Returns the path of an application of these tests.
+/// Returns the path of an application in `tests/apps`.
 pub(crate) fn app(name: &str) -> String {
     format!("{}/tests/apps/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Returns the path of an application without a mission, whose listener takes over again and again.
+/// Returns the path of an application without a mission, whose listener takes over repeatedly.
 pub(crate) fn pair() -> String {
     root().join("apps/pair.toml").display().to_string()
 }
@@ -47,13 +47,12 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .ancestors()
         .nth(2)
-        .expect("crates/jde is two folders down")
+        .expect("the crate is in crates/jde")
 }
 
-/// Returns a command for the executable, with no plugins but those beside it, no colours, and none of the
-/// tester's settings.
+/// Returns a command for the executable that ignores the colour and plugin settings of the environment.
 pub(crate) fn jde(args: &[&str]) -> Command {
-    heed_interrupts();
+    restore_interrupts();
     let mut command = Command::new(env!("CARGO_BIN_EXE_jde"));
     command
         .args(args)
@@ -62,10 +61,10 @@ pub(crate) fn jde(args: &[&str]) -> Command {
     command
 }
 
-/// Handles SIGINT and SIGQUIT with their default effect. A shell without job control makes background
-/// processes ignore them, and every process that these start inherits that: a test that interrupts the
-/// executable would wait forever. Signals that are handled here are not ignored there.
-fn heed_interrupts() {
+/// Handles SIGINT and SIGQUIT with their default effect, so that child processes do not ignore them. A shell
+/// without job control makes background processes ignore both signals, and children inherit this: a test that
+/// interrupts the executable would wait forever.
+fn restore_interrupts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         for signal in [SIGINT, SIGQUIT] {
@@ -82,23 +81,23 @@ pub(crate) fn jde_with_plugins(args: &[&str]) -> Command {
     command
 }
 
-/// Runs a command to its end.
-pub(crate) fn said(command: &mut Command) -> Said {
+/// Runs a command until it ends.
+pub(crate) fn output_of(command: &mut Command) -> RunOutput {
     let _watchdog = Watchdog::for_test();
     let Output {
         status,
         stdout,
         stderr,
     } = command.output().expect("the executable starts");
-    let text = |bytes| String::from_utf8(bytes).expect("what it says is UTF-8");
-    Said {
+    let text = |bytes| String::from_utf8(bytes).expect("the output is UTF-8");
+    RunOutput {
         status: status.code(),
         out: text(stdout),
         err: text(stderr),
     }
 }
 
-/// Returns the folder of the plugins, which it builds if needed. It depends on no files of other tests.
+/// Builds the plugins once, and returns their folder.
 pub(crate) fn plugins() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -116,7 +115,7 @@ pub(crate) fn plugins() -> &'static Path {
             "{}",
             String::from_utf8_lossy(&output.stderr)
         );
-        let messages = String::from_utf8(output.stdout).expect("cargo says UTF-8");
+        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
         let mut libraries = messages.lines().filter_map(|line| {
             let message: Value = serde_json::from_str(line).ok()?;
             let kinds = message["target"]["crate_types"].as_array()?;
@@ -124,6 +123,6 @@ pub(crate) fn plugins() -> &'static Path {
             let file = is_plugin.then(|| message["filenames"][0].as_str())??;
             Some(Path::new(file).parent()?.to_owned())
         });
-        libraries.next().expect("cargo names the libraries it made")
+        libraries.next().expect("cargo lists the built libraries")
     })
 }

@@ -1,5 +1,5 @@
-//! Output that is never read, and terminals that vanish: running schemas are not delayed, and a request to
-//! end is obeyed.
+//! Output that is never read and terminals that vanish do not delay schemas, and every verb still ends when a
+//! signal requests it.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -13,7 +13,7 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
-use crate::attached::Place;
+use crate::attached::Sandbox;
 use crate::support::{jde, jde_with_plugins, pair};
 
 /// A full pipe that is not read.
@@ -24,13 +24,12 @@ struct Unread {
 
 impl Unread {
     fn new() -> Self {
-        let (reader, writer) = std::io::pipe().expect("there are pipes");
+        let (reader, writer) = std::io::pipe().expect("a pipe is created");
         let flags = fcntl_getfl(&writer).unwrap();
         fcntl_setfl(&writer, flags | OFlags::NONBLOCK).unwrap();
-        let mut filling = &writer;
-        while filling.write(&[b'.'; 4096]).is_ok() {}
-        // Less room remains than the first writes needed.
-        while filling.write(b".").is_ok() {}
+        let mut unread = &writer;
+        while unread.write(&[b'.'; 4096]).is_ok() {}
+        while unread.write(b".").is_ok() {}
         fcntl_setfl(&writer, flags).unwrap();
         Self {
             _reader: reader,
@@ -38,8 +37,12 @@ impl Unread {
         }
     }
 
+    /// Returns the writing end.
     fn end(&self) -> Stdio {
-        self.writer.try_clone().expect("it can be had twice").into()
+        self.writer
+            .try_clone()
+            .expect("the descriptor is duplicated")
+            .into()
     }
 }
 
@@ -54,45 +57,49 @@ impl Process {
     fn signal(&self, name: &str) {
         let id = self.0.id().to_string();
         let sent = Command::new("kill").args([&format!("-{name}"), &id]).status();
-        assert!(sent.expect("there is a kill").success());
+        assert!(sent.expect("kill is installed").success());
     }
 
     /// Waits until the process ends. Returns its exit status.
-    fn ended(&mut self) -> Option<i32> {
-        self.0.wait().expect("it can be asked").code()
+    fn exit_status(&mut self) -> Option<i32> {
+        self.0.wait().expect("the process ends").code()
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It may have ended already.
+        // The process may have ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// A terminal whose other end the test holds.
+/// A pseudoterminal.
 struct Terminal {
-    /// The other end. Closing it makes the terminal vanish.
-    shows: File,
+    /// The controlling side. Closing it makes the terminal vanish.
+    controller: File,
     path: PathBuf,
 }
 
 impl Terminal {
     fn new() -> Self {
-        let shows = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
-        grantpt(&shows).unwrap();
-        unlockpt(&shows).unwrap();
-        let path = ptsname(&shows, Vec::new()).unwrap().into_string().unwrap().into();
+        let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        grantpt(&controller).unwrap();
+        unlockpt(&controller).unwrap();
+        let path = ptsname(&controller, Vec::new())
+            .unwrap()
+            .into_string()
+            .unwrap()
+            .into();
         let size = Winsize {
             ws_row: 24,
             ws_col: 80,
             ws_xpixel: 0,
             ws_ypixel: 0,
         };
-        tcsetwinsize(&shows, size).unwrap();
+        tcsetwinsize(&controller, size).unwrap();
         Self {
-            shows: shows.into(),
+            controller: controller.into(),
             path,
         }
     }
@@ -109,31 +116,31 @@ impl Terminal {
     /// Creates a terminal that accepts no more output.
     fn full() -> Self {
         let terminal = Self::new();
-        let mut filling: File = terminal.open(OFlags::NONBLOCK).into();
-        while filling.write(&[b'.'; 256]).is_ok() {}
-        while filling.write(b".").is_ok() {}
+        let mut file: File = terminal.open(OFlags::NONBLOCK).into();
+        while file.write(&[b'.'; 256]).is_ok() {}
+        while file.write(b".").is_ok() {}
         terminal
     }
 
-    /// Starts a process on this terminal. With a session of its own, a signal informs the process when the
-    /// terminal vanishes; without, nothing does.
+    /// Starts a process on this terminal. Only a process with a session of its own gets SIGHUP when the terminal
+    /// vanishes.
     fn start(&self, mut command: Command, session: bool) -> Process {
         let ends = [0; 3].map(|_| Stdio::from(self.open(OFlags::empty())));
         let [input, out, err] = ends;
         if session {
-            let mut within = Command::new("setsid");
-            within
+            let mut setsid = Command::new("setsid");
+            setsid
                 .arg("--ctty")
                 .arg(command.get_program())
                 .args(command.get_args());
             for (key, value) in command.get_envs() {
                 match value {
-                    Some(value) => within.env(key, value),
-                    None => within.env_remove(key),
+                    Some(value) => setsid.env(key, value),
+                    None => setsid.env_remove(key),
                 };
             }
-            within.current_dir(command.get_current_dir().expect("it has one"));
-            command = within;
+            setsid.current_dir(command.get_current_dir().expect("the command has a directory"));
+            command = setsid;
         }
         command
             .env("TERM", "xterm-256color")
@@ -143,25 +150,28 @@ impl Terminal {
         Process::start(&mut command)
     }
 
-    /// Reads the output until it contains `what`.
-    fn shows(&mut self, what: &str) {
+    /// Reads the output until it contains `text`.
+    fn wait_for(&mut self, text: &str) {
         let mut shown = String::new();
-        let mut piece = [0; 4096];
-        while !shown.contains(what) {
-            let length = self.shows.read(&mut piece).expect("somebody is there");
-            shown += &String::from_utf8_lossy(&piece[..length]);
+        let mut buffer = [0; 4096];
+        while !shown.contains(text) {
+            let length = self
+                .controller
+                .read(&mut buffer)
+                .expect("the process keeps the terminal open");
+            shown += &String::from_utf8_lossy(&buffer[..length]);
         }
     }
 }
 
 /// Repeats a check until it is true.
-fn until(so: impl Fn() -> bool) {
-    while !so() {}
+fn until(condition: impl Fn() -> bool) {
+    while !condition() {}
 }
 
 /// Returns the iterations of all schemas so far.
-fn iterations(place: &Place) -> u64 {
-    let now = place.json(&["ps"]);
+fn iterations(sandbox: &Sandbox) -> u64 {
+    let now = sandbox.json(&["ps"]);
     let schemas = now["schemas"].as_array().expect("a list").iter();
     schemas
         .map(|schema| schema["iterations"].as_u64().expect("a number"))
@@ -170,69 +180,69 @@ fn iterations(place: &Place) -> u64 {
 
 /// Checks that an application starts, keeps iterating, and ends at a signal, while all of its output goes to
 /// full pipes.
-fn runs_and_ends(place: &Place, signal: &str, more: &[&str]) {
+fn runs_and_ends(sandbox: &Sandbox, signal: &str, options: &[&str]) {
     let (out, err) = (Unread::new(), Unread::new());
-    let mut command = place.command(jde_with_plugins(&["run", &pair()]));
+    let mut command = sandbox.command(jde_with_plugins(&["run", &pair()]));
     command
-        .args(more)
+        .args(options)
         .stdin(Stdio::null())
         .stdout(out.end())
         .stderr(err.end());
     let mut process = Process::start(&mut command);
-    until(|| !place.apps().is_empty());
-    let before = iterations(place);
-    until(|| iterations(place) > before + 10);
+    until(|| !sandbox.apps().is_empty());
+    let before = iterations(sandbox);
+    until(|| iterations(sandbox) > before + 10);
     process.signal(signal);
-    assert_eq!(process.ended(), Some(0));
+    assert_eq!(process.exit_status(), Some(0));
 }
 
 #[test]
-fn a_run_whose_log_and_lines_nobody_reads_goes_on_and_ends_with_its_recording_closed() {
+fn a_run_with_unread_output_continues_and_closes_its_recording() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
-    let drive = place.folder().join("drive.mcap");
+    let sandbox = Sandbox::new();
+    let drive = sandbox.folder().join("drive.mcap");
     let record = ["--plain", "--log", "trace", "--record", drive.to_str().unwrap()];
-    runs_and_ends(&place, "TERM", &record);
+    runs_and_ends(&sandbox, "TERM", &record);
     let recording = Recording::open(&drive).expect("there is a recording");
     assert!(recording.damage().is_none(), "{:?}", recording.damage());
 }
 
 #[test]
-fn a_run_whose_json_and_decisions_nobody_reads_goes_on_and_ends() {
+fn a_run_with_unread_json_and_decisions_continues_and_ends() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let decisions = Unread::new();
     let path = format!("/proc/{}/fd/{}", std::process::id(), decisions.writer.as_raw_fd());
     runs_and_ends(
-        &place,
+        &sandbox,
         "INT",
         &["--json", "--log", "state=info", "--decisions", &path],
     );
 }
 
 #[test]
-fn a_run_in_lockstep_whose_lines_nobody_reads_ends_when_it_is_asked_to() {
+fn a_run_in_lockstep_with_unread_output_ends_at_a_signal() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let (out, err) = (Unread::new(), Unread::new());
-    let mut command = place.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--link"]));
+    let mut command = sandbox.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--link"]));
     command
         .args(["--log", "trace"])
         .stdin(Stdio::null())
         .stdout(out.end())
         .stderr(err.end());
     let mut process = Process::start(&mut command);
-    until(|| !place.apps().is_empty());
+    until(|| !sandbox.apps().is_empty());
     process.signal("TERM");
-    assert_eq!(process.ended(), Some(0));
+    assert_eq!(process.exit_status(), Some(0));
 }
 
 #[test]
-fn tools_whose_reader_does_not_read_end_when_they_are_asked_to() {
+fn tools_with_unread_output_end_at_a_signal() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
-    let _application = place.start(&pair(), &[]);
-    let (drive, file) = (recorded(&place), place.folder().join("other.mcap"));
+    let sandbox = Sandbox::new();
+    let _application = sandbox.start(&pair(), &[]);
+    let (drive, file) = (record(&sandbox), sandbox.folder().join("other.mcap"));
     for arguments in [
         &["watch", "listener.period", "talker.count"][..],
         &["watch", "--json", "talker.count"],
@@ -243,12 +253,12 @@ fn tools_whose_reader_does_not_read_end_when_they_are_asked_to() {
         &["sim", "office", "--pty"],
     ] {
         let (out, err) = (Unread::new(), Unread::new());
-        let mut command = place.command(jde(arguments));
+        let mut command = sandbox.command(jde(arguments));
         command.stdin(Stdio::null()).stdout(out.end()).stderr(err.end());
         let mut process = Process::start(&mut command);
-        until(|| is_told(&process));
+        until(|| handles_sigterm(&process));
         process.signal("TERM");
-        assert_eq!(process.ended(), Some(0), "{arguments:?}");
+        assert_eq!(process.exit_status(), Some(0), "{arguments:?}");
     }
     assert!(
         Recording::open(&file)
@@ -259,33 +269,35 @@ fn tools_whose_reader_does_not_read_end_when_they_are_asked_to() {
 }
 
 /// Records one second of an application.
-fn recorded(place: &Place) -> String {
-    let drive = place.folder().join("drive.mcap").to_str().unwrap().to_owned();
-    let mut run = place.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]));
-    let recorded = run.args(["--record", &drive]).output();
-    assert!(recorded.expect("it starts").status.success());
+fn record(sandbox: &Sandbox) -> String {
+    let drive = sandbox.folder().join("drive.mcap").to_str().unwrap().to_owned();
+    let mut run = sandbox.command(jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]));
+    let output = run.args(["--record", &drive]).output();
+    assert!(output.expect("the executable starts").status.success());
     drive
 }
 
-/// Whether a process handles SIGTERM yet, according to Linux.
-fn is_told(process: &Process) -> bool {
-    let status = std::fs::read_to_string(format!("/proc/{}/status", process.0.id())).expect("it is there");
+/// Returns whether a process handles SIGTERM yet.
+fn handles_sigterm(process: &Process) -> bool {
+    let status =
+        std::fs::read_to_string(format!("/proc/{}/status", process.0.id())).expect("the process runs");
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
-    let caught = u64::from_str_radix(caught.expect("Linux says so").trim(), 16).expect("a mask");
+    let caught = u64::from_str_radix(caught.expect("Linux reports the handled signals").trim(), 16)
+        .expect("the mask is hexadecimal");
     caught & (1 << (signal_hook::consts::SIGTERM - 1)) != 0
 }
 
-/// The first output of a view, and the first query of the line editor.
-const VIEW: &str = "\u{1b}[?1049h";
-const ASKS: &str = "\u{1b}[6n";
+/// The first output of a view, and of the line editor.
+const ALTERNATE_SCREEN: &str = "\u{1b}[?1049h";
+const CURSOR_QUERY: &str = "\u{1b}[6n";
 
 #[test]
-fn whoever_had_a_terminal_ends_with_it() {
+fn processes_end_without_a_panic_when_their_terminal_vanishes() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
-    let drive = recorded(&place);
-    let _application = place.start(&pair(), &[]);
-    let other = place.folder().join("other.mcap");
+    let sandbox = Sandbox::new();
+    let drive = record(&sandbox);
+    let _application = sandbox.start(&pair(), &[]);
+    let other = sandbox.folder().join("other.mcap");
     let pair = pair();
     let views = [
         (
@@ -297,62 +309,65 @@ fn whoever_had_a_terminal_ends_with_it() {
                 "--record",
                 other.to_str().unwrap(),
             ][..],
-            VIEW,
+            ALTERNATE_SCREEN,
         ),
-        (&["top", "pair"], VIEW),
-        (&["watch", "--plot", "pair:talker.count"], VIEW),
-        (&["replay", &drive, "--name", "played", "--stay"], VIEW),
-        (&["shell"], ASKS),
+        (&["top", "pair"], ALTERNATE_SCREEN),
+        (&["watch", "--plot", "pair:talker.count"], ALTERNATE_SCREEN),
+        (
+            &["replay", &drive, "--name", "played", "--stay"],
+            ALTERNATE_SCREEN,
+        ),
+        (&["shell"], CURSOR_QUERY),
     ];
-    for (arguments, begins) in views {
+    for (arguments, first_output) in views {
         for session in [true, false] {
             let mut terminal = Terminal::new();
-            let mut process = terminal.start(place.command(jde_with_plugins(arguments)), session);
-            terminal.shows(begins);
+            let mut process = terminal.start(sandbox.command(jde_with_plugins(arguments)), session);
+            terminal.wait_for(first_output);
             drop(terminal);
             let panicked = 101;
-            assert_ne!(process.ended(), Some(panicked), "{arguments:?}");
-            let _ = std::fs::rename(&other, place.folder().join(format!("{session}.mcap")));
+            assert_ne!(process.exit_status(), Some(panicked), "{arguments:?}");
+            let _ = std::fs::rename(&other, sandbox.folder().join(format!("{session}.mcap")));
         }
     }
     for session in ["true", "false"] {
         let recording =
-            Recording::open(&place.folder().join(format!("{session}.mcap"))).expect("a recording");
+            Recording::open(&sandbox.folder().join(format!("{session}.mcap"))).expect("a recording");
         assert!(recording.damage().is_none(), "{:?}", recording.damage());
     }
 }
 
 #[test]
-fn a_shell_that_is_asked_to_end_ends_with_the_verb_that_runs() {
+fn sigterm_ends_a_shell_and_the_verb_that_it_runs() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
-    let _application = place.start(&pair(), &[]);
+    let sandbox = Sandbox::new();
+    let _application = sandbox.start(&pair(), &[]);
     let mut terminal = Terminal::new();
-    let mut shell = terminal.start(place.command(jde(&["shell"])), false);
-    terminal.shows(ASKS);
+    let mut shell = terminal.start(sandbox.command(jde(&["shell"])), false);
+    terminal.wait_for(CURSOR_QUERY);
     terminal
-        .shows
+        .controller
         .write_all(b"\x1b[1;1Rwatch talker.count\r")
         .unwrap();
     // The line editor has released the terminal.
-    terminal.shows(" s\u{1b}[0m  ");
+    terminal.wait_for(" s\u{1b}[0m  ");
     shell.signal("TERM");
-    assert_eq!(shell.ended(), Some(143));
+    assert_eq!(shell.exit_status(), Some(143));
 
-    let mut command = place.command(jde(&["shell"]));
+    let mut command = sandbox.command(jde(&["shell"]));
     let mut shell = Process::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
     let mut lines = shell.0.stdin.take().unwrap();
     lines.write_all(b"watch talker.count\n").unwrap();
     shell.0.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
     shell.signal("TERM");
-    assert_eq!(shell.ended(), Some(143));
+    assert_eq!(shell.exit_status(), Some(143));
 }
 
 #[test]
-fn views_on_a_terminal_that_takes_nothing_end_when_they_are_asked_to() {
+fn views_on_a_terminal_that_accepts_no_output_end_at_a_signal() {
     let _watchdog = Watchdog::for_test();
-    let place = Place::new();
-    let _application = place.start(&pair(), &[]);
+    let sandbox = Sandbox::new();
+    let _application = sandbox.start(&pair(), &[]);
     let pair = pair();
     for arguments in [
         &["run", &pair, "--name", "other"][..],
@@ -360,9 +375,9 @@ fn views_on_a_terminal_that_takes_nothing_end_when_they_are_asked_to() {
         &["watch", "--plot", "pair:talker.count"],
     ] {
         let terminal = Terminal::full();
-        let mut process = terminal.start(place.command(jde_with_plugins(arguments)), false);
-        until(|| is_told(&process));
+        let mut process = terminal.start(sandbox.command(jde_with_plugins(arguments)), false);
+        until(|| handles_sigterm(&process));
         process.signal("TERM");
-        process.ended();
+        process.exit_status();
     }
 }

@@ -1,6 +1,6 @@
-//! Help, version, wrong use and completions of every verb.
+//! Help, version, usage errors and completions of every verb.
 
-use crate::support::{jde, said};
+use crate::support::{jde, output_of};
 
 const VERBS: [&str; 30] = [
     "demo",
@@ -38,7 +38,7 @@ const VERBS: [&str; 30] = [
 #[test]
 fn every_verb_has_help_with_an_example() {
     for verb in VERBS {
-        let help = said(&mut jde(&[verb, "--help"]));
+        let help = output_of(&mut jde(&[verb, "--help"]));
         assert_eq!(help.status, Some(0), "{verb}");
         assert!(
             help.out.contains(&format!("jde {verb}")) && help.out.contains("Example"),
@@ -54,23 +54,23 @@ fn every_verb_has_help_with_an_example() {
 }
 
 #[test]
-fn alone_it_prints_help_that_names_every_verb() {
-    let alone = said(&mut jde(&[]));
-    let help = said(&mut jde(&["--help"]));
+fn without_arguments_the_executable_prints_help_that_names_every_verb() {
+    let without_arguments = output_of(&mut jde(&[]));
+    let help = output_of(&mut jde(&["--help"]));
     assert_eq!(help.status, Some(0));
     for verb in VERBS {
         let line = format!("\n  {verb} ");
         assert!(
-            help.out.contains(&line) && alone.err.contains(&line),
+            help.out.contains(&line) && without_arguments.err.contains(&line),
             "{verb}: {}",
-            alone.err
+            without_arguments.err
         );
     }
 }
 
 #[test]
 fn the_version_is_that_of_the_package() {
-    let version = said(&mut jde(&["--version"]));
+    let version = output_of(&mut jde(&["--version"]));
     assert_eq!(
         (version.status, version.out.as_str()),
         (Some(0), concat!("jde ", env!("CARGO_PKG_VERSION"), "\n"))
@@ -78,7 +78,7 @@ fn the_version_is_that_of_the_package() {
 }
 
 #[test]
-fn wrong_use_ends_with_status_2_and_says_what_to_do() {
+fn usage_errors_have_exit_status_2_and_a_message() {
     for args in [
         &["fly"][..],
         &["run"],
@@ -95,7 +95,7 @@ fn wrong_use_ends_with_status_2_and_says_what_to_do() {
         &["completions", "dos"],
         &["new", "schema", "Not A Name"],
     ] {
-        let wrong = said(&mut jde(args));
+        let wrong = output_of(&mut jde(args));
         assert_eq!(wrong.status, Some(2), "{args:?}: {}", wrong.err);
         assert!(
             wrong.err.starts_with("error: ") && wrong.out.is_empty(),
@@ -106,9 +106,9 @@ fn wrong_use_ends_with_status_2_and_says_what_to_do() {
 }
 
 #[test]
-fn completions_are_there_for_every_shell() {
+fn completions_exist_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = said(&mut jde(&["completions", shell]));
+        let script = output_of(&mut jde(&["completions", shell]));
         assert_eq!(script.status, Some(0), "{shell}");
         assert!(
             script.out.contains("COMPLETE") && script.out.contains("jde"),
@@ -116,24 +116,24 @@ fn completions_are_there_for_every_shell() {
             script.out
         );
     }
-    // The completion script runs the executable at each press of the key.
-    let mut asked = jde(&["--", "jde", ""]);
-    asked
+    // The completion script runs the executable for each completion.
+    let mut completion = jde(&["--", "jde", ""]);
+    completion
         .env("COMPLETE", "bash")
         .env("_CLAP_COMPLETE_INDEX", "1")
         .env("_CLAP_COMPLETE_COMP_TYPE", "9")
         .env("_CLAP_COMPLETE_SPACE", "false")
         .env("_CLAP_IFS", "\n");
-    let words = said(&mut asked).out;
+    let offered = output_of(&mut completion).out;
     for verb in VERBS {
-        assert!(words.lines().any(|word| word == verb), "{verb} in {words}");
+        assert!(offered.lines().any(|word| word == verb), "{verb} in {offered}");
     }
 }
 
 #[test]
-fn colours_are_for_terminals_unless_they_are_asked_for() {
-    let plain = said(&mut jde(&["check", "no/such.toml"]));
+fn output_to_a_pipe_has_colours_only_on_request() {
+    let plain = output_of(&mut jde(&["check", "no/such.toml"]));
     assert!(!plain.err.contains('\u{1b}'), "{}", plain.err);
-    let coloured = said(&mut jde(&["check", "no/such.toml", "--color", "always"]));
+    let coloured = output_of(&mut jde(&["check", "no/such.toml", "--color", "always"]));
     assert!(coloured.err.contains('\u{1b}'), "{}", coloured.err);
 }

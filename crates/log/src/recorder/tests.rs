@@ -1,5 +1,4 @@
-//! A recorder on variables that only the test writes: no value is torn, no loss is silent, and no disk blocks
-//! it.
+//! Tests of the recorder: values are complete, losses are counted, and disk errors are reported.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -18,7 +17,7 @@ use jde_ros::cdr;
 
 use crate::{Message, Recording};
 
-/// Variables, their clock and a folder.
+/// Variables, their clock, and the folder of the recording.
 struct Fixture {
     board: Board,
     time: Arc<AtomicU64>,
@@ -89,149 +88,152 @@ fn options(lossless: bool) -> Options<'static> {
         application: None,
         overwrite: false,
         lossless,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     }
 }
 
 #[test]
-fn in_a_folder_that_is_somebody_elses_nobody_else_may_read_a_recording() {
-    let bench = Fixture::new();
+fn a_recording_in_a_folder_of_another_user_is_private() {
+    let fixture = Fixture::new();
     let mode = |file: &Path| file.metadata().unwrap().permissions().mode() & 0o777;
     let record = |file: &Path| {
         drop(Recorder::create(file, options(true)).unwrap().finish());
         mode(file)
     };
-    let usual = bench.folder.path().join("usual");
-    drop(File::create(&usual).unwrap());
-    assert_eq!(record(&bench.file()), mode(&usual));
-    // Only root can change the owner of a folder. Other users use the folder of temporary files, whose owner
-    // is another user.
-    let other = bench.folder.path().join("other");
+    let ordinary = fixture.folder.path().join("ordinary");
+    drop(File::create(&ordinary).unwrap());
+    assert_eq!(record(&fixture.file()), mode(&ordinary));
+    // Only root can change the owner of a folder. Without root, the folder for temporary files belongs to another
+    // user.
+    let other = fixture.folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
-    let given = std::os::unix::fs::chown(&other, Some(65534), None).is_ok();
-    let theirs = if given { other } else { std::env::temp_dir() };
-    let file = theirs.join(format!("jde-{}.mcap", std::process::id()));
+    let changed = std::os::unix::fs::chown(&other, Some(65534), None).is_ok();
+    let foreign = if changed { other } else { std::env::temp_dir() };
+    let file = foreign.join(format!("jde-{}.mcap", std::process::id()));
     assert_eq!(record(&file), 0o600);
     std::fs::remove_file(&file).unwrap();
 }
 
 #[test]
-fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
-    let bench = Fixture::new();
+fn a_lossless_recording_keeps_every_value_in_the_order_of_time() {
+    let fixture = Fixture::new();
     let variables = [
-        bench.declare::<u64>("count"),
-        bench.declare::<LaserScan>("laser"),
-        bench.declare::<Image>("camera"),
+        fixture.declare::<u64>("count"),
+        fixture.declare::<LaserScan>("laser"),
+        fixture.declare::<Image>("camera"),
     ];
-    let recorder = Recorder::create(&bench.file(), options(true)).unwrap();
+    let recorder = Recorder::create(&fixture.file(), options(true)).unwrap();
     let mut writers: Vec<_> = variables
         .iter()
         .map(|variable| {
-            recorder.watch(variable, bench.clock());
+            recorder.watch(variable, fixture.clock());
             variable.writer(1, "test").unwrap()
         })
         .collect();
     // More than the slots of each variable.
     let rounds = 1500_u64;
     for number in 1..=rounds {
-        bench.publish(&mut writers[0], number);
-        bench.publish(&mut writers[1], number);
+        fixture.publish(&mut writers[0], number);
+        fixture.publish(&mut writers[1], number);
         if number % 50 == 0 {
-            bench.publish(&mut writers[2], number);
+            fixture.publish(&mut writers[2], number);
         }
     }
     let status = recorder.finish();
     assert_eq!((status.written, status.lost), (rounds * 2 + rounds / 50, 0));
     assert_eq!(
         status.bytes,
-        bench.file().metadata().unwrap().len(),
-        "all that was counted is there"
+        fixture.file().metadata().unwrap().len(),
+        "the file has the reported size"
     );
 
-    let messages = bench.messages();
+    let messages = fixture.messages();
     assert!(messages.is_sorted_by_key(|message| message.log_time));
     for (variable, topic) in variables
         .iter()
         .zip(["/robot/count", "/robot/laser", "/robot/camera"])
     {
         let of_topic = messages.iter().filter(|message| message.channel.topic == topic);
-        for (place, message) in of_topic.enumerate() {
-            assert_eq!(message.sequence as usize, place + 1);
+        for (index, message) in of_topic.enumerate() {
+            assert_eq!(message.sequence as usize, index + 1);
             let value = cdr::decode(&variable.describe().value_type, &message.data).unwrap();
             assert_eq!(value[..8], (message.log_time / 1_000_000).to_ne_bytes());
             assert_eq!(
                 message.publish_time,
                 message.log_time / 1_000_000,
-                "its own stamp"
+                "the time of the stamp"
             );
         }
     }
 }
 
 #[test]
-fn in_real_time_what_is_not_kept_is_counted() {
-    let bench = Fixture::new();
-    let variables = [bench.declare::<u64>("count"), bench.declare::<Image>("camera")];
-    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
+fn in_real_time_lost_values_are_counted() {
+    let fixture = Fixture::new();
+    let variables = [
+        fixture.declare::<u64>("count"),
+        fixture.declare::<Image>("camera"),
+    ];
+    let recorder = Recorder::create(&fixture.file(), options(false)).unwrap();
     let mut writers: Vec<_> = variables
         .iter()
         .map(|variable| {
-            recorder.watch(variable, bench.clock());
+            recorder.watch(variable, fixture.clock());
             variable.writer(1, "test").unwrap()
         })
         .collect();
     for number in 1..=3000 {
-        bench.publish(&mut writers[0], number);
+        fixture.publish(&mut writers[0], number);
     }
     for number in 3001..=3100 {
-        bench.publish(&mut writers[1], number);
+        fixture.publish(&mut writers[1], number);
     }
     let status = recorder.finish();
     assert_eq!(status.written + status.lost, 3100, "{status:?}");
-    let messages = bench.messages();
+    let messages = fixture.messages();
     assert_eq!(messages.len() as u64, status.written);
     let last = |topic: &str| {
         let mut of_topic = messages.iter().filter(|message| message.channel.topic == topic);
         of_topic.next_back().unwrap().sequence
     };
     assert_eq!(last("/robot/camera"), 100, "the newest picture is always kept");
-    let told = Recording::open(&bench.file()).unwrap();
-    let told: u64 = told
+    let recording = Recording::open(&fixture.file()).unwrap();
+    let lost: u64 = recording
         .metadata("jde/lost")
         .unwrap()
         .values()
         .map(|lost| lost.parse::<u64>().unwrap())
         .sum();
-    assert_eq!(told, status.lost, "and the file says so");
+    assert_eq!(lost, status.lost, "the file contains the count");
 }
 
 #[test]
-fn the_value_at_the_beginning_is_kept_too() {
-    let bench = Fixture::new();
-    let count = bench.declare::<u64>("count");
+fn the_value_before_the_start_is_recorded() {
+    let fixture = Fixture::new();
+    let count = fixture.declare::<u64>("count");
     let mut writer = count.writer(1, "test").unwrap();
-    bench.publish(&mut writer, 5);
-    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
-    recorder.watch(&count, bench.clock());
+    fixture.publish(&mut writer, 5);
+    let recorder = Recorder::create(&fixture.file(), options(false)).unwrap();
+    recorder.watch(&count, fixture.clock());
     recorder.finish();
-    bench.publish(&mut writer, 6);
-    let messages = bench.messages();
-    assert_eq!(messages.len(), 1, "and none after the end");
+    fixture.publish(&mut writer, 6);
+    let messages = fixture.messages();
+    assert_eq!(messages.len(), 1, "values after the end are not recorded");
     assert_eq!(messages[0].data, b"\0\x01\0\0\x05\0\0\0\0\0\0\0");
     assert_eq!(messages[0].channel.type_name, "std_msgs/msg/UInt64");
     assert_eq!(messages[0].channel.metadata["access"], "export");
 }
 
 #[test]
-fn values_from_elsewhere_are_kept_as_they_are_stamped() {
-    let bench = Fixture::new();
-    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
+fn values_of_another_process_keep_their_stamps() {
+    let fixture = Fixture::new();
+    let recorder = Recorder::create(&fixture.file(), options(false)).unwrap();
     let topic = recorder.topic(
-        "/elsewhere/count",
+        "/remote/count",
         Arc::new(u64::describe()),
-        BTreeMap::from([("from".to_owned(), "afar".to_owned())]),
+        BTreeMap::from([("from".to_owned(), "remote".to_owned())]),
     );
-    // The file has 32 bits for a sequence number, which restarts at 0 after the largest.
+    // A sequence number has 32 bits in the file, and wraps around.
     let large = u64::from(u32::MAX);
     for (published, measured, sequence) in [(30, 29, large + 1), (20, 19, large), (10, 9, 1)] {
         let stamps = crate::Stamps {
@@ -242,35 +244,35 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
         assert!(topic.put(&published.to_ne_bytes(), stamps));
     }
     topic.add_lost(3);
-    assert_eq!(recorder.finish().lost_by_topic["/elsewhere/count"], 3);
-    let messages = bench.messages();
+    assert_eq!(recorder.finish().lost_by_topic["/remote/count"], 3);
+    let messages = fixture.messages();
     let times: Vec<_> = messages
         .iter()
         .map(|message| (message.log_time, message.publish_time, message.sequence))
         .collect();
     assert_eq!(times, [(10, 9, 1), (20, 19, u32::MAX), (30, 29, 0)]);
-    assert_eq!(messages[0].channel.metadata["from"], "afar");
+    assert_eq!(messages[0].channel.metadata["from"], "remote");
 }
 
 /// Far longer than any of these tests takes.
 const WATCHDOG: std::time::Duration = std::time::Duration::from_secs(60);
 
-/// About three chunks.
-const ROOM: usize = 3_500_000;
+/// About three chunks, in bytes.
+const DISK_SPACE: usize = 3_500_000;
 
-/// A disk with limited room.
+/// A disk with limited space.
 struct LimitedFile {
     file: File,
-    room: usize,
+    space: usize,
 }
 
 impl Write for LimitedFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.room == 0 {
+        if self.space == 0 {
             return Err(io::Error::from_raw_os_error(28));
         }
-        let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
-        self.room -= written;
+        let written = self.file.write(&bytes[..bytes.len().min(self.space)])?;
+        self.space -= written;
         Ok(written)
     }
 
@@ -280,27 +282,27 @@ impl Write for LimitedFile {
 }
 
 #[test]
-fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
-    let bench = Fixture::new();
-    let laser = bench.declare::<LaserScan>("laser");
-    let (tell, told) = channel();
+fn a_full_disk_is_reported_once_and_does_not_block_the_writer() {
+    let fixture = Fixture::new();
+    let laser = fixture.declare::<LaserScan>("laser");
+    let (report, reported) = channel();
     let disk = LimitedFile {
-        file: File::create(bench.file()).unwrap(),
-        room: ROOM,
+        file: File::create(fixture.file()).unwrap(),
+        space: DISK_SPACE,
     };
     let options = Options {
-        on_error: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        on_error: Box::new(move |error| report.send(error.to_owned()).unwrap()),
         ..options(true)
     };
     let Ok(recorder) = Recorder::create_with(Box::new(disk), None, options) else {
-        panic!("there is room for the beginning");
+        panic!("the beginning fits on the disk");
     };
-    recorder.watch(&laser, bench.clock());
+    recorder.watch(&laser, fixture.clock());
     let mut writer = laser.writer(1, "test").unwrap();
-    // Numbers that do not compress, so that the disk does run full.
+    // Incompressible numbers fill the disk.
     let mut noise = 1_u64;
     for number in 1..=1000_u64 {
-        bench.time.store(number, Ordering::Relaxed);
+        fixture.time.store(number, Ordering::Relaxed);
         let value = writer.loan();
         value.fill(0);
         // A length beyond the capacity counts as the capacity.
@@ -313,40 +315,39 @@ fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
     let status = recorder.finish();
     assert_eq!(status.written + status.lost, 1000);
     assert!(status.error.unwrap().contains("space"));
-    assert_eq!(told.iter().count(), 1);
-    let recording = Recording::open(&bench.file()).unwrap();
+    assert_eq!(reported.iter().count(), 1);
+    let recording = Recording::open(&fixture.file()).unwrap();
     let damage = recording.damage().unwrap();
-    assert!(damage.offset <= ROOM as u64, "{damage:?}");
+    assert!(damage.offset <= DISK_SPACE as u64, "{damage:?}");
     let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
     assert!(read > 0 && read >= status.written, "{read} of {}", status.written);
 }
 
-/// A disk that fails after `good` requests and, like Linux, reports the failure once. The receiver gets a
-/// message for each request.
+/// Returns a disk that fails once, after `good` requests, and a receiver of a message for each request.
 fn failing(mut good: u64) -> (Disk, Receiver<()>) {
-    let (asked, is_asked) = channel();
+    let (request, requests) = channel();
     let disk = move || {
         let fails = good == 0;
         good = good.wrapping_sub(1);
-        asked.send(()).unwrap();
+        request.send(()).unwrap();
         if fails {
             return Err(io::Error::from_raw_os_error(5));
         }
         Ok(())
     };
-    (Box::new(disk), is_asked)
+    (Box::new(disk), requests)
 }
 
-/// Records `flushes` flushes of one message each, on a disk that fails after `good` of them.
-fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
-    let (tell, told) = channel();
+/// Records `flushes` flushes of one message each on a disk that fails after `good` of them.
+fn record_on_failing_disk(good: u64, flushes: u64) -> Status {
+    let (report, reported) = channel();
     let options = Options {
-        on_error: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        on_error: Box::new(move |error| report.send(error.to_owned()).unwrap()),
         ..options(false)
     };
-    let (disk, is_asked) = failing(good);
+    let (disk, requests) = failing(good);
     let Ok(recorder) = Recorder::create_with(Box::new(io::sink()), Some(disk), options) else {
-        panic!("there is no such file that could fail");
+        panic!("the recorder cannot be created");
     };
     let topic = recorder.topic("/a/b", Arc::new(u64::describe()), BTreeMap::new());
     for number in 1..=flushes {
@@ -357,69 +358,69 @@ fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
         };
         assert!(topic.put(&number.to_ne_bytes(), stamps));
         if number < flushes {
-            is_asked.recv_timeout(WATCHDOG).expect("the disk is asked");
+            requests.recv_timeout(WATCHDOG).expect("the disk gets a request");
         }
     }
     let status = recorder.finish();
     assert_eq!(status.written + status.lost, flushes);
-    assert_eq!(told.iter().count(), 1, "told once");
+    assert_eq!(reported.iter().count(), 1, "the error is reported once");
     assert!(status.error.is_some());
     status
 }
 
 #[test]
-fn a_disk_that_fails_at_the_very_end_is_heard() {
-    let status = on_a_failing_disk(0, 1);
+fn a_disk_error_at_the_end_is_reported() {
+    let status = record_on_failing_disk(0, 1);
     assert_eq!((status.written, status.lost), (0, 1));
 }
 
 #[test]
-fn what_a_failing_disk_had_taken_before_is_kept_and_the_rest_is_lost() {
-    let status = on_a_failing_disk(2, 3);
+fn messages_before_a_disk_error_are_kept_and_the_rest_is_lost() {
+    let status = record_on_failing_disk(2, 3);
     assert_eq!((status.written, status.lost), (2, 1));
 }
 
 #[test]
-fn a_file_that_exists_is_not_written_over_unless_asked() {
-    let bench = Fixture::new();
-    std::fs::write(bench.file(), "precious").unwrap();
-    let refused = Recorder::create(&bench.file(), options(false)).err();
+fn an_existing_file_is_overwritten_only_on_request() {
+    let fixture = Fixture::new();
+    std::fs::write(fixture.file(), "precious").unwrap();
+    let refused = Recorder::create(&fixture.file(), options(false)).err();
     assert!(matches!(refused, Some(Error::Exists(_))), "{refused:?}");
-    assert_eq!(std::fs::read(bench.file()).unwrap(), b"precious");
+    assert_eq!(std::fs::read(fixture.file()).unwrap(), b"precious");
     let overwrite = Options {
         overwrite: true,
         ..options(false)
     };
-    Recorder::create(&bench.file(), overwrite).unwrap().finish();
-    assert_eq!(bench.messages(), []);
+    Recorder::create(&fixture.file(), overwrite).unwrap().finish();
+    assert_eq!(fixture.messages(), []);
 }
 
 #[test]
-fn a_file_that_another_recording_writes_is_not_written_over() {
-    let bench = Fixture::new();
-    let over = || Options {
+fn a_file_that_another_recording_writes_is_not_overwritten() {
+    let fixture = Fixture::new();
+    let overwrite = || Options {
         overwrite: true,
         ..options(true)
     };
-    let first = Recorder::create(&bench.file(), options(true)).unwrap();
-    let refused = Recorder::create(&bench.file(), over()).err();
+    let first = Recorder::create(&fixture.file(), options(true)).unwrap();
+    let refused = Recorder::create(&fixture.file(), overwrite()).err();
     assert!(matches!(refused, Some(Error::Written(_))), "{refused:?}");
     first.finish();
-    assert!(bench.messages().is_empty(), "and it is whole");
-    drop(Recorder::create(&bench.file(), over()).unwrap());
+    assert!(fixture.messages().is_empty(), "the first recording is intact");
+    drop(Recorder::create(&fixture.file(), overwrite()).unwrap());
 }
 
 #[test]
-fn where_nothing_can_be_written_no_recording_begins() {
-    let bench = Fixture::new();
-    std::fs::write(bench.file(), "a file").unwrap();
-    let inside = bench.file().join("run.mcap");
-    // The last one is a full disk. The one before it is a folder in which not even root can write.
+fn a_recording_fails_at_once_where_nothing_can_be_written() {
+    let fixture = Fixture::new();
+    std::fs::write(fixture.file(), "a file").unwrap();
+    let inside = fixture.file().join("run.mcap");
+    // Not even root can write to /sys, and /dev/full is a full disk.
     for path in [inside.as_path(), "/sys/run.mcap".as_ref(), "/dev/full".as_ref()] {
         let refused = Recorder::create(path, options(false)).err();
-        let Some(Error::Create { path: named, .. }) = &refused else {
+        let Some(Error::Create { path: reported, .. }) = &refused else {
             panic!("{}: {refused:?}", path.display());
         };
-        assert_eq!(named, path);
+        assert_eq!(reported, path);
     }
 }

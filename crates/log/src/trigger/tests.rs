@@ -1,4 +1,4 @@
-//! Conditions as users write them, valid and invalid, and the moments at which they fire.
+//! Tests of valid and invalid conditions, and of the times at which they fire.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,8 +38,8 @@ fn triggers(conditions: &[&str]) -> Triggers {
 fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> {
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();
-    for (place, value) in values.iter().enumerate() {
-        triggers.process_value(place as u64 * 20_000_000, variable, value.as_bytes(), &mut fired);
+    for (index, value) in values.iter().enumerate() {
+        triggers.process_value(index as u64 * 20_000_000, variable, value.as_bytes(), &mut fired);
     }
     assert!(fired.iter().all(|firing| firing.text == condition));
     fired
@@ -49,10 +49,10 @@ fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> 
 }
 
 /// Returns the message about an invalid condition.
-fn refused(condition: &str) -> String {
-    let bad = Condition::new(condition, &names()).unwrap_err();
-    assert_eq!(bad.condition, condition);
-    format!("{}: {}", bad.column, bad.reason)
+fn error(condition: &str) -> String {
+    let invalid = Condition::new(condition, &names()).unwrap_err();
+    assert_eq!(invalid.condition, condition);
+    format!("{}: {}", invalid.column, invalid.reason)
 }
 
 fn scan(ranges: &[f32]) -> LaserScan {
@@ -78,7 +78,7 @@ fn an_expression_fires_when_it_goes_from_false_to_true() {
             &speeds
         ),
         [1, 4, 6],
-        "what is no number is neither"
+        "NaN is not greater"
     );
     let scans = [&[][..], &[1.0, 0.2], &[0.1], &[f32::INFINITY, 2.0], &[0.29]].map(scan);
     assert_eq!(
@@ -96,7 +96,7 @@ fn an_expression_fires_when_it_goes_from_false_to_true() {
     assert_eq!(
         fires("pioneer.laser.ranges[1] < 1.0", "pioneer.laser", &scans),
         [1],
-        "an index past the end is not true"
+        "an index after the end makes the condition false"
     );
     assert_eq!(
         fires(
@@ -105,7 +105,7 @@ fn an_expression_fires_when_it_goes_from_false_to_true() {
             &scans
         ),
         [1, 4],
-        "one at 0.2, then one at 0.1: it stays true"
+        "the condition stays true from 0.2 to 0.1"
     );
     assert_eq!(fires("goon.fast > 1", "goon.fast", &[1.0, 1.5]), [1]);
     assert_eq!(
@@ -120,7 +120,7 @@ fn an_expression_fires_when_it_goes_from_false_to_true() {
         ),
         [1]
     );
-    let said = |note: &str| Mission {
+    let mission = |note: &str| Mission {
         note: Text::truncated(note),
         ..Mission::default()
     };
@@ -128,14 +128,14 @@ fn an_expression_fires_when_it_goes_from_false_to_true() {
         fires(
             "guide.mission.note.contains('stuck')",
             "guide.mission",
-            &[said("on the way"), said("stuck in the door"),]
+            &[mission("on the way"), mission("stuck in the door"),]
         ),
         [1]
     );
 }
 
 #[test]
-fn names_that_no_expression_can_hold_are_understood_and_columns_stay() {
+fn names_with_special_characters_are_accepted_and_columns_are_right() {
     let far = LaserScan {
         range_max: 30.0,
         ..LaserScan::default()
@@ -157,32 +157,28 @@ fn names_that_no_expression_can_hold_are_understood_and_columns_stay() {
         [0]
     );
     assert_eq!(
-        refused("left-eye.laser.range_max > 3 && left-eye.laser.ranje_max > 2"),
+        error("left-eye.laser.range_max > 3 && left-eye.laser.ranje_max > 2"),
         "47: a sensor_msgs/msg/LaserScan has no field `ranje_max`; did you mean `range_max`?"
     );
 }
 
 #[test]
-fn no_value_is_not_true_and_a_value_taken_back_is_none() {
+fn a_missing_or_retracted_value_makes_a_condition_false() {
     let mut triggers = triggers(&["goon.fast < 1.0 || goon.count > 5u", "!(goon.fast > 1.0)"]);
     assert_eq!(triggers.variables(), BTreeSet::from(["goon.count", "goon.fast"]));
     let mut fired = Vec::new();
     triggers.process_value(0, "goon.count", &9_u32.to_ne_bytes(), &mut fired);
-    assert_eq!(
-        fired.len(),
-        1,
-        "one side is enough for `||`, and the other has no value"
-    );
+    assert_eq!(fired.len(), 1, "the second side of `||` has no value");
     triggers.process_value(20_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
     assert_eq!(fired.len(), 2);
     triggers.process_retraction(40_000_000, "goon.fast", &mut fired);
     triggers.process_value(60_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
-    assert_eq!(fired.len(), 3, "it was not true in between");
+    assert_eq!(fired.len(), 3, "the retraction made the condition false");
     assert_eq!(fired[2].condition, 1);
 }
 
 #[test]
-fn an_expression_is_looked_at_a_hundred_times_a_second_and_what_was_put_off_later() {
+fn an_expression_is_evaluated_a_hundred_times_a_second_and_postponed_values_later() {
     let mut triggers = triggers(&["goon.fast > 1.0"]);
     let mut fired = Vec::new();
     let mut value = |time: u64, value: f64, fired: &mut Vec<Firing>| {
@@ -190,26 +186,26 @@ fn an_expression_is_looked_at_a_hundred_times_a_second_and_what_was_put_off_late
     };
     value(0, 0.0, &mut fired);
     value(1_000_000, 2.0, &mut fired);
-    assert_eq!(fired, [], "too soon after the look before");
+    assert_eq!(fired, [], "too soon after the last evaluation");
     value(10_000_000, 0.0, &mut fired);
-    assert_eq!(
-        fired.len(),
-        1,
-        "what was put off is looked at before the next value"
-    );
+    assert_eq!(fired.len(), 1, "the postponed value is evaluated before the next");
     value(20_000_000, 0.0, &mut fired);
     value(21_000_000, 2.0, &mut fired);
     triggers.advance(29_999_999, &mut fired);
     assert_eq!(fired.len(), 1);
     triggers.advance(30_000_000, &mut fired);
-    assert_eq!(fired.len(), 2, "and time alone is enough");
+    assert_eq!(
+        fired.len(),
+        2,
+        "the postponed value is evaluated without a new one"
+    );
     triggers.advance(40_000_000, &mut fired);
     assert_eq!(fired.len(), 2);
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_column() {
-    for (condition, said) in [
+fn an_invalid_condition_is_reported_with_its_column() {
+    for (condition, expected) in [
         ("pioneer.laser.ranges >> 3", "23: extraneous input '>'"),
         ("(goon.fast > 1", "15: missing ')' at the end"),
         ("goon.fast > ", "13: mismatched input the end"),
@@ -291,13 +287,13 @@ fn what_is_wrong_is_said_with_its_column() {
         ("absence>3", "8: `absence` takes no number"),
         ("refused:goon", "9: `refused` is of nobody in particular"),
     ] {
-        assert_eq!(refused(condition), said, "{condition}");
+        assert_eq!(error(condition), expected, "{condition}");
     }
-    assert!(refused(&"(".repeat(900)).contains("too many brackets"));
-    assert!(refused(&"x".repeat(2000)).contains("too many"));
+    assert!(error(&"(".repeat(900)).contains("too many brackets"));
+    assert!(error(&"x".repeat(2000)).contains("too many"));
 }
 
-fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed: bool) -> RunRecord {
+fn decision(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed: bool) -> RunRecord {
     RunRecord::Decision(Decision {
         number: 1,
         time_s,
@@ -319,7 +315,7 @@ fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
     })
 }
 
-fn happened(time_s: f64, kind: &str, schema: &str) -> RunRecord {
+fn event(time_s: f64, kind: &str, schema: &str) -> RunRecord {
     RunRecord::Event(EventRecord {
         time_s,
         kind: kind.to_owned(),
@@ -329,12 +325,12 @@ fn happened(time_s: f64, kind: &str, schema: &str) -> RunRecord {
     })
 }
 
-/// Returns the firings of a condition for a story, with their times.
-fn told(condition: &str, story: &[RunRecord]) -> Vec<String> {
+/// Returns the times and texts of the firings of a condition.
+fn firings(condition: &str, records: &[RunRecord]) -> Vec<String> {
     let mut triggers = triggers(&[condition]);
     let mut fired = Vec::new();
-    for line in story {
-        triggers.process_record(line, &mut fired);
+    for record in records {
+        triggers.process_record(record, &mut fired);
     }
     fired
         .iter()
@@ -344,14 +340,14 @@ fn told(condition: &str, story: &[RunRecord]) -> Vec<String> {
 
 #[test]
 fn r3_a_collision_and_an_absence_fire_when_they_begin() {
-    let story = [
-        selected(1.0, "roots", "alone", Some("goon"), true),
-        selected(2.0, "example/base", "collision", Some("stop"), true),
-        selected(2.1, "example/base", "collision", Some("stop"), false),
-        selected(3.0, "example/base", "absence", None, true),
-        selected(3.1, "example/base", "absence", Some("goon"), true),
-        selected(4.0, "example/base", "collision", Some("stop"), true),
-        selected(5.0, "roots", "collision", Some("goon"), false),
+    let records = [
+        decision(1.0, "roots", "alone", Some("goon"), true),
+        decision(2.0, "example/base", "collision", Some("stop"), true),
+        decision(2.1, "example/base", "collision", Some("stop"), false),
+        decision(3.0, "example/base", "absence", None, true),
+        decision(3.1, "example/base", "absence", Some("goon"), true),
+        decision(4.0, "example/base", "collision", Some("stop"), true),
+        decision(5.0, "roots", "collision", Some("goon"), false),
         RunRecord::State(StateRecord {
             time_s: 6.0,
             schema: "goon".to_owned(),
@@ -360,66 +356,69 @@ fn r3_a_collision_and_an_absence_fire_when_they_begin() {
         }),
     ];
     assert_eq!(
-        told("collision", &story),
+        firings("collision", &records),
         [
             "2 collision in example/base",
             "4 collision in example/base",
             "5 collision in roots"
         ]
     );
-    assert_eq!(told("collision:roots", &story), ["5 collision in roots"]);
-    assert_eq!(told("absence", &story), ["3 nobody wins in example/base"]);
-    assert_eq!(told("absence:roots", &story), Vec::<String>::new());
+    assert_eq!(firings("collision:roots", &records), ["5 collision in roots"]);
+    assert_eq!(firings("absence", &records), ["3 nobody wins in example/base"]);
+    assert_eq!(firings("absence:roots", &records), Vec::<String>::new());
 }
 
 #[test]
-fn chattering_fires_once_until_it_has_paused() {
-    let switch = |time| selected(time, "roots", "alone", Some("goon"), true);
-    let stay = |time| selected(time, "roots", "alone", Some("goon"), false);
-    let story = [
+fn chatter_fires_once_until_it_pauses() {
+    let switch = |time| decision(time, "roots", "alone", Some("goon"), true);
+    let stay = |time| decision(time, "roots", "alone", Some("goon"), false);
+    let records = [
         switch(1.0),
         stay(1.1),
         switch(1.4),
         switch(1.8),
         switch(1.9),
         switch(2.0),
-        selected(2.05, "example/base", "alone", Some("stop"), true),
+        decision(2.05, "example/base", "alone", Some("stop"), true),
         switch(9.0),
         switch(9.1),
         switch(9.2),
     ];
     assert_eq!(
-        told("chatter > 2", &story),
+        firings("chatter > 2", &records),
         [
             "1.8 chattering: 3 switches within a second in roots",
             "9.2 chattering: 3 switches within a second in roots"
         ]
     );
-    assert_eq!(told("chatter>5:roots", &story), Vec::<String>::new());
+    assert_eq!(firings("chatter>5:roots", &records), Vec::<String>::new());
 }
 
 #[test]
-fn health_refusals_and_operators_fire() {
-    let story = [
-        happened(1.0, "overrun", "goon"),
-        happened(1.0, "overrun", "goon"),
-        happened(2.0, "ok", "goon"),
-        happened(3.0, "overrun", "goon"),
-        happened(4.0, "faulted", "stop"),
-        happened(5.0, "refused", "goon"),
-        happened(6.0, "refused", "goon"),
-        happened(7.0, "operator", "goon"),
-        happened(8.0, "ended", "goon"),
+fn overruns_faults_refusals_and_operator_actions_fire() {
+    let records = [
+        event(1.0, "overrun", "goon"),
+        event(1.0, "overrun", "goon"),
+        event(2.0, "ok", "goon"),
+        event(3.0, "overrun", "goon"),
+        event(4.0, "faulted", "stop"),
+        event(5.0, "refused", "goon"),
+        event(6.0, "refused", "goon"),
+        event(7.0, "operator", "goon"),
+        event(8.0, "ended", "goon"),
     ];
     assert_eq!(
-        told("overrun", &story),
+        firings("overrun", &records),
         ["1 overrun of goon", "3 overrun of goon"]
     );
-    assert_eq!(told("overrun:stop", &story), Vec::<String>::new());
-    assert_eq!(told("fault", &story), ["4 fault of stop: why"]);
+    assert_eq!(firings("overrun:stop", &records), Vec::<String>::new());
+    assert_eq!(firings("fault", &records), ["4 fault of stop: why"]);
     assert_eq!(
-        told("refused", &story),
+        firings("refused", &records),
         ["5 refused to goon: why", "6 refused to goon: why"]
     );
-    assert_eq!(told("operator", &story), ["7 operator: somebody acted on goon"]);
+    assert_eq!(
+        firings("operator", &records),
+        ["7 operator: somebody acted on goon"]
+    );
 }

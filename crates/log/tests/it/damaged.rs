@@ -1,5 +1,5 @@
-//! Recordings that were cut off or corrupted at any byte: what is intact is read, and the place of the damage
-//! is reported.
+//! Recordings that are truncated or corrupted at any byte: the reader returns the intact messages and reports the
+//! offset of the damage.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn record(file: &Path) {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/bench/data", Arc::new(<[u64; 128]>::describe()), BTreeMap::new());
@@ -47,7 +47,7 @@ fn read(file: &Path) -> (u64, bool) {
         Err(ReadError::NotMcap(_)) => return (0, true),
         Err(error) => panic!("{error}"),
     };
-    let mut said = recording.damage().is_some();
+    let mut damaged = recording.damage().is_some();
     let mut count = 0;
     for message in recording.messages().unwrap() {
         match message {
@@ -55,52 +55,55 @@ fn read(file: &Path) -> (u64, bool) {
                 count += 1;
                 assert_eq!(
                     message.log_time, count,
-                    "in order, none missing before the damage"
+                    "messages are in order and none is missing"
                 );
-                assert_eq!(message.data[4..12], count.to_le_bytes(), "and whole");
+                assert_eq!(message.data[4..12], count.to_le_bytes(), "the data is complete");
             }
-            Err(ReadError::Damaged { .. }) => said = true,
+            Err(ReadError::Damaged { .. }) => damaged = true,
             Err(error) => panic!("{error}"),
         }
     }
-    (count, said)
+    (count, damaged)
 }
 
 #[test]
-fn a_file_cut_anywhere_reads_up_to_there() {
+fn a_file_truncated_anywhere_is_read_up_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
-    let (whole, cut) = (folder.path().join("whole.mcap"), folder.path().join("cut.mcap"));
-    record(&whole);
-    assert_eq!(read(&whole), (MESSAGES, false));
-    let bytes = std::fs::read(&whole).unwrap();
+    let (complete, cut) = (
+        folder.path().join("complete.mcap"),
+        folder.path().join("cut.mcap"),
+    );
+    record(&complete);
+    assert_eq!(read(&complete), (MESSAGES, false));
+    let bytes = std::fs::read(&complete).unwrap();
     let mut last = 0;
     for length in (0..bytes.len()).step_by(bytes.len() / 60) {
         std::fs::write(&cut, &bytes[..length]).unwrap();
-        let (count, said) = read(&cut);
-        assert!(said, "cut at {length}");
+        let (count, damaged) = read(&cut);
+        assert!(damaged, "cut at {length}");
         assert!(count >= last, "{count} at {length}, {last} before");
         last = count;
     }
-    assert_eq!(last, MESSAGES, "the index is not needed");
+    assert_eq!(last, MESSAGES, "all messages are read without the index");
 }
 
 #[test]
-fn a_spoilt_byte_is_never_a_wrong_message() {
+fn a_corrupted_byte_never_gives_a_wrong_message() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     record(&file);
     let bytes = std::fs::read(&file).unwrap();
-    for place in (0..bytes.len()).step_by(bytes.len() / 60 + 1) {
-        let mut spoilt = bytes.clone();
-        spoilt[place] ^= 0x40;
-        std::fs::write(&file, &spoilt).unwrap();
-        // Any result is accepted, but no panic. `read` asserts that no message is wrong or out of order.
+    for position in (0..bytes.len()).step_by(bytes.len() / 60 + 1) {
+        let mut corrupted = bytes.clone();
+        corrupted[position] ^= 0x40;
+        std::fs::write(&file, &corrupted).unwrap();
+        // `read` asserts that no message is wrong or out of order.
         read(&file);
     }
 }
 
 #[test]
-fn a_chunk_that_claims_to_start_after_its_end_gives_times_in_order() {
+fn a_chunk_whose_start_is_after_its_end_gives_times_in_order() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     record(&file);
@@ -108,18 +111,18 @@ fn a_chunk_that_claims_to_start_after_its_end_gives_times_in_order() {
     // Records are an opcode, a length and a body. The bodies of chunks and of their index begin with the
     // times of their messages.
     const MAGIC: usize = 8;
-    let (mut place, mut turned) = (MAGIC, 0);
-    while place + MAGIC < bytes.len() {
-        let opcode = bytes[place];
-        let body = place + 9;
-        let length = u64::from_le_bytes(bytes[place + 1..body].try_into().unwrap()) as usize;
+    let (mut position, mut swapped) = (MAGIC, 0);
+    while position + MAGIC < bytes.len() {
+        let opcode = bytes[position];
+        let body = position + 9;
+        let length = u64::from_le_bytes(bytes[position + 1..body].try_into().unwrap()) as usize;
         if matches!(opcode, mcap::records::op::CHUNK | mcap::records::op::CHUNK_INDEX) {
             bytes[body..body + 16].rotate_left(8);
-            turned += 1;
+            swapped += 1;
         }
-        place = body + length;
+        position = body + length;
     }
-    assert!(turned > 2, "{turned}");
+    assert!(swapped > 2, "{swapped}");
     // With the index at the end, and without it.
     for length in [bytes.len(), bytes.len() * 2 / 3] {
         std::fs::write(&file, &bytes[..length]).unwrap();

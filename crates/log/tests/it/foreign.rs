@@ -1,5 +1,4 @@
-//! Recordings of other programs: with other or no compression, without chunks, or without an index.
-//! Everything in them is read.
+//! Recordings by other programs: with other or no compression, without chunks, or without an index.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -12,7 +11,7 @@ use mcap::{Compression, WriteOptions};
 
 const MESSAGES: u64 = 50;
 
-/// Writes numbers on two channels, a millisecond apart. The second channel is late.
+/// Writes a number each millisecond to two channels. The second channel lags by 10 ms.
 fn write(path: &Path, options: WriteOptions) {
     let file = BufWriter::new(File::create(path).unwrap());
     let mut writer = options.create(file).unwrap();
@@ -39,10 +38,10 @@ fn write(path: &Path, options: WriteOptions) {
 }
 
 #[test]
-fn every_message_of_others_is_read_in_the_order_of_time() {
+fn every_message_of_another_program_is_read_in_the_order_of_time() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("acme.mcap");
-    let bare = || {
+    let without_index = || {
         WriteOptions::new()
             .emit_summary_records(false)
             .emit_summary_offsets(false)
@@ -61,8 +60,8 @@ fn every_message_of_others_is_read_in_the_order_of_time() {
             WriteOptions::new().repeat_channels(false),
         ),
         ("no statistics", WriteOptions::new().emit_statistics(false)),
-        ("no index", bare()),
-        ("no chunks and no index", bare().use_chunks(false)),
+        ("no index", without_index()),
+        ("no chunks and no index", without_index().use_chunks(false)),
     ] {
         write(&file, options);
         let recording = Recording::open(&file).unwrap();
@@ -89,7 +88,7 @@ fn every_message_of_others_is_read_in_the_order_of_time() {
 }
 
 #[test]
-fn a_file_of_others_that_is_cut_reads_up_to_there() {
+fn a_truncated_file_of_another_program_is_read_up_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("acme.mcap");
     write(&file, WriteOptions::new().use_chunks(false));
@@ -102,16 +101,16 @@ fn a_file_of_others_that_is_cut_reads_up_to_there() {
 }
 
 #[test]
-fn parts_may_claim_any_number() {
+fn missing_parts_are_reported_as_ranges_for_any_numbers() {
     let folder = tempfile::tempdir().unwrap();
     for number in [3, 4, 7, u32::MAX - 1, u32::MAX] {
         let file = folder.path().join(format!("{number}.mcap"));
         let file = BufWriter::new(File::create(file).unwrap());
         let mut writer = WriteOptions::new().create(file).unwrap();
-        let said = [("recording", "acme".to_owned()), ("number", number.to_string())];
+        let entries = [("recording", "acme".to_owned()), ("number", number.to_string())];
         let part = Metadata {
             name: "jde/part".to_owned(),
-            metadata: said.map(|(key, value)| (key.to_owned(), value)).into(),
+            metadata: entries.map(|(key, value)| (key.to_owned(), value)).into(),
         };
         writer.write_metadata(&part).unwrap();
         writer.finish().unwrap();
@@ -119,17 +118,16 @@ fn parts_may_claim_any_number() {
     let survey = Survey::of(&Recording::open(folder.path()).unwrap()).unwrap();
     let parts = survey.parts.unwrap();
     assert_eq!((parts.files.len(), parts.first), (5, 3));
-    // Reported without a list of billions of numbers.
     assert_eq!(parts.missing, [5..=6, 8..=u32::MAX - 2]);
-    let lacks = parts.describe_missing().unwrap();
+    let missing = parts.describe_missing().unwrap();
     assert!(
-        lacks.ends_with("4294967288 parts from 5 to 4294967293 are missing"),
-        "{lacks}"
+        missing.ends_with("4294967288 parts from 5 to 4294967293 are missing"),
+        "{missing}"
     );
 }
 
 /// Writes one chunk of `megabytes` MB of zeros with the strongest compression.
-fn bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWriter<File>> {
+fn zip_bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWriter<File>> {
     let options = WriteOptions::new()
         .compression(Some(Compression::Zstd))
         .chunk_size(None);
@@ -150,13 +148,16 @@ fn bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWriter<
 }
 
 #[test]
-fn a_chunk_that_would_fill_the_memory_is_not_unpacked() {
+fn a_chunk_that_is_too_large_is_not_decompressed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bomb.mcap");
-    bomb(&file, 300, 7).finish().unwrap();
-    assert!(fs::metadata(&file).unwrap().len() < 1 << 20, "packed it is small");
+    zip_bomb(&file, 300, 7).finish().unwrap();
+    assert!(
+        fs::metadata(&file).unwrap().len() < 1 << 20,
+        "the compressed file is small"
+    );
     let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
-    let damage = survey.damage.expect("it is told");
+    let damage = survey.damage.expect("the damage is reported");
     assert!(damage.reason.contains("at most 256 MB"), "{}", damage.reason);
     assert_eq!(survey.messages, 0);
 }

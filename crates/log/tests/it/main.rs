@@ -1,4 +1,4 @@
-//! Recordings: in parts, on conditions, damaged, of other programs, and played again.
+//! Recordings: split, triggered by conditions, damaged, written by other programs, and replayed.
 
 mod damaged;
 mod foreign;

@@ -1,5 +1,5 @@
-//! A recording in parts is one recording: it contains every message once, whichever file is opened. A part
-//! alone contains the values in force. The size of an endless recording is limited.
+//! Split recordings: whichever part is opened, the recording contains every message once. A single part contains
+//! the values in force. The total size can be limited.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -19,9 +19,9 @@ use tempfile::TempDir;
 
 const SECOND: u64 = 1_000_000_000;
 
-fn split(every: PartSize, keep: Option<u64>) -> SplitOptions {
+fn split(part_size: PartSize, keep: Option<u64>) -> SplitOptions {
     SplitOptions {
-        part_size: every,
+        part_size,
         max_total_bytes: keep,
     }
 }
@@ -34,47 +34,46 @@ fn stamps(number: u64, published: u64) -> Stamps {
     }
 }
 
-/// A modulation that is written once, a value that is retracted, and ten numbers a second, which do not
-/// compress.
+/// Records a modulation that is written once, a value that is retracted, and ten incompressible values a second.
 struct Drive {
     recorder: Recorder,
     noise: Topic,
-    taken_back: Topic,
+    retracted: Topic,
     next: u64,
     state: u64,
 }
 
 impl Drive {
-    fn begin(path: &Path, how: SplitOptions, overwrite: bool) -> Self {
+    fn begin(path: &Path, split_options: SplitOptions, overwrite: bool) -> Self {
         let options = Options {
             overwrite,
             ..support::options("endless", true)
         };
-        Self::of(Recorder::create_split(path, options, how).unwrap())
+        Self::of(Recorder::create_split(path, options, split_options).unwrap())
     }
 
     fn of(recorder: Recorder) -> Self {
         let about = |variable: &str| BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         let number = Arc::new(u64::describe());
         let once = recorder.topic("/goon/speed", Arc::clone(&number), about("goon.speed"));
-        let taken_back = recorder.topic("/pose/pose", number, about("pose.pose"));
+        let retracted = recorder.topic("/pose/pose", number, about("pose.pose"));
         let noise = recorder.topic(
             "/pioneer/noise",
             Arc::new(<[u64; 128]>::describe()),
             about("pioneer.noise"),
         );
         assert!(once.put(&7_u64.to_ne_bytes(), stamps(0, 0)));
-        assert!(taken_back.put(&1_u64.to_ne_bytes(), stamps(0, 0)));
+        assert!(retracted.put(&1_u64.to_ne_bytes(), stamps(0, 0)));
         Self {
             recorder,
             noise,
-            taken_back,
+            retracted,
             next: 1,
             state: 1,
         }
     }
 
-    fn go_on(&mut self, seconds: u64) {
+    fn record(&mut self, seconds: u64) {
         for _ in 0..seconds * 10 {
             let mut bytes = Vec::new();
             for _ in 0..128 {
@@ -85,24 +84,24 @@ impl Drive {
             assert!(self.noise.put(&bytes, stamps(self.next, time)));
             self.next += 1;
             if self.next == 15 {
-                // A recorder that retracts values needs a story.
+                // A recorder that retracts values needs a topic of records.
                 self.recorder.push_record(RunRecord::Event(EventRecord {
                     time_s: time as f64 / 1e9,
                     kind: "ended".to_owned(),
                     ..EventRecord::default()
                 }));
-                self.taken_back.retract(time);
+                self.retracted.retract(time);
             }
         }
     }
 }
 
-/// Records a drive in a folder of its own.
-fn drive(seconds: u64, how: SplitOptions) -> (TempDir, PathBuf, Status) {
+/// Records a drive in a temporary folder.
+fn drive(seconds: u64, split_options: SplitOptions) -> (TempDir, PathBuf, Status) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let mut drive = Drive::begin(&path, how, false);
-    drive.go_on(seconds);
+    let mut drive = Drive::begin(&path, split_options, false);
+    drive.record(seconds);
     let status = drive.recorder.finish();
     (folder, path, status)
 }
@@ -115,8 +114,8 @@ fn read(path: &Path) -> (Recording, Vec<Message>) {
 }
 
 fn sequences(messages: &[Message], topic: &str) -> Vec<u32> {
-    let of = messages.iter().filter(|message| message.channel.topic == topic);
-    of.map(|message| message.sequence).collect()
+    let on_topic = messages.iter().filter(|message| message.channel.topic == topic);
+    on_topic.map(|message| message.sequence).collect()
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -129,27 +128,27 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn parts_are_one_recording_by_whichever_name() {
+fn parts_are_one_recording_whichever_path_is_opened() {
     let (folder, path, status) = drive(65, split(PartSize::Time(10 * SECOND), None));
     let parts = status.parts.clone().unwrap();
     assert_eq!((parts.count, parts.deleted, status.lost), (7, 0, 0));
     assert_eq!(parts.last, folder.path().join("drive-007.mcap"));
     assert_eq!(names(folder.path()).len(), 7);
-    for asked in [
+    for opened in [
         folder.path(),
         &path,
         &parts.first,
         &folder.path().join("drive-004.mcap"),
     ] {
-        let (recording, messages) = read(asked);
-        assert_eq!(messages.len() as u64, status.written, "{}", asked.display());
+        let (recording, messages) = read(opened);
+        assert_eq!(messages.len() as u64, status.written, "{}", opened.display());
         assert!(messages.is_sorted_by_key(|message| message.log_time));
         assert_eq!(sequences(&messages, "/pioneer/noise"), Vec::from_iter(1..=650));
         assert_eq!(sequences(&messages, "/goon/speed"), [0]);
         let survey = Survey::of(&recording).unwrap();
-        let told = survey.parts.unwrap();
-        assert_eq!((told.files.len(), told.first, told.missing), (7, 1, vec![]));
-        assert!(told.files.is_sorted());
+        let parts = survey.parts.unwrap();
+        assert_eq!((parts.files.len(), parts.first, parts.missing), (7, 1, vec![]));
+        assert!(parts.files.is_sorted());
         let lengths = recording.files().map(|file| file.metadata().unwrap().len());
         assert_eq!(survey.bytes, lengths.sum::<u64>());
         assert_eq!(survey.topics.len(), recording.channels().count());
@@ -164,30 +163,30 @@ fn parts_are_one_recording_by_whichever_name() {
 }
 
 #[test]
-fn a_part_alone_says_what_was_in_force_at_its_beginning() {
+fn a_single_part_contains_the_values_in_force_at_its_beginning() {
     let (folder, ..) = drive(35, split(PartSize::Time(10 * SECOND), None));
-    let elsewhere = tempfile::tempdir().unwrap();
+    let other_folder = tempfile::tempdir().unwrap();
     for (number, in_force) in [(1, 0), (2, 1), (3, 1)] {
         let name = format!("drive-{number:03}.mcap");
-        let part = elsewhere.path().join("part.mcap");
+        let part = other_folder.path().join("part.mcap");
         std::fs::copy(folder.path().join(name), &part).unwrap();
         let (recording, messages) = read(&part);
         assert_eq!(recording.first_part(), Some(number));
-        let began = messages[0].log_time;
+        let start = messages[0].log_time;
         let speed: Vec<_> = messages
             .iter()
             .filter(|message| message.channel.topic == "/goon/speed")
             .collect();
         assert_eq!(speed.len(), 1);
-        assert_eq!((speed[0].log_time, speed[0].publish_time), (began, 0));
-        // It was retracted in the first part.
+        assert_eq!((speed[0].log_time, speed[0].publish_time), (start, 0));
+        // The pose is retracted in the first part.
         let poses = sequences(&messages, "/pose/pose").len();
         assert_eq!(poses, if in_force == 0 { 1 } else { 0 }, "part {number}");
     }
 }
 
 #[test]
-fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
+fn a_missing_part_is_reported_and_the_values_in_force_after_it_are_known() {
     let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
     std::fs::remove_file(folder.path().join("drive-003.mcap")).unwrap();
     let (recording, messages) = read(&path);
@@ -195,187 +194,202 @@ fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
     assert_eq!(
         sequences(&messages, "/goon/speed"),
         [0, 0],
-        "at the start, and behind the gap"
+        "at the start and after the gap"
     );
-    // At the beginning of a part, the newest value before it is in force.
+    // A part begins with the newest value of the part before it.
     let expected = Vec::from_iter((1..200).chain(299..=450));
     assert_eq!(sequences(&messages, "/pioneer/noise"), expected);
 }
 
 #[test]
-fn an_endless_recording_keeps_the_newest_and_no_more() {
+fn a_limited_recording_keeps_the_newest_parts() {
     let (megabyte, keep) = (1_000_000, 6_000_000);
     let (folder, path, status) = drive(2000, split(PartSize::Bytes(megabyte), Some(keep)));
     let parts = status.parts.unwrap();
     assert!(parts.count >= 9 && parts.deleted > 0, "{parts:?}");
     assert_eq!(names(folder.path()).len() as u64, parts.count - parts.deleted);
     let (recording, messages) = read(&path);
-    let there: u64 = recording.files().map(|file| file.metadata().unwrap().len()).sum();
-    assert!(there <= keep && there > keep / 2, "{there}");
+    let total: u64 = recording.files().map(|file| file.metadata().unwrap().len()).sum();
+    assert!(total <= keep && total > keep / 2, "{total}");
     assert_eq!(u64::from(recording.first_part().unwrap()), parts.deleted + 1);
     let kept = sequences(&messages, "/pioneer/noise");
     let newest = kept.last().copied().unwrap();
     assert_eq!(newest, 20_000);
-    assert_eq!(kept, Vec::from_iter(kept[0]..=newest), "each once, without a gap");
-    assert_eq!(sequences(&messages, "/goon/speed"), [0], "still known");
+    assert_eq!(
+        kept,
+        Vec::from_iter(kept[0]..=newest),
+        "every message is kept once"
+    );
+    assert_eq!(
+        sequences(&messages, "/goon/speed"),
+        [0],
+        "the value in force is kept"
+    );
 }
 
 #[test]
-fn recordings_of_one_name_follow_each_other_and_are_not_mixed() {
-    let how = split(PartSize::Time(10 * SECOND), None);
-    let (folder, path, _) = drive(25, how);
-    let mut second = Drive::begin(&path, how, false);
-    second.go_on(15);
+fn recordings_of_one_name_have_consecutive_parts_and_are_not_mixed() {
+    let ten_seconds = split(PartSize::Time(10 * SECOND), None);
+    let (folder, path, _) = drive(25, ten_seconds);
+    let mut second = Drive::begin(&path, ten_seconds, false);
+    second.record(15);
     second.recorder.finish();
     assert_eq!(names(folder.path()).len(), 5);
     let count = |name: &str| read(&folder.path().join(name)).0.files().count();
     assert_eq!((count("drive-002.mcap"), count("drive-004.mcap")), (3, 2));
-    assert_eq!(count("drive.mcap"), 2, "the newest");
+    assert_eq!(count("drive.mcap"), 2, "the newest recording");
     assert!(matches!(
         Recording::open(folder.path()),
         Err(ReadError::Ambiguous { count: 2, .. })
     ));
 
     // The limit applies to both recordings together.
-    let least = split(PartSize::Time(10 * SECOND), Some(150_000));
-    let mut third = Drive::begin(&path, least, false);
-    third.go_on(5);
+    let limited = split(PartSize::Time(10 * SECOND), Some(150_000));
+    let mut third = Drive::begin(&path, limited, false);
+    third.record(5);
     let parts = third.recorder.finish().parts.unwrap();
     assert_eq!(parts.last, folder.path().join("drive-006.mcap"));
     assert!(parts.deleted >= 3, "{parts:?}");
 
-    let mut over = Drive::begin(&path, how, true);
-    over.go_on(5);
-    over.recorder.finish();
+    let mut overwriting = Drive::begin(&path, ten_seconds, true);
+    overwriting.record(5);
+    overwriting.recorder.finish();
     assert_eq!(names(folder.path()), ["drive-001.mcap"]);
 }
 
 #[test]
-fn what_is_no_part_is_neither_read_with_them_nor_deleted() {
+fn files_that_are_not_parts_are_neither_read_nor_deleted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    std::fs::write(folder.path().join("drive-001.mcap"), "somebody's").unwrap();
+    std::fs::write(folder.path().join("drive-001.mcap"), "no recording").unwrap();
     std::fs::write(folder.path().join("drive-002.mcap"), "").unwrap();
     let mut drive = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
-    drive.go_on(25);
+    drive.record(25);
     let parts = drive.recorder.finish().parts.unwrap();
     assert_eq!((parts.count, parts.deleted), (3, 2));
     assert_eq!(
         names(folder.path()),
         ["drive-001.mcap", "drive-002.mcap", "drive-005.mcap"]
     );
-    let nothing = tempfile::tempdir().unwrap();
-    let refused = Recording::open(nothing.path()).err();
+    let empty = tempfile::tempdir().unwrap();
+    let refused = Recording::open(empty.path()).err();
     assert!(matches!(refused, Some(ReadError::Empty(_))), "{refused:?}");
 }
 
 #[test]
-fn parts_that_another_recording_writes_are_left_alone() {
+fn parts_that_another_recording_writes_are_not_deleted() {
     let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let how = split(PartSize::Time(10 * SECOND), None);
+    let ten_seconds = split(PartSize::Time(10 * SECOND), None);
     let first = folder.path().join("drive-001.mcap");
-    let mut live = Drive::begin(&path, how, false);
+    let mut live = Drive::begin(&path, ten_seconds, false);
 
     let mut bounded = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), false);
-    bounded.go_on(25);
+    bounded.record(25);
     let parts = bounded.recorder.finish().parts.unwrap();
     assert_eq!((parts.count, parts.deleted), (3, 2));
     assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-004.mcap"]);
 
-    let mut over = Drive::begin(&path, how, true);
-    over.go_on(5);
-    let parts = over.recorder.finish().parts.unwrap();
+    let mut overwriting = Drive::begin(&path, ten_seconds, true);
+    overwriting.record(5);
+    let parts = overwriting.recorder.finish().parts.unwrap();
     assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-002.mcap"]);
 
-    live.go_on(5);
+    live.record(5);
     live.recorder.finish();
     assert_eq!(
         sequences(&read(&first).1, "/pioneer/noise"),
         Vec::from_iter(1..=50)
     );
-    // It has ended, so it can be deleted like any other.
-    let mut over = Drive::begin(&path, how, true);
-    over.go_on(5);
-    assert_eq!(over.recorder.finish().parts.unwrap().undeleted, BTreeSet::new());
+    // The part of a recording that has ended can be deleted.
+    let mut overwriting = Drive::begin(&path, ten_seconds, true);
+    overwriting.record(5);
+    assert_eq!(
+        overwriting.recorder.finish().parts.unwrap().undeleted,
+        BTreeSet::new()
+    );
     assert_eq!(names(folder.path()), ["drive-001.mcap"]);
 }
 
 #[test]
-fn behind_the_last_number_of_a_file_there_is_no_other() {
+fn a_recording_fails_after_the_last_number_of_a_part() {
     let _watchdog = Watchdog::for_test();
-    let every = split(PartSize::Time(10 * SECOND), None);
-    let (folder, path, _) = drive(5, every);
+    let ten_seconds = split(PartSize::Time(10 * SECOND), None);
+    let (folder, path, _) = drive(5, ten_seconds);
     let first = folder.path().join("drive-001.mcap");
     let named = |number: u64| folder.path().join(format!("drive-{number}.mcap"));
     let last = u64::from(u32::MAX);
-    // Not a number of a part.
+    // This number is too large for a part.
     std::fs::copy(&first, named(last + 1)).unwrap();
-    let mut next = Drive::begin(&path, every, false);
-    next.go_on(5);
+    let mut next = Drive::begin(&path, ten_seconds, false);
+    next.record(5);
     let second = next.recorder.finish().parts.unwrap().last;
     assert_eq!(second, folder.path().join("drive-002.mcap"));
 
     std::fs::copy(&first, named(last - 1)).unwrap();
-    let troubles = Arc::<Mutex<Vec<String>>>::default();
-    let told = Arc::clone(&troubles);
+    let errors = Arc::<Mutex<Vec<String>>>::default();
+    let reported = Arc::clone(&errors);
     let options = Options {
-        on_error: Box::new(move |trouble| told.lock().unwrap().push(trouble.to_owned())),
+        on_error: Box::new(move |error| reported.lock().unwrap().push(error.to_owned())),
         ..support::options("endless", true)
     };
-    let mut ends = Drive::of(Recorder::create_split(&path, options, every).unwrap());
-    ends.go_on(15);
-    let status = ends.recorder.finish();
+    let mut last_parts = Drive::of(Recorder::create_split(&path, options, ten_seconds).unwrap());
+    last_parts.record(15);
+    let status = last_parts.recorder.finish();
     assert_eq!(status.parts.unwrap().last, named(last));
-    assert_eq!(troubles.lock().unwrap().len(), 1);
+    assert_eq!(errors.lock().unwrap().len(), 1);
     assert!(status.error.unwrap().contains("the last number"));
     let kept = sequences(&read(&named(last)).1, "/pioneer/noise").len();
-    assert!(
-        (99..=100).contains(&kept),
-        "what was written before is whole: {kept}"
-    );
+    assert!((99..=100).contains(&kept), "the last part is complete: {kept}");
 
-    let refused = Recorder::create_split(&path, support::options("endless", true), every).err();
+    let refused = Recorder::create_split(&path, support::options("endless", true), ten_seconds).err();
     assert!(refused.unwrap().to_string().contains("the last number"));
 }
 
 #[test]
-fn only_names_that_numbering_gives_are_parts_of_a_name() {
+fn only_files_named_as_parts_are_parts() {
     let folder = tempfile::tempdir().unwrap();
     let named = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
-    let how = split(PartSize::Time(10 * SECOND), None);
+    let ten_seconds = split(PartSize::Time(10 * SECOND), None);
     // Two names that become the same text if invalid UTF-8 is replaced.
-    Drive::begin(&named(b"d\xff.mcap"), how, false).recorder.finish();
-    let theirs = named(b"d\xff-001.mcap");
-    for like in [&b"d\xfe-0001.mcap"[..], b"d\xfe-01.mcap", b"d\xfe-+01.mcap"] {
-        std::fs::copy(&theirs, named(like)).unwrap();
+    Drive::begin(&named(b"d\xff.mcap"), ten_seconds, false)
+        .recorder
+        .finish();
+    let other_part = named(b"d\xff-001.mcap");
+    for similar in [&b"d\xfe-0001.mcap"[..], b"d\xfe-01.mcap", b"d\xfe-+01.mcap"] {
+        std::fs::copy(&other_part, named(similar)).unwrap();
     }
-    Drive::begin(&named(b"d\xfe.mcap"), how, false).recorder.finish();
-    assert!(named(b"d\xfe-001.mcap").exists(), "numbers begin at 1");
-    let mut over = Drive::begin(&named(b"d\xfe.mcap"), split(how.part_size, Some(1)), true);
-    over.go_on(15);
-    assert_eq!(over.recorder.finish().parts.unwrap().deleted, 1);
+    Drive::begin(&named(b"d\xfe.mcap"), ten_seconds, false)
+        .recorder
+        .finish();
+    assert!(named(b"d\xfe-001.mcap").exists(), "the first number is 1");
+    let mut overwriting = Drive::begin(&named(b"d\xfe.mcap"), split(ten_seconds.part_size, Some(1)), true);
+    overwriting.record(15);
+    assert_eq!(overwriting.recorder.finish().parts.unwrap().deleted, 1);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
-    assert!(theirs.exists());
+    assert!(other_part.exists());
 }
 
 #[test]
-fn a_part_that_was_cut_off_spoils_no_other() {
+fn a_truncated_part_does_not_affect_the_others() {
     let (folder, path, _) = drive(45, split(PartSize::Time(10 * SECOND), None));
     let third = folder.path().join("drive-003.mcap");
-    let whole = std::fs::read(&third).unwrap();
-    // After its header, within what it repeats, and within what is new.
-    for length in [600, 2500, whole.len() / 2] {
-        std::fs::write(&third, &whole[..length]).unwrap();
+    let complete = std::fs::read(&third).unwrap();
+    // After the header, within the repeated values, and within the new ones.
+    for length in [600, 2500, complete.len() / 2] {
+        std::fs::write(&third, &complete[..length]).unwrap();
         let recording = Recording::open(&path).unwrap();
         let damage = recording.damage().unwrap();
         assert!(damage.reason.starts_with("drive-003.mcap: "), "{damage:?}");
         let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
         let kept = sequences(&messages, "/pioneer/noise");
         assert!(kept.len() >= 350, "{length}: {}", kept.len());
-        assert!(kept.is_sorted_by(|one, next| one < next), "{length}: twice");
+        assert!(
+            kept.is_sorted_by(|number, next| number < next),
+            "{length}: {kept:?}"
+        );
     }
 }

@@ -1,10 +1,10 @@
-//! Shared code of the tests of recordings.
+//! Options that the tests share.
 
 use std::time::SystemTime;
 
 use jde_log::{Options, Origin};
 
-/// Options for a recording without an application. It panics when the disk accepts no more.
+/// Returns options for a recording without an application. The recorder panics at an error of the disk.
 pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
     Options {
         origin: Origin {
@@ -18,6 +18,6 @@ pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
         application: None,
         overwrite: false,
         lossless,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     }
 }

@@ -1,4 +1,4 @@
-//! Surveys of recordings: complete, around a firing, and damaged.
+//! Surveys of complete, triggered and damaged recordings.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn survey(file: &Path) -> Survey {
     Survey::of(&Recording::open(file).unwrap()).unwrap()
 }
 
-fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
+fn decision(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
     RunRecord::Decision(Decision {
         number: 1,
         time_s,
@@ -39,7 +39,7 @@ fn decided(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
     })
 }
 
-fn happened(time_s: f64, kind: &str, text: &str) -> RunRecord {
+fn event(time_s: f64, kind: &str, text: &str) -> RunRecord {
     RunRecord::Event(EventRecord {
         time_s,
         kind: kind.to_owned(),
@@ -49,26 +49,26 @@ fn happened(time_s: f64, kind: &str, text: &str) -> RunRecord {
     })
 }
 
-/// Records ten values a second for `seconds` s, and a story. Three values are lost.
+/// Records ten values a second for `seconds` s, and records of selections and events. Three values are lost.
 fn drive(recorder: &Recorder, seconds: u64) {
     let topic = recorder.topic("/robot/count", Arc::new(u64::describe()), BTreeMap::new());
     topic.add_lost(3);
-    let mut story = vec![
-        decided(1.0, "roots", "alone", true),
-        decided(2.0, "base", "alone", true),
-        decided(3.0, "base", "alone", false),
-        happened(4.0, "overrun", "missed its deadline"),
-        happened(4.0, "overrun", "took 3.000 ms of 1.000 ms"),
-        happened(5.0, "faulted", "it divided by zero"),
-        happened(6.0, "refused", "a wake"),
-        decided(7.0, "base", "collision", true),
+    let mut records = vec![
+        decision(1.0, "roots", "alone", true),
+        decision(2.0, "base", "alone", true),
+        decision(3.0, "base", "alone", false),
+        event(4.0, "overrun", "missed its deadline"),
+        event(4.0, "overrun", "took 3.000 ms of 1.000 ms"),
+        event(5.0, "faulted", "it divided by zero"),
+        event(6.0, "refused", "a wake"),
+        decision(7.0, "base", "collision", true),
     ]
     .into_iter()
     .peekable();
     for tenth in 0..seconds * 10 {
         let time = tenth * SECOND / 10;
-        while let Some(line) = story.next_if(|line| line.time() <= time) {
-            recorder.push_record(line);
+        while let Some(record) = records.next_if(|record| record.time() <= time) {
+            recorder.push_record(record);
         }
         let stamps = Stamps {
             published: time,
@@ -80,7 +80,7 @@ fn drive(recorder: &Recorder, seconds: u64) {
 }
 
 #[test]
-fn a_survey_counts_what_is_there() {
+fn a_survey_counts_messages_selections_and_problems() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("drive.mcap");
     let recorder = Recorder::create(&file, options("bench", true)).unwrap();
@@ -123,27 +123,31 @@ fn a_survey_counts_what_is_there() {
 }
 
 #[test]
-fn what_was_in_force_before_a_file_began_is_not_counted_as_decided_in_it() {
+fn a_survey_does_not_count_the_selection_in_force_at_the_beginning() {
     let folder = tempfile::tempdir().unwrap();
     let names = Names {
         groups: vec!["base".to_owned()],
         ..Names::default()
     };
     let condition = Condition::new("collision:base", &names).unwrap();
-    let when = TriggerOptions {
+    let trigger_options = TriggerOptions {
         triggers: Triggers::new(names, vec![condition]),
         before: 2 * SECOND,
         after: SECOND,
         memory: 1 << 20,
         on_file: Box::new(|_, _| {}),
     };
-    let recorder =
-        Recorder::create_triggered(&folder.path().join("drive.mcap"), options("bench", true), when).unwrap();
+    let recorder = Recorder::create_triggered(
+        &folder.path().join("drive.mcap"),
+        options("bench", true),
+        trigger_options,
+    )
+    .unwrap();
     drive(&recorder, 20);
     recorder.finish();
     let survey = survey(&folder.path().join("drive-001.mcap"));
     assert_eq!(survey.seconds(), 3.0);
-    assert_eq!(survey.decisions, 1, "three others were before");
+    assert_eq!(survey.decisions, 1, "the three earlier selections do not count");
     let cause = &survey.triggers[0];
     assert_eq!(
         (cause.condition.as_str(), cause.reason.as_str(), cause.time_s),
@@ -162,7 +166,7 @@ fn last_chunk(bytes: &[u8]) -> usize {
         }
         at += 9 + length;
     }
-    last.expect("there are messages")
+    last.expect("the file has a chunk")
 }
 
 #[test]
@@ -173,17 +177,17 @@ fn a_damaged_recording_is_surveyed_up_to_the_damage() {
     drive(&recorder, 6_000);
     recorder.finish();
     let bytes = std::fs::read(&file).unwrap();
-    let whole = survey(&file);
-    // Within the last chunk, to which the index still refers. The clock determines where chunks end.
+    let complete = survey(&file);
+    // The index still refers to the corrupted chunk.
     let within = last_chunk(&bytes);
-    let mut spoilt = bytes.clone();
-    spoilt[within] ^= 0x40;
-    for (damaged, place) in [(&bytes[..bytes.len() / 2], bytes.len() / 2), (&spoilt, within)] {
+    let mut corrupted = bytes.clone();
+    corrupted[within] ^= 0x40;
+    for (damaged, offset) in [(&bytes[..bytes.len() / 2], bytes.len() / 2), (&corrupted, within)] {
         std::fs::write(&file, damaged).unwrap();
         let survey = survey(&file);
         let damage = survey.damage.as_ref().unwrap();
-        assert!(damage.offset <= place as u64, "{damage:?}");
-        assert!(survey.messages > 0 && survey.messages < whole.messages);
-        assert!(survey.last_ns < whole.last_ns);
+        assert!(damage.offset <= offset as u64, "{damage:?}");
+        assert!(survey.messages > 0 && survey.messages < complete.messages);
+        assert!(survey.last_ns < complete.last_ns);
     }
 }

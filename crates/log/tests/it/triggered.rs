@@ -1,4 +1,4 @@
-//! Recordings on conditions: the contents and the metadata of their files.
+//! Recordings that conditions trigger: the contents and the metadata of their files.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -23,7 +23,7 @@ struct Bench {
     recorder: Recorder,
     speed: Topic,
     period: Topic,
-    told: Arc<Mutex<Vec<(FileEvent, String)>>>,
+    file_events: Arc<Mutex<Vec<(FileEvent, String)>>>,
 }
 
 fn names() -> Names {
@@ -58,28 +58,28 @@ impl Bench {
         let conditions = conditions
             .iter()
             .map(|text| Condition::new(text, &names()).unwrap());
-        let told: Arc<Mutex<Vec<_>>> = Arc::default();
-        let tell = Arc::clone(&told);
-        let when = TriggerOptions {
+        let file_events: Arc<Mutex<Vec<_>>> = Arc::default();
+        let events = Arc::clone(&file_events);
+        let trigger_options = TriggerOptions {
             triggers: Triggers::new(names(), conditions.collect()),
             before: before * SECOND,
             after: after * SECOND,
             memory,
-            on_file: Box::new(move |happened, written| {
-                tell.lock().unwrap().push((happened, written.reason.clone()));
+            on_file: Box::new(move |event, file| {
+                events.lock().unwrap().push((event, file.reason.clone()));
             }),
         };
-        let recorder = Recorder::create_triggered(path, options, when).unwrap();
+        let recorder = Recorder::create_triggered(path, options, trigger_options).unwrap();
         let number = Arc::new(f64::describe());
         Self {
             speed: recorder.topic("/pioneer/speed", Arc::clone(&number), about("pioneer.speed")),
             period: recorder.topic("/goon/period", number, about("goon.period")),
             recorder,
-            told,
+            file_events,
         }
     }
 
-    /// Publishes values ten times a second during this range of seconds.
+    /// Publishes ten values a second in a range of seconds.
     fn drive(&self, seconds: std::ops::Range<u64>, speed: f64) {
         for tenth in seconds.start * 10..seconds.end * 10 {
             self.speed.put(&speed.to_ne_bytes(), stamps(tenth * TENTH));
@@ -130,9 +130,9 @@ fn read(path: &Path) -> (Recording, Vec<Message>) {
     (recording, messages)
 }
 
-fn of<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
-    let of_topic = messages.iter().filter(|message| message.channel.topic == topic);
-    of_topic.collect()
+fn on_topic<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
+    let on_topic = messages.iter().filter(|message| message.channel.topic == topic);
+    on_topic.collect()
 }
 
 #[test]
@@ -153,40 +153,40 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     let (recording, messages) = read(&written.path);
     assert_eq!(status.written, messages.len() as u64);
     assert_eq!(written.bytes, written.path.metadata().unwrap().len());
-    let why = recording.metadata("jde/trigger").unwrap();
-    assert_eq!(why["condition"], "collision");
-    assert_eq!(why["reason"], "collision in example/base");
+    let trigger = recording.metadata("jde/trigger").unwrap();
+    assert_eq!(trigger["condition"], "collision");
+    assert_eq!(trigger["reason"], "collision in example/base");
     assert_eq!(
-        (why["time_s"].as_str(), why["from_s"].as_str()),
+        (trigger["time_s"].as_str(), trigger["from_s"].as_str()),
         ("100.000000000", "40.000000000")
     );
 
     assert_eq!(
         messages[0].log_time,
         40 * SECOND,
-        "not a message is older than a minute"
+        "the file begins a minute before the firing"
     );
     assert_eq!(messages.last().unwrap().log_time, 110 * SECOND);
-    let speeds = of(&messages, "/pioneer/speed");
-    assert_eq!(speeds.len(), 1 + 600 + 101, "what was in force, before, after");
-    let periods = of(&messages, "/goon/period");
-    assert_eq!(periods.len(), 1, "written once, long before, and still in force");
-    assert_eq!((periods[0].log_time, periods[0].publish_time), (40 * SECOND, 0));
-    let decisions = of(&messages, "/jde/decisions");
+    let speeds = on_topic(&messages, "/pioneer/speed");
     assert_eq!(
-        decisions.len(),
-        2,
-        "who was in charge at the beginning is known too"
+        speeds.len(),
+        1 + 600 + 101,
+        "the value in force, before, and after"
     );
+    let periods = on_topic(&messages, "/goon/period");
+    assert_eq!(periods.len(), 1, "the value in force is kept");
+    assert_eq!((periods[0].log_time, periods[0].publish_time), (40 * SECOND, 0));
+    let decisions = on_topic(&messages, "/jde/decisions");
+    assert_eq!(decisions.len(), 2, "the selection in force is kept");
     assert_eq!(
         (decisions[0].log_time, decisions[0].publish_time),
         (40 * SECOND, SECOND)
     );
-    let events = of(&messages, "/jde/events");
+    let events = on_topic(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
     let RunRecord::Event(event) = RunRecord::parse(jde_records::RecordKind::Event, &events[0].data).unwrap()
     else {
-        panic!("it is an event");
+        panic!("the record is no event");
     };
     assert_eq!(
         (event.kind.as_str(), event.text.as_str()),
@@ -195,7 +195,7 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
 }
 
 #[test]
-fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
+fn a_firing_during_a_file_prolongs_it_and_later_firings_start_new_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     std::fs::write(folder.path().join("drive-002.mcap"), "precious").unwrap();
@@ -203,8 +203,7 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
     for second in 0..100 {
         bench.drive(second..second + 1, 0.5);
         match second {
-            // The first is prolonged once, by the other condition. The third begins within 20 s of the file
-            // before it.
+            // The other condition prolongs the first file at 38 s. The next file overlaps it.
             30 | 54 => bench.collision(second, "collision"),
             31 | 55 => bench.collision(second, "alone"),
             38 => bench.recorder.push_record(RunRecord::Event(EventRecord {
@@ -240,10 +239,10 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
         (messages[0].log_time, messages.last().unwrap().log_time),
         (34 * SECOND, 64 * SECOND)
     );
-    let told = bench.told.lock().unwrap();
-    let told: Vec<_> = told.iter().map(|(happened, _)| *happened).collect();
+    let file_events = bench.file_events.lock().unwrap();
+    let file_events: Vec<_> = file_events.iter().map(|(event, _)| *event).collect();
     assert_eq!(
-        told,
+        file_events,
         [
             FileEvent::Started,
             FileEvent::Extended,
@@ -255,12 +254,11 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
 }
 
 #[test]
-fn an_expression_over_messages_from_elsewhere_fires_when_it_becomes_true() {
+fn an_expression_over_encoded_messages_fires_when_it_becomes_true() {
     let folder = tempfile::tempdir().unwrap();
     let bench = Bench::new(&folder.path().join("drive.mcap"), &["pioneer.speed > 0.4"], 5, 1);
     let mut message = Vec::new();
     for tenth in 0..600 {
-        // Fast from 20 s to 25 s, and from 40 s on.
         let fast = (200..250).contains(&tenth) || tenth >= 400;
         let speed = if fast { 0.5_f64 } else { 0.3 };
         cdr::encode(&f64::describe(), &speed.to_ne_bytes(), &mut message);
@@ -270,14 +268,14 @@ fn an_expression_over_messages_from_elsewhere_fires_when_it_becomes_true() {
     let times: Vec<_> = status.files.iter().map(|file| file.time / TENTH).collect();
     assert_eq!(times, [200, 400]);
     let (_, messages) = read(&folder.path().join("drive-002.mcap"));
-    let speeds = of(&messages, "/pioneer/speed");
+    let speeds = on_topic(&messages, "/pioneer/speed");
     assert_eq!(speeds.len(), 1 + 50 + 11);
-    assert_eq!(speeds.last().unwrap().data, message, "as it came");
+    assert_eq!(speeds.last().unwrap().data, message, "the message is unchanged");
     assert_eq!(speeds[0].channel.type_name, "std_msgs/msg/Float64");
 }
 
 #[test]
-fn the_same_run_in_virtual_time_makes_the_same_files() {
+fn the_same_run_in_virtual_time_gives_identical_files() {
     let files = || {
         let folder = tempfile::tempdir().unwrap();
         let bench = Bench::new(
@@ -299,11 +297,11 @@ fn the_same_run_in_virtual_time_makes_the_same_files() {
     };
     let first = files();
     assert!(!first.is_empty());
-    assert!(first == files(), "to the byte, however the threads took turns");
+    assert!(first == files(), "the files are identical");
 }
 
 #[test]
-fn memory_is_bounded_and_what_had_to_go_is_said() {
+fn memory_is_limited_and_evicted_messages_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     let bench = Bench::with(&path, &["collision"], 60, 1, 10_000, options("bench", true));
@@ -312,10 +310,7 @@ fn memory_is_bounded_and_what_had_to_go_is_said() {
     bench.drive(100..120, 0.5);
     let status = bench.finish();
     assert!(status.evicted > 0);
-    assert_eq!(
-        status.lost, 0,
-        "no file was promised what no memory was given for"
-    );
+    assert_eq!(status.lost, 0, "evicted messages do not count as lost");
     let (recording, messages) = read(&status.files[0].path);
     let from: f64 = recording.metadata("jde/trigger").unwrap()["from_s"]
         .parse()
@@ -324,13 +319,13 @@ fn memory_is_bounded_and_what_had_to_go_is_said() {
     assert_eq!(
         messages[0].log_time,
         (from * 1e9).round() as u64,
-        "what was in force then"
+        "the file begins with the values in force"
     );
     assert_eq!(messages.last().unwrap().log_time, 101 * SECOND);
 }
 
 #[test]
-fn in_real_time_everything_is_in_the_file_or_counted() {
+fn in_real_time_every_message_is_written_or_counted_as_lost() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     let bench = Bench::with(&path, &["collision"], 60, 60, 1 << 20, options("bench", false));
@@ -340,17 +335,17 @@ fn in_real_time_everything_is_in_the_file_or_counted() {
     let (recording, messages) = read(&status.files[0].path);
     let lost = recording.metadata("jde/lost").unwrap().get("/pioneer/speed");
     let lost: u64 = lost.map_or(0, |lost| lost.parse().unwrap());
-    let there = of(&messages, "/pioneer/speed").len() as u64;
-    assert!(there + lost >= 601, "{there} and {lost} lost");
+    let written = on_topic(&messages, "/pioneer/speed").len() as u64;
+    assert!(written + lost >= 601, "{written} written, {lost} lost");
     assert_eq!(messages.len() as u64, status.written);
 }
 
 #[test]
-fn where_no_file_can_be_made_no_recording_begins() {
+fn a_recording_fails_at_once_where_no_file_can_be_created() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "a file").unwrap();
-    let when = || TriggerOptions {
+    let trigger_options = || TriggerOptions {
         triggers: Triggers::new(names(), Vec::new()),
         before: SECOND,
         after: SECOND,
@@ -358,16 +353,20 @@ fn where_no_file_can_be_made_no_recording_begins() {
         on_file: Box::new(|_, _| {}),
     };
     for path in [file.join("drive.mcap").as_path(), "/sys/drive.mcap".as_ref()] {
-        assert!(Recorder::create_triggered(path, options("bench", true), when()).is_err());
+        assert!(Recorder::create_triggered(path, options("bench", true), trigger_options()).is_err());
     }
-    Recorder::create_triggered(&folder.path().join("drive.mcap"), options("bench", true), when())
-        .unwrap()
-        .finish();
-    let left = std::fs::read_dir(folder.path()).unwrap().count();
-    assert_eq!(left, 1, "nothing is left of the look, and nothing fired");
+    Recorder::create_triggered(
+        &folder.path().join("drive.mcap"),
+        options("bench", true),
+        trigger_options(),
+    )
+    .unwrap()
+    .finish();
+    let count = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(count, 1, "the check leaves no file");
 }
 
-/// The file of the process that will be killed. Set in that process only.
+/// The file that the child process records. Set in the child only.
 const FILE: &str = "JDE_LOG_TEST_TRIGGERED";
 
 /// Fires at 10 s and continues until it is killed. Prints the number of messages that have reached the file
@@ -376,19 +375,19 @@ fn record_until_killed(path: &Path) {
     let bench = Bench::new(path, &["collision"], 5, 1_000_000);
     bench.drive(0..10, 0.5);
     bench.collision(10, "collision");
-    let mut told = 0;
+    let mut printed = 0;
     for second in 10.. {
         bench.drive(second..second + 1, 0.5);
         let kept = bench.recorder.status().written;
-        if kept > told {
-            told = kept;
-            println!("\nkept {told}");
+        if kept > printed {
+            printed = kept;
+            println!("\nkept {printed}");
         }
     }
 }
 
 #[test]
-fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
+fn a_file_of_a_killed_process_contains_the_messages_before_and_after_the_firing() {
     let _watchdog = Watchdog::for_test();
     if let Some(file) = std::env::var_os(FILE) {
         return record_until_killed(file.as_ref());
@@ -397,7 +396,7 @@ fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "triggered::a_process_killed_after_a_firing_leaves_what_was_before_and_after_it",
+            "triggered::a_file_of_a_killed_process_contains_the_messages_before_and_after_the_firing",
             "--nocapture",
         ])
         .env(FILE, folder.path().join("drive.mcap"))
@@ -408,26 +407,26 @@ fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
     let kept = lines
         .filter_map(|line| line.unwrap().strip_prefix("kept ")?.parse::<usize>().ok())
         .nth(1)
-        .expect("it says what it has kept");
+        .expect("the child prints the number of kept messages");
     // SIGKILL: no code of the process runs after it.
     child.kill().unwrap();
     child.wait().unwrap();
 
     let recording = Recording::open(&folder.path().join("drive-001.mcap")).unwrap();
-    assert!(recording.damage().is_some(), "it had no time to write an index");
+    assert!(recording.damage().is_some(), "the index is missing");
     assert_eq!(
         recording.metadata("jde/trigger").unwrap()["reason"],
         "collision in example/base"
     );
     let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
     assert!(messages.len() >= kept, "{} of {kept}", messages.len());
-    let speeds = of(&messages, "/pioneer/speed");
+    let speeds = on_topic(&messages, "/pioneer/speed");
     assert_eq!(speeds[0].log_time, 5 * SECOND);
-    for (place, message) in speeds.iter().skip(1).enumerate() {
+    for (index, message) in speeds.iter().skip(1).enumerate() {
         assert_eq!(
             message.log_time,
-            5 * SECOND + place as u64 * TENTH,
-            "and none is missing"
+            5 * SECOND + index as u64 * TENTH,
+            "no message is missing"
         );
     }
 }

@@ -1,6 +1,6 @@
 //! A picture with the depth of every pixel: near things hide far ones, in any order of drawing.
 //!
-//! It knows pixels only, no shapes.
+//! This module handles pixels only, no shapes.
 
 /// A picture in progress.
 pub(super) struct Canvas<'a> {

@@ -1,6 +1,6 @@
 //! The pose of a camera, and the ray through each of its pixels.
 //!
-//! Nothing here draws.
+//! This module draws nothing.
 
 pub(super) type V3 = [f64; 3];
 

@@ -1,5 +1,5 @@
-//! Reads the files of a world. Each kind of file has a size limit. Only regular files are read, so no device
-//! is.
+//! Reads the files of a world. Each kind of file has a size limit. Only regular files are read, no
+//! devices.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};

@@ -1,6 +1,6 @@
 //! A TOML text, read table by table. It collects every fault instead of stopping at the first.
 //!
-//! It knows tables and keys. `values` checks values, `things` reads things.
+//! This module handles tables and keys. `values` checks values, and `fixtures` reads things.
 
 use std::cell::RefCell;
 use std::ops::Range;

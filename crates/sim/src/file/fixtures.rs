@@ -18,17 +18,17 @@ pub(crate) struct Appearance {
     pub(crate) height: f64,
 }
 
-/// The default look of walls and of the blocks of a map: plaster, up to an invisible ceiling.
+/// The default appearance of walls and of the blocks of a map: plaster, up to an invisible ceiling.
 pub(crate) const WALL: Appearance = Appearance {
     color: Color::new(226, 221, 208),
     height: 2.5,
 };
-/// The default look of boxes: a desk.
+/// The default appearance of boxes: a desk.
 pub(crate) const BOX: Appearance = Appearance {
     color: Color::new(176, 136, 92),
     height: 0.75,
 };
-/// The default look of circles: a painted thing.
+/// The default appearance of circles: a painted thing.
 const CIRCLE: Appearance = Appearance {
     color: Color::new(96, 134, 128),
     height: 0.75,
@@ -111,7 +111,7 @@ pub(crate) fn each<'a, T>(
     known: &[&str],
     read: impl Fn(&Table<'a>, String) -> Option<T>,
 ) -> Option<Vec<T>> {
-    let faulty = root.get(key).is_some_and(|item| !item.get_ref().is_array());
+    let is_faulty = root.get(key).is_some_and(|item| !item.get_ref().is_array());
     let things: Vec<_> = (1..)
         .zip(root.array(key))
         .map(|(number, item)| {
@@ -121,7 +121,7 @@ pub(crate) fn each<'a, T>(
             name.and(thing)
         })
         .collect();
-    if faulty {
+    if is_faulty {
         None
     } else {
         things.into_iter().collect()
@@ -129,10 +129,10 @@ pub(crate) fn each<'a, T>(
 }
 
 fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
-    let look = read_appearance(table, WALL);
+    let appearance = read_appearance(table, WALL);
     let points = table.required("points", values::points);
     let closed = table.optional("closed", false, values::flag);
-    let (look, mut points, closed) = (look?, points?, closed?);
+    let (appearance, mut points, closed) = (appearance?, points?, closed?);
     if closed {
         if points.len() < 3 {
             table.fault(
@@ -144,7 +144,7 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
         if points[0] == points[points.len() - 1] {
             table.fault(
                 table.span(),
-                "is `closed` and ends where it starts: drop the last point",
+                "is `closed` and ends at its start: drop the last point",
             );
             return None;
         }
@@ -156,7 +156,7 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     });
     Some(
         sides
-            .map(|outline| fixture(name.clone(), outline, look))
+            .map(|outline| fixture(name.clone(), outline, appearance))
             .collect(),
     )
 }
@@ -169,12 +169,12 @@ fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
         );
         return None;
     }
-    let (look, place) = (read_appearance(table, BOX), rectangle(table));
-    let (center, size, angle) = place?;
-    Some(fixture(name, Outline::Box { center, size, angle }, look?))
+    let (appearance, rectangle) = (read_appearance(table, BOX), rectangle(table));
+    let (center, size, angle) = rectangle?;
+    Some(fixture(name, Outline::Box { center, size, angle }, appearance?))
 }
 
-/// Reads the place of a box: its middle, its size and its angle in radians.
+/// Reads the center, the size and the angle in radians of a box.
 pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> {
     let (center, size) = (
         table.required("center", values::point),
@@ -185,7 +185,7 @@ pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> 
 }
 
 fn circle(table: &Table<'_>, name: String) -> Option<Fixture> {
-    let look = read_appearance(table, CIRCLE);
+    let appearance = read_appearance(table, CIRCLE);
     let (center, radius) = (
         table.required("center", values::point),
         table.required("radius", values::positive),
@@ -194,7 +194,7 @@ fn circle(table: &Table<'_>, name: String) -> Option<Fixture> {
         center: center?,
         radius: radius?,
     };
-    Some(fixture(name, outline, look?))
+    Some(fixture(name, outline, appearance?))
 }
 
 pub(crate) fn fixture(name: String, outline: Outline, Appearance { color, height }: Appearance) -> Fixture {

@@ -1,6 +1,6 @@
 //! A grid of cells, and the rectangles that cover its occupied cells.
 //!
-//! It knows cells only; `map` knows metres, rotations and files.
+//! This module handles cells only; `map` handles metres, rotations and files.
 
 /// The content of a cell of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,12 +28,12 @@ pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Pla
 
 /// Reads a box that is `movable`.
 pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<PlacedBody> {
-    let place = fixtures::rectangle(table);
-    let (look, mass) = (
+    let rectangle = fixtures::rectangle(table);
+    let (appearance, mass) = (
         fixtures::read_appearance(table, BOX),
         table.optional("mass", BOX_MASS, values::positive),
     );
-    let ((center, size, angle), Appearance { color, height }) = (place?, look?);
+    let ((center, size, angle), Appearance { color, height }) = (rectangle?, appearance?);
     let form = LooseShape::Box { size, angle, height };
     Some((
         LooseBody::new(name, form, center, mass?, color),

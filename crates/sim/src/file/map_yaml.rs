@@ -41,45 +41,45 @@ pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
         }]
     };
     let documents = MarkedYaml::load_from_str(text)
-        .map_err(|error| single(error.marker().line(), format!("not sound YAML: {}", error.info())))?;
+        .map_err(|error| single(error.marker().line(), format!("invalid YAML: {}", error.info())))?;
     let Some(root) = documents.into_iter().next().filter(|root| root.data.is_mapping()) else {
         return Err(single(
             1,
             "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
         ));
     };
-    let mut sheet = MapYaml {
+    let mut yaml = MapYaml {
         path,
         root,
         faults: Vec::new(),
     };
-    let likelihood = |value: f64| (0.0..=1.0).contains(&value);
-    let image = sheet.image();
-    let resolution = sheet.number("resolution", None, "more than 0 m", |value| {
+    let is_likelihood = |value: f64| (0.0..=1.0).contains(&value);
+    let image = yaml.image();
+    let resolution = yaml.number("resolution", None, "more than 0 m", |value| {
         value > 0.0 && value <= 1e3
     });
-    let origin = sheet.origin();
-    let negate = sheet.negate();
+    let origin = yaml.origin();
+    let negate = yaml.negate();
     // The default thresholds classify the usual shade of unknown cells, 205, as unknown.
-    let occupied = sheet.number("occupied_thresh", Some(0.65), "0 to 1", likelihood);
-    let free = sheet.number("free_thresh", Some(0.196), "0 to 1", likelihood);
-    sheet.mode();
+    let occupied = yaml.number("occupied_thresh", Some(0.65), "0 to 1", is_likelihood);
+    let free = yaml.number("free_thresh", Some(0.196), "0 to 1", is_likelihood);
+    yaml.mode();
     if let (Some(occupied), Some(free)) = (occupied, free)
         && free > occupied
     {
-        sheet.fault(
+        yaml.fault(
             "free_thresh",
             format!("is {free}: expected at most `occupied_thresh`, {occupied}"),
         );
     }
     let picture = image.and_then(|image| {
         picture::read(&image)
-            .map_err(|fault| sheet.faults.push(fault))
+            .map_err(|fault| yaml.faults.push(fault))
             .ok()
     });
     match (picture, resolution, origin, negate, occupied, free) {
         (Some(picture), Some(resolution), Some(origin), Some(negate), Some(occupied), Some(free))
-            if sheet.faults.is_empty() =>
+            if yaml.faults.is_empty() =>
         {
             Ok(MapInfo {
                 picture,
@@ -90,7 +90,7 @@ pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
                 free,
             })
         }
-        _ => Err(sheet.faults),
+        _ => Err(yaml.faults),
     }
 }
 
@@ -143,7 +143,7 @@ impl MapYaml<'_> {
         if !trinary {
             self.fault(
                 "mode",
-                "is not `trinary`: scaled and raw maps say how likely, a world needs to know",
+                "is not `trinary`: scaled and raw maps contain probabilities, but a world needs cells that are occupied or free",
             );
         }
     }
@@ -185,9 +185,9 @@ impl MapYaml<'_> {
     fn get(&mut self, key: &str) -> Option<&MarkedYaml<'_>> {
         if self.find(key).is_none() {
             let mapping = self.root.data.as_mapping()?;
-            let near = super::nearest(key, mapping.keys().filter_map(|name| name.data.as_str()));
-            let hint = near
-                .map(|near| format!("; is `{near}` meant for it?"))
+            let similar = super::nearest(key, mapping.keys().filter_map(|name| name.data.as_str()));
+            let hint = similar
+                .map(|similar| format!("; is `{similar}` meant for it?"))
                 .unwrap_or_default();
             self.push(1, format!("`{key}` is missing{hint}"));
         }

@@ -1,6 +1,6 @@
 //! World files: TOML with walls, boxes, circles, movers, people, balls, a map and the starts of robots.
 //!
-//! The faults of a world and its map are reported together. The reader guesses nothing and ignores nothing.
+//! The faults of a world and its map are reported together. The reader ignores nothing.
 
 mod bytes;
 mod document;
@@ -65,7 +65,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     for error in &errors {
         document.fault(&error.span().unwrap_or(0..0), error.message());
     }
-    // After a syntax error the rest of the tree is a guess.
+    // The tree is unreliable after a syntax error.
     if !errors.is_empty() {
         return Err(document.into_faults());
     }
@@ -76,7 +76,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
     let plan = parse_world(&document, &root);
     let faults = document.into_faults();
-    // A fault that spoils no value, such as an unknown key, also refuses the world.
+    // A fault that affects no value, such as an unknown key, also refuses the world.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
 }
 
@@ -115,41 +115,41 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
             format!("{} robots: expected at most {MAX_ROBOTS}", starts.len()),
         );
     }
-    let mut sound = starts.len() <= MAX_ROBOTS;
+    let mut is_valid = starts.len() <= MAX_ROBOTS;
     fixtures.extend(map.iter().flat_map(map::Map::fixtures));
     let scene = Scene::new(fixtures);
     for (start, span) in &starts {
         let point = [start.pose.x, start.pose.y];
         if let Some(reason) = misplaced(point, &scene, stated, map.as_ref()) {
             document.fault(span, format!("robot `{}` starts {reason}", start.robot));
-            sound = false;
+            is_valid = false;
         }
     }
-    let standing: Vec<_> = movers
+    let movers_at_start: Vec<_> = movers
         .iter()
         .map(|(plan, _)| mover::Mover::new(plan.clone()))
         .collect();
-    if !room::check(document, &scene, &standing, &loose) || !sound {
+    if !room::check(document, &scene, &movers_at_start, &loose) || !is_valid {
         return None;
     }
     let mut warnings = Vec::new();
     if scene.is_empty() {
         warnings.push(document.fault_at(
             root.span(),
-            "no walls: nothing stands in this world, and every sensor sees nothing",
+            "no walls: the world has no fixed things, and range sensors measure nothing",
         ));
     }
     for (mover, span) in &movers {
-        let mut met: Vec<&str> = Vec::new();
+        let mut obstacles: Vec<&str> = Vec::new();
         let solids: Vec<_> = mover::Mover::along(mover, STRIDE, MAX_SAMPLES).collect();
-        met.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
-        met.sort_unstable();
-        met.dedup();
-        if !met.is_empty() {
+        obstacles.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
+        obstacles.sort_unstable();
+        obstacles.dedup();
+        if !obstacles.is_empty() {
             let text = format!(
-                "the way of mover `{}` crosses `{}`: it goes through",
+                "the way of mover `{}` crosses `{}`: the mover passes through",
                 mover.name,
-                met.join("`, `")
+                obstacles.join("`, `")
             );
             warnings.push(document.fault_at(span, text));
         }
@@ -170,7 +170,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     Some(WorldFile {
         name,
         scene,
-        movers: standing,
+        movers: movers_at_start,
         loose,
         light,
         starts,

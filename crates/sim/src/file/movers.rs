@@ -15,12 +15,12 @@ const CLEARANCE: f64 = 0.5;
 /// The default time that a mover waits before it turns back, in seconds.
 const WAIT: f64 = 3.0;
 
-/// The default look of movers: a painted cart.
+/// The default appearance of movers: a painted cart.
 const MOVER: Appearance = Appearance {
     color: Color::new(74, 116, 168),
     height: 1.0,
 };
-/// The default look of people: the colour of their clothing, and their height.
+/// The default appearance of people: the colour of their clothing, and their height.
 const PERSON: Appearance = Appearance {
     color: Color::new(46, 86, 140),
     height: 1.72,
@@ -81,16 +81,16 @@ fn mover(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
             None
         }
     };
-    let look = fixtures::read_appearance(table, MOVER);
-    walk(table, name, body, look, 0.0)
+    let appearance = fixtures::read_appearance(table, MOVER);
+    walk(table, name, body, appearance, 0.0)
 }
 
 fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let radius = table.optional("radius", SHOULDERS, values::positive);
-    let look = fixtures::read_appearance(table, PERSON);
+    let appearance = fixtures::read_appearance(table, PERSON);
     let pause = table.optional("pause", 0.0, values::not_negative);
     let body = radius.map(|radius| MoverShape::Person { radius });
-    walk(table, name, body, look, pause?)
+    walk(table, name, body, appearance, pause?)
 }
 
 /// Reads the keys that movers and people share.
@@ -98,7 +98,7 @@ fn walk(
     table: &Table<'_>,
     name: String,
     body: Option<MoverShape>,
-    look: Option<Appearance>,
+    appearance: Option<Appearance>,
     pause: f64,
 ) -> Option<mover::MoverConfig> {
     let way = table.required("way", values::points);
@@ -121,7 +121,7 @@ fn walk(
         );
         return None;
     }
-    let Appearance { color, height } = look?;
+    let Appearance { color, height } = appearance?;
     Some(mover::MoverConfig {
         name,
         body: body?,

@@ -102,7 +102,7 @@ impl Scanner<'_> {
     }
 
     fn raw(&mut self, count: usize, deepest: u32) -> Result<Vec<f32>, PgmError> {
-        // Exactly one white space ends the header: the next byte may be a pixel that looks like white space.
+        // Exactly one white space ends the header: the next byte may be a pixel with the value of white space.
         if !self.next().is_some_and(|byte| byte.is_ascii_whitespace()) {
             return Err((
                 self.line,
@@ -110,22 +110,22 @@ impl Scanner<'_> {
             ));
         }
         let wide = deepest > 255;
-        let (raster, wanted) = (&self.bytes[self.position..], if wide { 2 * count } else { count });
-        if raster.len() < wanted {
+        let (raster, expected) = (&self.bytes[self.position..], if wide { 2 * count } else { count });
+        if raster.len() < expected {
             let given = raster.len();
             return Err((
                 self.line,
-                format!("ends early: {given} of {wanted} bytes of pixels are there"),
+                format!("ends early: {given} of {expected} bytes of pixels are present"),
             ));
         }
         let values: Box<dyn Iterator<Item = u32>> = if wide {
             Box::new(
-                raster[..wanted]
+                raster[..expected]
                     .chunks_exact(2)
                     .map(|pair| u32::from(pair[0]) << 8 | u32::from(pair[1])),
             )
         } else {
-            Box::new(raster[..wanted].iter().map(|&byte| u32::from(byte)))
+            Box::new(raster[..expected].iter().map(|&byte| u32::from(byte)))
         };
         let too_bright = || {
             (

@@ -1,4 +1,4 @@
-//! The image of a map as shades of gray. The first bytes tell PNG from PGM.
+//! The image of a map as shades of gray. The first bytes distinguish PNG from PGM.
 //!
 //! Transparency is ignored, as in ROS map servers in their trinary mode.
 
@@ -35,7 +35,7 @@ pub(crate) fn read(path: &Path) -> Result<Picture, Fault> {
 }
 
 fn png(bytes: &[u8]) -> Result<Picture, String> {
-    let refuse = |error: png::DecodingError| format!("the image is not a sound PNG: {error}");
+    let refuse = |error: png::DecodingError| format!("the image is not a valid PNG: {error}");
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     // Palettes, single bits and 16-bit channels all become bytes.
     decoder.set_transformations(png::Transformations::normalize_to_color8());

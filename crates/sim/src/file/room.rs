@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// Records a fault for every loose thing that lies in a fixed thing, in a mover at its start, or in another
 /// loose thing. Returns whether there is none.
 pub(crate) fn check(document: &Document<'_>, scene: &Scene, movers: &[Mover], loose: &[PlacedBody]) -> bool {
-    let mut sound = true;
+    let mut is_valid = true;
     for (index, (body, span)) in loose.iter().enumerate() {
         let fixed = scene.near(body.solid(), CONTACT_GAP);
         let moving = movers
@@ -25,8 +25,8 @@ pub(crate) fn check(document: &Document<'_>, scene: &Scene, movers: &[Mover], lo
         if let Some(by) = fixed.chain(moving).chain(before).next() {
             let text = format!("`{}` lies in `{by}`: move it to free ground", body.name);
             document.fault(span, text);
-            sound = false;
+            is_valid = false;
         }
     }
-    sound
+    is_valid
 }

@@ -29,7 +29,7 @@ pub(crate) fn bounds(document: &Document<'_>, root: &Table<'_>) -> Option<Option
     if bounds.min[0] < bounds.max[0] && bounds.min[1] < bounds.max[1] {
         Some(Some(bounds))
     } else {
-        table.fault(table.span(), "`min` is not below and left of `max`");
+        table.fault(table.span(), "`min` is not less than `max`");
         None
     }
 }
@@ -55,7 +55,7 @@ pub(crate) fn starts(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(S
 fn start<'a>(
     document: &'a Document<'a>,
     name: &str,
-    place: Range<usize>,
+    span: Range<usize>,
     robot: &'a Item<'a>,
 ) -> Option<(Start, Range<usize>)> {
     let what = format!("robot `{name}`");
@@ -63,7 +63,7 @@ fn start<'a>(
         document.fault(&robot.span(), format!("{what}: expected a table with a start"));
         return None;
     };
-    let table = Table::new(document, keys, place, what.clone(), &["start"]);
+    let table = Table::new(document, keys, span, what.clone(), &["start"]);
     let Some(item) = table.get("start") else {
         table.fault(
             table.span(),

@@ -1,6 +1,6 @@
 //! The values of a world file: numbers, points, sizes, texts and flags.
 //!
-//! Each reader returns the value, or its span and what was expected there. No reader knows its key.
+//! Each reader returns the value, or its span and what was expected there. No reader depends on its key.
 
 use std::ops::Range;
 

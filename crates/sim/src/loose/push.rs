@@ -93,10 +93,10 @@ impl LooseBodies {
             return None;
         }
         for other in 0..self.bodies.len() {
-            let (body, met) = (&self.bodies[index], &self.bodies[other]);
+            let (body, touched) = (&self.bodies[index], &self.bodies[other]);
             let meets = !chain[other]
-                && penetrates_more(met.solid.distance_to_solid(&next), || {
-                    met.solid.distance_to_solid(&body.solid)
+                && penetrates_more(touched.solid.distance_to_solid(&next), || {
+                    touched.solid.distance_to_solid(&body.solid)
                 });
             if meets {
                 self.shift(other, way, dt, chain, moved, firm)?;

@@ -38,7 +38,7 @@ impl LooseBodies {
             body.velocity *= slower / speed;
             let way = body.velocity * dt;
             match self.first_contact(index, way, firm) {
-                Some(met) => self.bounce(index, met),
+                Some(contact) => self.bounce(index, contact),
                 None => self.bodies[index].translate(way),
             }
         }
@@ -57,26 +57,26 @@ impl LooseBodies {
             .iter()
             .enumerate()
             .filter(|(other, _)| *other != index);
-        let loose = others.filter_map(|(other, met)| {
-            let gap = met.solid.distance_to_solid(&solid);
-            let meets = penetrates_more(gap, || met.solid.distance_to_solid(&body.solid));
+        let loose = others.filter_map(|(other, near)| {
+            let gap = near.solid.distance_to_solid(&solid);
+            let meets = penetrates_more(gap, || near.solid.distance_to_solid(&body.solid));
             meets.then(|| {
-                if met.is_ball() {
+                if near.is_ball() {
                     (gap, Contact::Ball(other))
                 } else {
-                    (gap, Contact::Obstacle(center - met.solid.nearest(center)))
+                    (gap, Contact::Obstacle(center - near.solid.nearest(center)))
                 }
             })
         });
         loose
             .chain(firm)
             .reduce(|a, b| if b.0 < a.0 { b } else { a })
-            .map(|(_, met)| met)
+            .map(|(_, contact)| contact)
     }
 
     /// Reflects the velocity of a ball. The ball stays in place, and rolls away in the next step.
-    fn bounce(&mut self, index: usize, met: Contact) {
-        match met {
+    fn bounce(&mut self, index: usize, contact: Contact) {
+        match contact {
             Contact::Obstacle(away) => {
                 let body = &mut self.bodies[index];
                 let away = away.try_normalize().unwrap_or(Vector::ZERO);
@@ -94,10 +94,10 @@ impl LooseBodies {
                 let away = apart.try_normalize().unwrap_or(Vector::ZERO);
                 let nearing = (self.bodies[index].velocity - self.bodies[other].velocity).dot(away);
                 if nearing < 0.0 {
-                    let (mass, met) = (self.bodies[index].mass, self.bodies[other].mass);
-                    let impulse = -(1.0 + RESTITUTION) * nearing / (1.0 / mass + 1.0 / met);
+                    let (mass, other_mass) = (self.bodies[index].mass, self.bodies[other].mass);
+                    let impulse = -(1.0 + RESTITUTION) * nearing / (1.0 / mass + 1.0 / other_mass);
                     self.bodies[index].velocity += away * (impulse / mass);
-                    self.bodies[other].velocity -= away * (impulse / met);
+                    self.bodies[other].velocity -= away * (impulse / other_mass);
                 }
             }
         }

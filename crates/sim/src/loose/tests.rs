@@ -1,4 +1,4 @@
-//! Balls and their energy, which only decreases.
+//! Tests of rolling balls and their energy.
 
 use parry2d_f64::math::Vector;
 use proptest::prelude::*;
@@ -55,7 +55,7 @@ fn energy(loose: &LooseBodies) -> f64 {
 }
 
 #[test]
-fn a_ball_that_meets_one_at_rest_hands_its_way_on() {
+fn a_ball_that_hits_one_at_rest_transfers_its_speed() {
     let mut loose = LooseBodies::new(vec![
         ball([-0.5, 0.0], 1.0, [1.0, 0.0]),
         ball([0.0, 0.0], 1.0, [0.0, 0.0]),
@@ -79,11 +79,11 @@ fn a_ball_rolls_along_a_wall_that_it_touches() {
 
 proptest! {
     #[test]
-    fn the_energy_of_balls_never_grows_and_none_enters_anything(
+    fn the_energy_of_balls_never_grows_and_they_never_overlap(
         balls in proptest::collection::vec((0.1..3.0f64, -4.0..4.0f64, -4.0..4.0f64), 9),
     ) {
-        let places = (0..9).map(|index| [f64::from(index % 3) * 0.5 - 0.5, f64::from(index / 3) * 0.5 - 0.5]);
-        let bodies = places.zip(balls).map(|(place, (mass, x, y))| ball(place, mass, [x, y]));
+        let centers = (0..9).map(|index| [f64::from(index % 3) * 0.5 - 0.5, f64::from(index / 3) * 0.5 - 0.5]);
+        let bodies = centers.zip(balls).map(|(center, (mass, x, y))| ball(center, mass, [x, y]));
         let mut loose = LooseBodies::new(bodies.collect());
         let pen = Pen::new();
         let mut before = energy(&loose);

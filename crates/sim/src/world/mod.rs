@@ -1,6 +1,6 @@
-//! The world: its time and its things. `robots` changes its robots, `senses` measures.
+//! The world: its time and its things. `robots` changes its robots, and `readings` measures.
 //!
-//! Time advances in whole steps, so that a history does not depend on how the caller divides the time.
+//! Time advances in whole steps, so that a run does not depend on how the caller divides the time.
 
 mod obstacles;
 mod pictures;
@@ -226,8 +226,8 @@ impl World {
             .iter()
             .enumerate()
             .filter(move |(index, _)| *index != except)
-            .filter_map(|(index, berth)| {
-                let robot = berth.robot.as_ref()?;
+            .filter_map(|(index, slot)| {
+                let robot = slot.robot.as_ref()?;
                 let center = [robot.truth.pose.x, robot.truth.pose.y];
                 Some((
                     index,

@@ -24,16 +24,16 @@ impl World {
         super::readings::check_buffer("picture", picture.len(), camera.bytes())?;
         let head = (self.head(robot), &self.config(robot).head);
         let view = camera.view(self.truth(robot).pose, head);
-        let mut stage = Renderer::new(view, &self.light);
+        let mut renderer = Renderer::new(view, &self.light);
         for shape in self.scene.shapes() {
-            stage.add_outline(shape.outline, [0.0, shape.height], shape.color);
+            renderer.add_outline(shape.outline, [0.0, shape.height], shape.color);
         }
         for mover in &self.movers {
             match mover.person() {
-                Some(person) => stage.add_person(&person),
+                Some(person) => renderer.add_person(&person),
                 None => {
                     let shape = mover.shape();
-                    stage.add_outline(shape.outline, [0.0, shape.height], shape.color);
+                    renderer.add_outline(shape.outline, [0.0, shape.height], shape.color);
                 }
             }
         }
@@ -42,15 +42,17 @@ impl World {
             match body.form {
                 LooseShape::Ball { radius } => {
                     let [x, y] = body.center();
-                    stage.add_ball([x, y, radius], radius, shape.color);
+                    renderer.add_ball([x, y, radius], radius, shape.color);
                 }
-                LooseShape::Box { .. } => stage.add_outline(shape.outline, [0.0, shape.height], shape.color),
+                LooseShape::Box { .. } => {
+                    renderer.add_outline(shape.outline, [0.0, shape.height], shape.color)
+                }
             }
         }
         for (other, _) in self.robots().filter(|(other, _)| *other != robot) {
-            stage.add_robot(self.truth(other).pose, self.config(other));
+            renderer.add_robot(self.truth(other).pose, self.config(other));
         }
-        stage.draw(picture);
+        renderer.draw(picture);
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Measurements of a world, and the ground truth.
 //!
-//! Nothing here changes the world.
+//! Measuring does not change the world.
 
 use parry2d_f64::math::Vector;
 
@@ -143,7 +143,7 @@ impl World {
 
     fn nearest_hit(
         &self,
-        echo: RayKind,
+        kind: RayKind,
         origin: [f64; 2],
         angle: f64,
         max: f64,
@@ -151,7 +151,7 @@ impl World {
     ) -> Option<f64> {
         let ray = solid::ray(origin, angle);
         let mut nearest = self.scene.cast_ray(&ray, max);
-        self.for_each_movable(echo, except, |solid| {
+        self.for_each_movable(kind, except, |solid| {
             if let Some(distance) = solid.cast_ray(&ray, nearest.unwrap_or(max)) {
                 nearest = Some(distance);
             }
@@ -159,17 +159,22 @@ impl World {
         nearest
     }
 
-    /// Calls `look` with every solid that is not fixed, except one robot.
-    fn for_each_movable(&self, echo: RayKind, except: Option<RobotId>, mut look: impl FnMut(&solid::Solid)) {
+    /// Calls `action` with every solid that is not fixed, except one robot.
+    fn for_each_movable(
+        &self,
+        kind: RayKind,
+        except: Option<RobotId>,
+        mut action: impl FnMut(&solid::Solid),
+    ) {
         for mover in &self.movers {
-            match echo {
-                RayKind::Light => mover.feet().iter().for_each(&mut look),
-                RayKind::Sound => look(mover.solid()),
+            match kind {
+                RayKind::Light => mover.feet().iter().for_each(&mut action),
+                RayKind::Sound => action(mover.solid()),
             }
         }
-        self.loose.bodies().iter().for_each(|body| look(body.solid()));
+        self.loose.bodies().iter().for_each(|body| action(body.solid()));
         for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
-            look(&solid::Solid::new(&Outline::Circle {
+            action(&solid::Solid::new(&Outline::Circle {
                 center: disc.center,
                 radius: disc.radius,
             }));
@@ -181,7 +186,7 @@ impl World {
     }
 }
 
-/// The kind of a ray: it determines what a person is to it.
+/// The kind of a ray. It determines which part of a person the ray hits.
 #[derive(Clone, Copy, Debug)]
 enum RayKind {
     /// A thin ray near the floor, which hits legs.

@@ -1,6 +1,6 @@
 //! The robots of a world: adding, removing, commanding and placing them.
 //!
-//! No time passes here.
+//! These functions take no simulated time.
 
 use super::World;
 use crate::config::RobotConfig;
@@ -24,7 +24,7 @@ pub struct RobotId(pub(super) usize);
 impl World {
     /// Returns the names of the robots that have a start in the file, whether or not they have been added.
     pub fn robot_names(&self) -> impl Iterator<Item = &str> {
-        self.robot_slots.iter().map(|berth| berth.start.robot.as_str())
+        self.robot_slots.iter().map(|slot| slot.start.robot.as_str())
     }
 
     /// Returns the robots that have been added, in the order of the file.
@@ -33,8 +33,8 @@ impl World {
             .robot_slots
             .iter()
             .enumerate()
-            .filter(|(_, berth)| berth.robot.is_some());
-        added.map(|(index, berth)| (RobotId(index), berth.start.robot.as_str()))
+            .filter(|(_, slot)| slot.robot.is_some());
+        added.map(|(index, slot)| (RobotId(index), slot.start.robot.as_str()))
     }
 
     /// Adds a robot at its start, at rest. The order in which robots are added makes no difference.
@@ -47,7 +47,7 @@ impl World {
         let index = self
             .robot_slots
             .iter()
-            .position(|berth| berth.start.robot == name)
+            .position(|slot| slot.start.robot == name)
             .ok_or_else(|| {
                 let known: Vec<String> = self.robot_names().map(str::to_owned).collect();
                 let nearest = file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);

@@ -1,4 +1,4 @@
-//! The bumpers that a touch presses.
+//! The bumpers that a contact presses.
 
 use jde_sim::{RobotConfig, RobotId, Twist2, World};
 
@@ -13,7 +13,7 @@ fn hall(seed: u64) -> (World, RobotId) {
 }
 
 #[test]
-fn bumpers_tell_where_the_body_touches() {
+fn a_contact_presses_the_bumper_at_its_position() {
     // Backwards against the wall x = -4, then ahead against the other robot.
     let (mut world, robot) = hall(1);
     world.add_robot("s", RobotConfig::default()).unwrap();
@@ -35,7 +35,7 @@ fn bumpers_tell_where_the_body_touches() {
 }
 
 #[test]
-fn a_touch_ahead_on_the_left_presses_the_left_of_the_front() {
+fn a_contact_at_the_left_of_the_front_presses_the_left_front_bumper() {
     let text = "
         circles = [{ center = [1, 0.32], radius = 0.1 }]
         robots  = { r = { start = { x = 0, y = 0 } } }";

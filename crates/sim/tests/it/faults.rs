@@ -1,4 +1,4 @@
-//! Every fault of a world file has its file and line and states what was expected. All are reported together.
+//! Faults of world files: each is reported with its file, its line and what is expected, all of them together.
 
 use std::path::{Path, PathBuf};
 
@@ -6,17 +6,17 @@ use jde_sim::{RobotConfig, World, WorldError};
 
 fn faults(text: &str) -> Vec<String> {
     match World::parse(text, "lab/w.toml", 0) {
-        Ok(_) => panic!("a fault was expected"),
+        Ok(_) => panic!("the world has no fault"),
         Err(error) => error.faults().iter().map(ToString::to_string).collect(),
     }
 }
 
-/// Checks that there is one fault, on the line that ends with `# here`, and that it contains all of `words`.
-fn check(text: &str, words: &[&str]) {
+/// Checks that there is one fault, on the line that ends with `# fault`, and that its message contains `parts`.
+fn check(text: &str, parts: &[&str]) {
     let line = 1 + text
         .lines()
-        .position(|line| line.ends_with("# here"))
-        .expect("a line is marked");
+        .position(|line| line.ends_with("# fault"))
+        .expect("one line is marked");
     let faults = faults(text);
     assert_eq!(faults.len(), 1, "{faults:#?}");
     assert!(
@@ -24,27 +24,27 @@ fn check(text: &str, words: &[&str]) {
         "{}",
         faults[0]
     );
-    for word in words {
-        assert!(faults[0].contains(word), "`{word}` is not in: {}", faults[0]);
+    for part in parts {
+        assert!(faults[0].contains(part), "`{part}` is not in: {}", faults[0]);
     }
 }
 
 #[test]
-fn broken_syntax_is_located() {
+fn a_syntax_error_has_its_line() {
     check(
-        "name = 'a'\nboxes = [{ center = [0, 0] size = [1, 1] }] # here",
+        "name = 'a'\nboxes = [{ center = [0, 0] size = [1, 1] }] # fault",
         &["expected"],
     );
 }
 
 #[test]
-fn unknown_keys_get_the_nearest_known_one() {
+fn an_unknown_key_is_reported_with_the_nearest_known_one() {
     check(
-        "name = 'a'\n[[boxs]] # here\ncenter = [0, 0]",
+        "name = 'a'\n[[boxs]] # fault\ncenter = [0, 0]",
         &["unknown key `boxs`", "did you mean `boxes`?"],
     );
     check(
-        "[[circles]]\nname = 'pillar'\ncenter = [0, 0]\nradius = 1\nxyz = 'red' # here",
+        "[[circles]]\nname = 'pillar'\ncenter = [0, 0]\nradius = 1\nxyz = 'red' # fault",
         &[
             "circle `pillar`",
             "unknown key `xyz`",
@@ -52,75 +52,75 @@ fn unknown_keys_get_the_nearest_known_one() {
         ],
     );
     check(
-        "[robots.r]\nstart = { x = 1, y = 2, heading = 90 } # here",
+        "[robots.r]\nstart = { x = 1, y = 2, heading = 90 } # fault",
         &["did you mean `heading_deg`?"],
     );
     check(
-        "[robots.r]\nstrt = 1 # here\nstart = { x = 1, y = 2 }",
+        "[robots.r]\nstrt = 1 # fault\nstart = { x = 1, y = 2 }",
         &["robot `r`", "did you mean `start`?"],
     );
     check(
-        "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = 2 # here",
+        "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = 2 # fault",
         &["unknown key `pause`; expected one of `name`"],
     );
 }
 
 #[test]
-fn numbers_must_be_finite_and_of_this_world() {
+fn numbers_must_be_finite_and_in_range() {
     check(
-        "[[circles]]\ncenter = [0, nan] # here\nradius = 1",
+        "[[circles]]\ncenter = [0, nan] # fault\nradius = 1",
         &["circle 1", "`center` is NaN", "finite"],
     );
     check(
-        "[[circles]]\ncenter = [0, 0]\nradius = inf # here",
+        "[[circles]]\ncenter = [0, 0]\nradius = inf # fault",
         &["`radius` is inf", "finite"],
     );
     check(
-        "[[circles]]\ncenter = [1e9, 0] # here\nradius = 1",
+        "[[circles]]\ncenter = [1e9, 0] # fault\nradius = 1",
         &["out of range"],
     );
     check(
-        "[[circles]]\ncenter = [0, 0]\nradius = '1' # here",
+        "[[circles]]\ncenter = [0, 0]\nradius = '1' # fault",
         &["`radius` is a string", "expected a number"],
     );
 }
 
 #[test]
-fn sizes_must_be_more_than_nothing() {
+fn sizes_must_be_positive() {
     check(
-        "[[boxes]]\nname = 'desk'\ncenter = [0, 0]\nsize = [1, 0] # here",
+        "[[boxes]]\nname = 'desk'\ncenter = [0, 0]\nsize = [1, 0] # fault",
         &["box `desk`", "`size` is 0", "more than 0"],
     );
     check(
-        "[[circles]]\ncenter = [0, 0]\nradius = -0.5 # here",
+        "[[circles]]\ncenter = [0, 0]\nradius = -0.5 # fault",
         &["`radius` is -0.5"],
     );
     check(
-        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1, 1] # here",
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1, 1] # fault",
         &["has 3 values", "a size"],
     );
 }
 
 #[test]
-fn walls_need_points_that_differ() {
+fn walls_need_different_points() {
     check(
-        "[[walls]]\npoints = [[0, 0]] # here",
+        "[[walls]]\npoints = [[0, 0]] # fault",
         &["has 1 points", "two or more"],
     );
     check(
-        "[[walls]]\npoints = [\n  [0, 0],\n  [1, 0],\n  [1, 0], # here\n]",
+        "[[walls]]\npoints = [\n  [0, 0],\n  [1, 0],\n  [1, 0], # fault\n]",
         &["point 3 on the one before"],
     );
     check(
-        "[[walls]] # here\npoints = [[0, 0], [1, 0]]\nclosed = true",
+        "[[walls]] # fault\npoints = [[0, 0], [1, 0]]\nclosed = true",
         &["closed", "three or more"],
     );
     check(
-        "[[walls]] # here\npoints = [[0, 0], [1, 0], [1, 1], [0, 0]]\nclosed = true",
+        "[[walls]] # fault\npoints = [[0, 0], [1, 0], [1, 1], [0, 0]]\nclosed = true",
         &["drop the last point"],
     );
     check(
-        "[[walls]]\npoints = 3 # here",
+        "[[walls]]\npoints = 3 # fault",
         &["is an integer", "[[x, y], ...]"],
     );
 }
@@ -128,70 +128,70 @@ fn walls_need_points_that_differ() {
 #[test]
 fn movers_need_a_body_a_way_and_a_speed() {
     check(
-        "[[movers]] # here\nname = 'anna'\nway = [[0, 0], [1, 0]]\nspeed = 1",
+        "[[movers]] # fault\nname = 'anna'\nway = [[0, 0], [1, 0]]\nspeed = 1",
         &["mover `anna`", "`radius`", "`size`"],
     );
     check(
-        "[[movers]] # here\nradius = 1\nsize = [1, 1]\nway = [[0, 0], [1, 0]]\nspeed = 1",
+        "[[movers]] # fault\nradius = 1\nsize = [1, 1]\nway = [[0, 0], [1, 0]]\nspeed = 1",
         &["only one"],
     );
     check(
-        "[[movers]]\nradius = 1\nway = [[0, 0]] # here\nspeed = 1",
+        "[[movers]]\nradius = 1\nway = [[0, 0]] # fault\nspeed = 1",
         &["`way` has 1 points"],
     );
     check(
-        "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 0 # here",
+        "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 0 # fault",
         &["`speed` is 0"],
     );
     check(
-        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 20.1 # here",
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 20.1 # fault",
         &["`speed` is 20.1: expected at most 20 m/s"],
     );
     check(
-        "[[movers]] # here\nradius = 1\nway = [[0, 0], [1, 0]]",
+        "[[movers]] # fault\nradius = 1\nway = [[0, 0], [1, 0]]",
         &["`speed` is missing"],
     );
     check(
-        "[[movers]] # here\nradius = 1\nway = [[0, 0], [1, 0], [0, 0]]\nspeed = 1\nloop = true",
+        "[[movers]] # fault\nradius = 1\nway = [[0, 0], [1, 0], [0, 0]]\nspeed = 1\nloop = true",
         &["drop the last point"],
     );
 }
 
 #[test]
-fn a_robot_cannot_start_in_a_thing_or_outside() {
+fn a_robot_cannot_start_inside_a_thing_or_outside_the_bounds() {
     check(
-        "[[boxes]]\nname = 'desk'\ncenter = [0, 0]\nsize = [1, 1]\n[robots.r]\nstart = { x = 0.2, y = 0 } # here",
+        "[[boxes]]\nname = 'desk'\ncenter = [0, 0]\nsize = [1, 1]\n[robots.r]\nstart = { x = 0.2, y = 0 } # fault",
         &["robot `r` starts inside `desk`"],
     );
     check(
-        "bounds = { min = [0, 0], max = [4, 4] }\n[robots.r]\nstart = { x = 5, y = 1 } # here",
+        "bounds = { min = [0, 0], max = [4, 4] }\n[robots.r]\nstart = { x = 5, y = 1 } # fault",
         &["robot `r` starts outside the bounds"],
     );
-    check("[robots.r] # here\n", &["`start` is missing"]);
-    check("robots = { r = 3 } # here", &["robot `r`", "expected a table"]);
+    check("[robots.r] # fault\n", &["`start` is missing"]);
+    check("robots = { r = 3 } # fault", &["robot `r`", "expected a table"]);
 }
 
 #[test]
-fn bounds_must_be_the_right_way_round() {
+fn bounds_need_a_minimum_below_the_maximum() {
     check(
-        "bounds = { min = [0, 0], max = [0, 4] } # here",
+        "bounds = { min = [0, 0], max = [0, 4] } # fault",
         &["bounds", "`min`", "`max`"],
     );
-    check("bounds = 3 # here", &["expected { min"]);
+    check("bounds = 3 # fault", &["expected { min"]);
 }
 
 #[test]
-fn a_wrong_kind_of_value_is_named() {
-    check("boxes = 3 # here", &["`boxes` is an integer", "array of tables"]);
+fn a_value_of_the_wrong_type_is_reported() {
+    check("boxes = 3 # fault", &["`boxes` is an integer", "array of tables"]);
     check(
-        "boxes = [\n  3, # here\n]",
+        "boxes = [\n  3, # fault\n]",
         &["box 1 is an integer", "expected a table"],
     );
-    check("name = 3 # here", &["`name` is an integer", "text"]);
+    check("name = 3 # fault", &["`name` is an integer", "text"]);
 }
 
 #[test]
-fn all_faults_come_together_in_the_order_of_the_lines() {
+fn all_faults_are_reported_in_the_order_of_the_lines() {
     let text = "nam = 'a'\nboxes = [{ center = [0, 0], size = [0, 1] }]\n[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = -1\n[robots.r]\nstart = { x = nan, y = 0 }";
     let found = faults(text);
     let lines: Vec<&str> = found
@@ -200,11 +200,11 @@ fn all_faults_come_together_in_the_order_of_the_lines() {
         .collect();
     assert_eq!(lines, ["1", "2", "6", "8"], "{found:#?}");
     let error = World::parse(text, "lab/w.toml", 0).err().unwrap().to_string();
-    assert_eq!(error.lines().count(), 4, "one line a fault: {error}");
+    assert_eq!(error.lines().count(), 4, "one line for each fault: {error}");
 }
 
 #[test]
-fn a_missing_world_is_named() {
+fn a_missing_world_file_is_reported() {
     let error = World::load("no/such/world.toml", 0).err().unwrap().to_string();
     assert!(
         error.starts_with("no/such/world.toml: cannot read the world"),
@@ -213,9 +213,9 @@ fn a_missing_world_is_named() {
 }
 
 #[test]
-fn a_missing_map_is_located_in_the_world() {
+fn a_missing_map_is_reported_with_the_line_of_the_world() {
     check(
-        "name = 'a'\nmap = 'none.yaml' # here",
+        "name = 'a'\nmap = 'none.yaml' # fault",
         &[
             "cannot read the map",
             &Path::new("lab").join("none.yaml").display().to_string(),
@@ -224,7 +224,7 @@ fn a_missing_map_is_located_in_the_world() {
 }
 
 #[test]
-fn a_world_without_walls_is_legal_but_warned_of() {
+fn a_world_without_walls_is_valid_with_a_warning() {
     let world = World::parse("robots = { r = { start = { x = 0, y = 0 } } }", "w.toml", 0).unwrap();
     let warnings = world.warnings();
     assert_eq!(warnings.len(), 1);
@@ -239,36 +239,36 @@ fn a_world_without_walls_is_legal_but_warned_of() {
 }
 
 #[test]
-fn a_mover_that_goes_through_a_thing_is_warned_of() {
+fn a_mover_that_crosses_a_thing_gives_a_warning() {
     let text = "circles = [{ name = 'pillar', center = [1, 0.4], radius = 0.2 }]\n[[movers]]\nname = 'anna'\nradius = 0.25\nway = [[0, 0], [2, 0]]\nspeed = 1";
     let world = World::parse(text, "w.toml", 0).unwrap();
     let warnings: Vec<String> = world.warnings().iter().map(ToString::to_string).collect();
     assert_eq!(
         warnings,
-        ["w.toml:2: the way of mover `anna` crosses `pillar`: it goes through"]
+        ["w.toml:2: the way of mover `anna` crosses `pillar`: the mover passes through"]
     );
 }
 
 #[test]
-fn robots_are_refused_with_what_would_do() {
+fn a_refused_robot_is_reported_with_a_hint() {
     let text = "circles = [{ name = 'pillar', center = [0.4, 0], radius = 0.2 }]\n[robots.pioneer]\nstart = { x = 0, y = 0 }\n[robots.other]\nstart = { x = -1, y = 0 }";
     let mut world = World::parse(text, "w.toml", 0).unwrap();
-    let refusal = |world: &mut World, name: &str, config: RobotConfig| {
+    let add_error = |world: &mut World, name: &str, config: RobotConfig| {
         world.add_robot(name, config).unwrap_err().to_string()
     };
-    let error = refusal(&mut world, "pionear", RobotConfig::default());
+    let error = add_error(&mut world, "pionear", RobotConfig::default());
     assert!(
         error.contains("no robot `pionear`") && error.contains("did you mean `pioneer`?"),
         "{error}"
     );
-    let error = refusal(&mut world, "zzz", RobotConfig::default());
+    let error = add_error(&mut world, "zzz", RobotConfig::default());
     assert!(error.contains("it has `pioneer`, `other`"), "{error}");
-    let error = refusal(&mut world, "pioneer", RobotConfig::default());
+    let error = add_error(&mut world, "pioneer", RobotConfig::default());
     assert_eq!(
         error,
         "w.toml:3: robot `pioneer` of radius 0.25 m starts on `pillar`: move its start at least 0.050 m away from it"
     );
-    let error = refusal(
+    let error = add_error(
         &mut world,
         "pioneer",
         RobotConfig {
@@ -290,8 +290,7 @@ fn robots_are_refused_with_what_would_do() {
 }
 
 #[test]
-fn any_text_gives_a_world_or_faults_with_lines() {
-    // Every prefix of a valid file: no panic, and no fault without its place.
+fn every_prefix_of_a_world_file_gives_a_world_or_faults_with_lines() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../worlds/office.toml");
     let text = std::fs::read_to_string(path).unwrap();
     for end in (0..text.len())
@@ -306,9 +305,9 @@ fn any_text_gives_a_world_or_faults_with_lines() {
 }
 
 #[test]
-fn colours_are_digits_or_known_names() {
+fn colours_are_hexadecimal_or_known_names() {
     check(
-        "[[circles]]\ncenter = [0, 0]\nradius = 1\ncolor = 'grean' # here",
+        "[[circles]]\ncenter = [0, 0]\nradius = 1\ncolor = 'grean' # fault",
         &[
             "circle 1",
             "`color` is `grean`",
@@ -316,40 +315,40 @@ fn colours_are_digits_or_known_names() {
             "did you mean `green`?",
         ],
     );
-    check("floor = '#12345' # here", &["`floor` is `#12345`", "`orange`"]);
-    check("light = 3 # here", &["`light` is not a table", "from_deg"]);
+    check("floor = '#12345' # fault", &["`floor` is `#12345`", "`orange`"]);
+    check("light = 3 # fault", &["`light` is not a table", "from_deg"]);
 }
 
 #[test]
-fn loose_things_need_room() {
+fn movable_things_must_not_overlap_others() {
     check(
         "circles = [{ name = 'post', center = [0, 0], radius = 1 }]
-         balls = [{ name = 'b', center = [1.05, 0], radius = 0.1 }] # here",
+         balls = [{ name = 'b', center = [1.05, 0], radius = 0.1 }] # fault",
         &["`b` lies in `post`"],
     );
     check(
         "boxes = [{ name = 'carton', center = [0.3, 0], size = [0.4, 0.4], movable = true }]
-         balls = [{ name = 'b', center = [0, 0], radius = 0.101 }] # here",
+         balls = [{ name = 'b', center = [0, 0], radius = 0.101 }] # fault",
         &["`b` lies in `carton`"],
     );
     check(
-        "people = [{ name = 'eve', way = [[0, 0], [3, 0]], speed = 1 }]\nballs = [{ center = [0.3, 0], radius = 0.1 }] # here",
+        "people = [{ name = 'eve', way = [[0, 0], [3, 0]], speed = 1 }]\nballs = [{ center = [0.3, 0], radius = 0.1 }] # fault",
         &["`ball 1` lies in `eve`"],
     );
 }
 
 #[test]
-fn only_what_is_movable_has_a_mass() {
+fn only_movable_things_have_a_mass() {
     check(
-        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmass = 3 # here",
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmass = 3 # fault",
         &["box 1", "not `movable`"],
     );
     check(
-        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmovable = true\nmass = 0 # here",
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmovable = true\nmass = 0 # fault",
         &["box 1", "`mass` is 0", "more than 0"],
     );
     check(
-        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = -1 # here",
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = -1 # fault",
         &["person 1", "`pause` is -1"],
     );
 }

@@ -1,4 +1,4 @@
-//! Things that can be pushed: they give way, they stay where they are left, and nothing ever enters anything.
+//! Things that can be pushed: they move with a robot, stay where it leaves them, and never overlap anything.
 
 use jde_sim::{Outline, RobotConfig, RobotId, STEP_NS, SonarConfig, Twist2, World};
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ fn run(world: &mut World, seconds: f64) {
 }
 
 /// Creates a robot at the origin that faces along x, with things in front of it.
-fn lane(things: &str) -> (World, RobotId) {
+fn robot_before(things: &str) -> (World, RobotId) {
     let mut world = world(&format!(
         "walls = [{{ name = 'end', points = [[4, -2], [4, 2]] }}]
          robots = {{ r = {{ start = {{ x = 0, y = 0 }} }} }}
@@ -36,51 +36,52 @@ fn drive(world: &mut World, robot: RobotId, speed: f64, seconds: f64) {
 }
 
 #[test]
-fn a_box_slides_with_the_robot_and_stays_where_it_is_left() {
-    let (mut world, robot) =
-        lane("boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true, mass = 2 }]");
-    drive(&mut world, robot, 0.4, 5.0);
-    let (place, x) = (center(&world, "b"), world.truth(robot).pose.x);
-    assert!(
-        place[0] > 1.5 && (place[0] - 0.2 - x - 0.25).abs() < 1e-4,
-        "{place:?} {x}"
+fn a_box_slides_with_the_robot_and_stays_where_the_robot_leaves_it() {
+    let (mut world, robot) = robot_before(
+        "boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true, mass = 2 }]",
     );
-    assert!(place[1].abs() < 1e-9, "{place:?}");
+    drive(&mut world, robot, 0.4, 5.0);
+    let (center_of_box, x) = (center(&world, "b"), world.truth(robot).pose.x);
+    assert!(
+        center_of_box[0] > 1.5 && (center_of_box[0] - 0.2 - x - 0.25).abs() < 1e-4,
+        "{center_of_box:?} {x}"
+    );
+    assert!(center_of_box[1].abs() < 1e-9, "{center_of_box:?}");
     drive(&mut world, robot, -0.4, 4.0);
-    let left = center(&world, "b");
+    let position = center(&world, "b");
     run(&mut world, 5.0);
-    assert_eq!(center(&world, "b"), left);
-    assert_eq!(world.truth(robot).collisions, 0, "to push is no collision");
+    assert_eq!(center(&world, "b"), position);
+    assert_eq!(world.truth(robot).collisions, 0, "a push is no collision");
 }
 
 #[test]
 fn a_robot_stalls_when_its_box_is_at_the_wall() {
     let (mut world, robot) =
-        lane("boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true }]");
+        robot_before("boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true }]");
     drive(&mut world, robot, 0.4, 20.0);
-    let (place, truth) = (center(&world, "b"), world.truth(robot));
+    let (center_of_box, truth) = (center(&world, "b"), world.truth(robot));
     assert!(
         truth.stalled && truth.collisions == 0 && truth.twist.linear == 0.0,
         "{truth:?}"
     );
-    assert!((3.79..=3.8).contains(&place[0]), "{place:?}");
-    assert!(world.bumpers(robot).front[2], "it feels the box");
+    assert!((3.79..=3.8).contains(&center_of_box[0]), "{center_of_box:?}");
+    assert!(world.bumpers(robot).front[2], "the box presses the bumper");
     drive(&mut world, robot, -0.4, 2.0);
     assert!(!world.truth(robot).stalled && !world.bumpers(robot).any());
-    assert_eq!(center(&world, "b"), place);
+    assert_eq!(center(&world, "b"), center_of_box);
 }
 
 #[test]
 fn a_heavy_box_slows_the_robot_and_a_heavier_one_stops_it() {
-    let way = |mass: f64| {
-        let (mut world, robot) = lane(&format!(
+    let drive_against = |mass: f64| {
+        let (mut world, robot) = robot_before(&format!(
             "boxes = [{{ name = 'b', center = [0.5, 0], size = [0.4, 0.6], movable = true, mass = {mass} }}]"
         ));
         drive(&mut world, robot, 0.4, 6.0);
         let truth = world.truth(robot);
         (truth.pose.x, truth.stalled)
     };
-    let (light, heavy, heavier) = (way(1.0), way(20.0), way(30.0));
+    let (light, heavy, heavier) = (drive_against(1.0), drive_against(20.0), drive_against(30.0));
     assert!(light.0 > 1.3 * heavy.0 && heavy.0 > 0.8, "{light:?} {heavy:?}");
     assert!(
         !light.1 && !heavy.1 && heavier.1 && heavier.0 < 0.06,
@@ -89,9 +90,9 @@ fn a_heavy_box_slows_the_robot_and_a_heavier_one_stops_it() {
 }
 
 #[test]
-fn boxes_push_boxes_and_their_weights_add_up() {
-    let pair = |mass: f64| {
-        let (mut world, robot) = lane(&format!(
+fn boxes_push_boxes_and_their_masses_add_up() {
+    let drive_against = |mass: f64| {
+        let (mut world, robot) = robot_before(&format!(
             "boxes = [{{ name = 'a', center = [0.6, 0], size = [0.4, 0.6], movable = true, mass = {mass} }},
                       {{ name = 'b', center = [1.2, 0], size = [0.4, 0.4], movable = true, mass = {mass} }}]"
         ));
@@ -102,21 +103,21 @@ fn boxes_push_boxes_and_their_weights_add_up() {
             world.truth(robot).stalled,
         )
     };
-    let (a, b, stalled) = pair(2.0);
-    // The gap to a box that another box pushes is less than a piece of the robot's way.
+    let (a, b, stalled) = drive_against(2.0);
+    // The gap between the boxes is less than the robot drives in a step.
     assert!(!stalled && (0.4..0.405).contains(&(b - a)) && b > 1.6, "{a} {b}");
-    let (_, b, stalled) = pair(14.0);
+    let (_, b, stalled) = drive_against(14.0);
     assert!(stalled && b == 1.2, "{b}");
 }
 
 #[test]
 fn a_ball_rolls_ahead_of_the_robot_and_comes_to_rest() {
-    let (mut world, robot) = lane("balls = [{ name = 'b', center = [0.6, 0], radius = 0.1 }]");
+    let (mut world, robot) = robot_before("balls = [{ name = 'b', center = [0.6, 0], radius = 0.1 }]");
     drive(&mut world, robot, 0.5, 2.5);
     world.command(robot, Twist2::default()).unwrap();
     let before = center(&world, "b")[0];
     run(&mut world, 1.0);
-    assert!(center(&world, "b")[0] > before + 0.2, "it rolls on");
+    assert!(center(&world, "b")[0] > before + 0.2, "the ball keeps rolling");
     run(&mut world, 20.0);
     let rest = center(&world, "b");
     run(&mut world, 1.0);
@@ -126,29 +127,29 @@ fn a_ball_rolls_ahead_of_the_robot_and_comes_to_rest() {
 }
 
 #[test]
-fn a_ball_comes_softly_off_a_wall() {
-    let (mut world, robot) = lane("balls = [{ name = 'b', center = [2.6, 0], radius = 0.1 }]");
+fn a_ball_bounces_off_a_wall_with_less_speed() {
+    let (mut world, robot) = robot_before("balls = [{ name = 'b', center = [2.6, 0], radius = 0.1 }]");
     drive(&mut world, robot, 1.0, 3.6);
     world.command(robot, Twist2::default()).unwrap();
     let mut farthest = 0.0f64;
-    let mut back = false;
+    let mut bounced = false;
     for _ in 0..500 {
         world.advance_to(world.now() + STEP_NS);
         let x = center(&world, "b")[0];
-        back |= x < farthest;
+        bounced |= x < farthest;
         farthest = farthest.max(x);
     }
-    assert!(back && farthest < 3.9 && farthest > 3.85, "{farthest}");
+    assert!(bounced && farthest < 3.9 && farthest > 3.85, "{farthest}");
 }
 
 #[test]
-fn sensors_see_what_is_loose_where_it_is() {
+fn sensors_measure_the_distance_to_a_movable_thing() {
     let (mut world, robot) =
-        lane("boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true }]");
-    let ahead = |world: &World| world.cast_ray([0.0, 0.0], 0.0, 9.0, Some(robot)).unwrap();
-    assert!((ahead(&world) - 0.8).abs() < 1e-9);
+        robot_before("boxes = [{ name = 'b', center = [1, 0], size = [0.4, 0.6], movable = true }]");
+    let distance = |world: &World| world.cast_ray([0.0, 0.0], 0.0, 9.0, Some(robot)).unwrap();
+    assert!((distance(&world) - 0.8).abs() < 1e-9);
     drive(&mut world, robot, 0.4, 4.0);
-    assert!((ahead(&world) - (center(&world, "b")[0] - 0.2)).abs() < 1e-9);
+    assert!((distance(&world) - (center(&world, "b")[0] - 0.2)).abs() < 1e-9);
     let ring = SonarConfig {
         sigma: 0.0,
         ..SonarConfig::default()
@@ -172,7 +173,7 @@ fn a_robot_does_not_start_on_a_ball() {
 }
 
 #[test]
-fn people_do_not_walk_into_what_lies_about() {
+fn people_do_not_walk_into_movable_things() {
     let mut world = world(
         "people = [{ name = 'eve', way = [[0, 0], [6, 0]], speed = 0.8, wait = 1 }]
          balls = [{ name = 'b', center = [3, 0.1], radius = 0.1 }]",
@@ -185,7 +186,7 @@ fn people_do_not_walk_into_what_lies_about() {
     assert!((2.6..2.7).contains(&farthest), "{farthest}");
     assert!(
         center(&world, "eve")[0] < 2.0 || farthest > center(&world, "eve")[0],
-        "it turned back"
+        "the person turns back"
     );
 }
 
@@ -253,7 +254,7 @@ fn gap(a: &(Corners, f64), b: &(Corners, f64)) -> f64 {
     best
 }
 
-fn assert_nothing_overlaps(world: &World) -> Result<(), TestCaseError> {
+fn check_nothing_overlaps(world: &World) -> Result<(), TestCaseError> {
     let mut hulls: Vec<(bool, (Corners, f64))> = world
         .shapes()
         .map(|shape| (shape.moving, hull(shape.outline)))
@@ -298,7 +299,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
     #[test]
-    fn nothing_overlaps_after_any_drive(commands in commands()) {
+    fn nothing_overlaps_after_any_commands(commands in commands()) {
         let (mut world, robots) = yard();
         for pair in commands {
             for (robot, (v, w)) in robots.into_iter().zip(pair) {
@@ -306,23 +307,23 @@ proptest! {
             }
             for _ in 0..12 {
                 world.advance_to(world.now() + 5 * STEP_NS);
-                assert_nothing_overlaps(&world)?;
+                check_nothing_overlaps(&world)?;
             }
         }
     }
 
     #[test]
-    fn a_history_with_loose_things_does_not_depend_on_how_its_time_is_sliced(commands in commands(), slice in 1..300_000_000u64) {
+    fn a_run_with_movable_things_does_not_depend_on_the_size_of_its_time_steps(commands in commands(), slice in 1..300_000_000u64) {
         let run = |slice: u64| {
             let (mut world, robots) = yard();
             for pair in &commands {
                 for (robot, (v, w)) in robots.into_iter().zip(pair) {
                     world.command(robot, Twist2::new(*v, *w)).unwrap();
                 }
-                let due = world.now() + 600_000_000;
+                let end = world.now() + 600_000_000;
                 let mut time = world.now();
-                while time < due {
-                    time = (time + slice).min(due);
+                while time < end {
+                    time = (time + slice).min(end);
                     world.advance_to(time);
                 }
             }

@@ -1,4 +1,4 @@
-//! The simulator: its world, its robots and their sensors.
+//! The simulator: worlds, robots and sensors.
 
 mod bumpers;
 mod cameras;

@@ -1,4 +1,4 @@
-//! ROS maps: the shapes that a world makes of their images, and the errors of invalid ones.
+//! ROS maps: their conversion to shapes, and the faults of invalid maps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use jde_sim::{LaserConfig, RobotConfig, World};
 /// Creates an empty folder for one test.
 fn folder(test: &str) -> PathBuf {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
-    // Tests run in parallel, and several of them create one world after another.
+    // Tests run in parallel, and some of them create several worlds.
     let name = format!("{test}-{}", NEXT.fetch_add(1, Ordering::Relaxed));
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("maps").join(name);
     let _ = fs::remove_dir_all(&path);
@@ -22,10 +22,10 @@ const YAML: &str = "image: m.pgm\nresolution: 0.5\norigin: [0, 0, 0]\n";
 const PLAIN: &str = "P2\n# by hand\n4 3 # wide, high\n255\n254 254 254 0\n254 254 254 254\n205 254 254 254\n";
 
 fn world(test: &str, yaml: &str, image: &[u8]) -> Result<World, String> {
-    at(test, yaml, image, "[robots.r]\nstart = { x = 1, y = 1 }")
+    world_with_robots(test, yaml, image, "[robots.r]\nstart = { x = 1, y = 1 }")
 }
 
-fn at(test: &str, yaml: &str, image: &[u8], robots: &str) -> Result<World, String> {
+fn world_with_robots(test: &str, yaml: &str, image: &[u8], robots: &str) -> Result<World, String> {
     let folder = folder(test);
     fs::write(folder.join("m.yaml"), yaml).unwrap();
     fs::write(folder.join("m.pgm"), image).unwrap();
@@ -35,29 +35,29 @@ fn at(test: &str, yaml: &str, image: &[u8], robots: &str) -> Result<World, Strin
 }
 
 fn assert_walls(world: &World) {
-    let to = |origin: [f64; 2], degrees: f64| world.cast_ray(origin, degrees.to_radians(), 50.0, None);
+    let distance = |origin: [f64; 2], degrees: f64| world.cast_ray(origin, degrees.to_radians(), 50.0, None);
     // The wall is the cell from (1.5, 1.0) to (2.0, 1.5).
-    assert!((to([0.2, 1.2], 0.0).unwrap() - 1.3).abs() < 1e-9);
-    assert!((to([1.7, 0.2], 90.0).unwrap() - 0.8).abs() < 1e-9);
-    assert_eq!(to([0.2, 0.7], 0.0), None);
+    assert!((distance([0.2, 1.2], 0.0).unwrap() - 1.3).abs() < 1e-9);
+    assert!((distance([1.7, 0.2], 90.0).unwrap() - 0.8).abs() < 1e-9);
+    assert_eq!(distance([0.2, 0.7], 0.0), None);
     assert_eq!(world.shapes().count(), 1);
     assert_eq!((world.bounds().min, world.bounds().max), ([0.0, 0.0], [2.0, 1.5]));
 }
 
 #[test]
-fn a_plain_graymap_becomes_walls() {
+fn a_plain_graymap_gives_walls() {
     assert_walls(&world("plain", YAML, PLAIN.as_bytes()).unwrap());
 }
 
 #[test]
-fn a_raw_graymap_is_the_same_even_when_its_first_pixel_looks_like_white_space() {
+fn a_raw_graymap_gives_walls_even_if_its_first_pixel_is_white_space() {
     let mut raw = b"P5 4 3\n# deep\n255\n".to_vec();
     raw.extend([254, 254, 254, 0, 254, 254, 254, 254, 205, 254, 254, 254]);
     assert_walls(&world("raw", YAML, &raw).unwrap());
-    // 10 is a line feed, and as a shade nearly black: the first cell is a wall.
-    let mut tricky = b"P5 2 1 255\n".to_vec();
-    tricky.extend([10, 254]);
-    let world = at("tricky", YAML, &tricky, "").unwrap();
+    // The first pixel is 10, which is a line feed and nearly black: the cell is a wall.
+    let mut white_space = b"P5 2 1 255\n".to_vec();
+    white_space.extend([10, 254]);
+    let world = world_with_robots("white_space", YAML, &white_space, "").unwrap();
     assert!(
         (world
             .cast_ray([0.9, 0.2], 180f64.to_radians(), 9.0, None)
@@ -69,7 +69,7 @@ fn a_raw_graymap_is_the_same_even_when_its_first_pixel_looks_like_white_space() 
 }
 
 #[test]
-fn a_raw_graymap_may_be_sixteen_bits_deep() {
+fn a_raw_graymap_can_have_sixteen_bits() {
     let mut raw = b"P5 4 3 65535\n".to_vec();
     for shade in [
         65000u16, 65000, 65000, 100, 65000, 65000, 65000, 65000, 52000, 65000, 65000, 65000,
@@ -80,7 +80,7 @@ fn a_raw_graymap_may_be_sixteen_bits_deep() {
 }
 
 #[test]
-fn a_png_is_told_by_its_first_bytes() {
+fn a_png_is_recognized_by_its_first_bytes() {
     for color in [png::ColorType::Grayscale, png::ColorType::Rgba] {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, 4, 3);
@@ -103,31 +103,35 @@ fn a_png_is_told_by_its_first_bytes() {
 #[test]
 fn a_negated_map_has_white_walls() {
     let negated = "P2 4 3 255\n0 0 0 255\n0 0 0 0\n50 0 0 0\n";
-    for yes in ["1", "true"] {
-        assert_walls(&world("negated", &format!("{YAML}negate: {yes}\n"), negated.as_bytes()).unwrap());
+    for negate in ["1", "true"] {
+        assert_walls(
+            &world(
+                "negated",
+                &format!("{YAML}negate: {negate}\n"),
+                negated.as_bytes(),
+            )
+            .unwrap(),
+        );
     }
 }
 
 #[test]
-fn the_thresholds_decide() {
+fn the_thresholds_determine_the_walls() {
     let image = "P2 2 1 100\n60 100\n";
-    let far = |yaml: String| {
-        at("thresholds", &yaml, image.as_bytes(), "").unwrap().cast_ray(
-            [0.9, 0.2],
-            std::f64::consts::PI,
-            9.0,
-            None,
-        )
+    let distance = |yaml: String| {
+        world_with_robots("thresholds", &yaml, image.as_bytes(), "")
+            .unwrap()
+            .cast_ray([0.9, 0.2], std::f64::consts::PI, 9.0, None)
     };
-    // A shade of 60 % is a likelihood of 40 %.
-    assert_eq!(far(YAML.to_owned()), None);
-    assert!(far(format!("{YAML}occupied_thresh: 0.39\nfree_thresh: 0.1\n")).is_some());
+    // A shade of 60 % means that the cell is occupied with a probability of 40 %.
+    assert_eq!(distance(YAML.to_owned()), None);
+    assert!(distance(format!("{YAML}occupied_thresh: 0.39\nfree_thresh: 0.1\n")).is_some());
 }
 
 #[test]
 fn the_origin_moves_and_turns_the_map() {
     let yaml = "image: m.pgm\nresolution: 0.5\norigin: [3.0, 4.0, 1.5707963267948966]\nmode: trinary\n";
-    let world = at(
+    let world = world_with_robots(
         "turned",
         yaml,
         PLAIN.as_bytes(),
@@ -147,13 +151,13 @@ fn the_origin_moves_and_turns_the_map() {
 }
 
 #[test]
-fn a_robot_starts_on_free_ground_of_the_map_only() {
+fn a_robot_can_only_start_on_free_ground_of_the_map() {
     for (x, y, reason) in [
         (0.2, 0.2, "on unknown ground of `m.yaml`"),
         (1.7, 1.2, "inside `m.yaml`"),
         (2.1, 0.7, "outside the map `m.yaml`"),
     ] {
-        let error = at(
+        let error = world_with_robots(
             "starts",
             YAML,
             PLAIN.as_bytes(),
@@ -168,7 +172,7 @@ fn a_robot_starts_on_free_ground_of_the_map_only() {
 }
 
 #[test]
-fn a_large_map_becomes_few_shapes() {
+fn a_large_map_gives_few_shapes() {
     let side = 1000;
     let mut raw = format!("P5 {side} {side} 255\n").into_bytes();
     // Rooms of 50 cells behind walls of 2 cells.
@@ -180,7 +184,8 @@ fn a_large_map_becomes_few_shapes() {
         }
     }));
     let yaml = "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n";
-    let mut world = at("large", yaml, &raw, "[robots.r]\nstart = { x = 1.3, y = 1.3 }").unwrap();
+    let mut world =
+        world_with_robots("large", yaml, &raw, "[robots.r]\nstart = { x = 1.3, y = 1.3 }").unwrap();
     assert_eq!(world.shapes().count(), 20 + 20 * 20);
     let robot = world.add_robot("r", RobotConfig::default()).unwrap();
     let laser = LaserConfig {
@@ -192,18 +197,18 @@ fn a_large_map_becomes_few_shapes() {
     assert!((ranges[90] - (2.5 - 1.318)).abs() < 1e-5, "{}", ranges[90]);
 }
 
-/// Checks that there is one fault of the map, at `place`, and that it contains all of `words`.
-fn check(yaml: &str, image: &[u8], place: &str, words: &[&str]) {
-    let error = world("faults", yaml, image).err().expect("a fault");
-    assert!(error.starts_with(place), "{error}");
+/// Checks that there is one fault of the map, at `location`, and that its message contains `parts`.
+fn check(yaml: &str, image: &[u8], location: &str, parts: &[&str]) {
+    let error = world("faults", yaml, image).err().expect("the map has a fault");
+    assert!(error.starts_with(location), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
-    for word in words {
-        assert!(error.contains(word), "`{word}` is not in: {error}");
+    for part in parts {
+        assert!(error.contains(part), "`{part}` is not in: {error}");
     }
 }
 
 #[test]
-fn faults_of_the_yaml_name_its_line() {
+fn faults_of_the_yaml_are_reported_with_their_line() {
     let with = |line: &str| format!("{YAML}{line}\n");
     let image = PLAIN.as_bytes();
     check(
@@ -264,7 +269,7 @@ fn faults_of_the_yaml_name_its_line() {
         "image: m.pgm\norigin: [0, 0\nresolution: 1",
         image,
         "/m.yaml:3: ",
-        &["not sound YAML"],
+        &["invalid YAML"],
     );
     check(
         "image: gone.pgm\nresolution: 1\norigin: [0, 0, 0]",
@@ -275,7 +280,7 @@ fn faults_of_the_yaml_name_its_line() {
 }
 
 #[test]
-fn faults_of_a_graymap_name_its_line() {
+fn faults_of_a_graymap_are_reported_with_their_line() {
     check(YAML, b"P6\n4 3\n255\n", "/m.pgm:1: ", &["P2 or P5"]);
     check(YAML, b"", "/m.pgm:1: ", &["P2 or P5"]);
     check(YAML, b"P2\n# c\nfour 3\n255\n", "/m.pgm:3: ", &["width missing"]);
@@ -310,6 +315,6 @@ fn faults_of_a_graymap_name_its_line() {
         YAML,
         b"\x89PNG\r\n\x1a\nrubbish",
         "/m.pgm: ",
-        &["not a sound PNG"],
+        &["not a valid PNG"],
     );
 }

@@ -1,5 +1,4 @@
-//! The motion of robots: arcs, limits, contacts, and a history that does not depend on how the time is
-//! divided.
+//! The motion of robots: arcs, limits, contacts, and independence of the size of time steps.
 
 use std::f64::consts::PI;
 
@@ -13,7 +12,7 @@ const ROOM: &str = "
     circles = [{ name = 'post', center = [3, 2.2], radius = 0.02 }]
     robots  = { r = { start = { x = 1, y = 1.5 } }, other = { start = { x = 2, y = 2.2 } } }";
 
-fn with(text: &str, config: RobotConfig) -> (World, RobotId) {
+fn world_with_robot(text: &str, config: RobotConfig) -> (World, RobotId) {
     let mut world = World::parse(text, "motion.toml", 7).unwrap();
     let robot = world.add_robot("r", config).unwrap();
     (world, robot)
@@ -36,11 +35,11 @@ fn seconds(seconds: f64) -> u64 {
 
 #[test]
 fn a_constant_twist_draws_a_circle() {
-    let (mut world, robot) = with(EMPTY, agile());
+    let (mut world, robot) = world_with_robot(EMPTY, agile());
     let (v, w) = (0.5, 0.8);
     world.command(robot, Twist2::new(v, w)).unwrap();
     world.advance_to(STEP_NS);
-    // The first step gains the speed. From its end on, the arc has the closed form.
+    // The robot accelerates in the first step. After it, the arc has the closed form.
     let Pose2 { x, y, heading } = world.truth(robot).pose;
     for step in 2..1000u64 {
         world.advance_to(step * STEP_NS);
@@ -59,8 +58,8 @@ fn a_constant_twist_draws_a_circle() {
 }
 
 #[test]
-fn the_way_under_acceleration_is_that_of_the_textbook() {
-    let (mut world, robot) = with(EMPTY, RobotConfig::default());
+fn the_distance_under_acceleration_is_exact() {
+    let (mut world, robot) = world_with_robot(EMPTY, RobotConfig::default());
     world.command(robot, Twist2::new(0.6, 0.0)).unwrap();
     // 2 s at 0.3 m/s² to 0.6 m/s, then 1 s at that speed.
     world.advance_to(seconds(3.0));
@@ -76,8 +75,8 @@ fn the_way_under_acceleration_is_that_of_the_textbook() {
 }
 
 #[test]
-fn a_command_beyond_the_limits_is_brought_to_them() {
-    let (mut world, robot) = with(EMPTY, agile());
+fn a_command_beyond_the_limits_is_clamped() {
+    let (mut world, robot) = world_with_robot(EMPTY, agile());
     world.command(robot, Twist2::new(-50.0, 900.0)).unwrap();
     world.advance_to(seconds(1.0));
     let RobotConfig {
@@ -90,10 +89,10 @@ fn a_command_beyond_the_limits_is_brought_to_them() {
 
 #[test]
 fn a_command_that_is_not_finite_is_refused_and_changes_nothing() {
-    let (mut world, robot) = with(EMPTY, agile());
+    let (mut world, robot) = world_with_robot(EMPTY, agile());
     world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
-    for bad in [Twist2::new(f64::NAN, 0.0), Twist2::new(0.0, f64::INFINITY)] {
-        let error = world.command(robot, bad).unwrap_err().to_string();
+    for invalid in [Twist2::new(f64::NAN, 0.0), Twist2::new(0.0, f64::INFINITY)] {
+        let error = world.command(robot, invalid).unwrap_err().to_string();
         assert!(error.contains("robot `r`") && error.contains("finite"), "{error}");
     }
     world.advance_to(seconds(1.0));
@@ -103,12 +102,12 @@ fn a_command_that_is_not_finite_is_refused_and_changes_nothing() {
 #[test]
 fn a_world_can_be_shared_between_threads() {
     fn shared<T: Send + Sync>(_: &T) {}
-    shared(&with(EMPTY, agile()).0);
+    shared(&world_with_robot(EMPTY, agile()).0);
 }
 
 #[test]
-fn time_does_not_run_backwards_and_the_same_time_twice_is_one() {
-    let (mut world, robot) = with(EMPTY, RobotConfig::default());
+fn advancing_to_the_current_or_an_earlier_time_has_no_effect() {
+    let (mut world, robot) = world_with_robot(EMPTY, RobotConfig::default());
     world.command(robot, Twist2::new(0.3, 0.1)).unwrap();
     world.advance_to(seconds(1.0));
     let before = world.truth(robot);
@@ -119,7 +118,7 @@ fn time_does_not_run_backwards_and_the_same_time_twice_is_one() {
 
 #[test]
 fn a_robot_stops_at_a_wall_and_the_contact_counts_once() {
-    let (mut world, robot) = with(ROOM, agile());
+    let (mut world, robot) = world_with_robot(ROOM, agile());
     world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
     world.advance_to(seconds(5.0));
     let truth = world.truth(robot);
@@ -130,8 +129,7 @@ fn a_robot_stops_at_a_wall_and_the_contact_counts_once() {
     );
     let encoders = world.encoders(robot);
     world.advance_to(seconds(6.0));
-    assert_eq!(world.encoders(robot), encoders, "the wheels stand with the robot");
-    // A second contact after a gap is a second collision.
+    assert_eq!(world.encoders(robot), encoders, "the wheels stop with the robot");
     world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
     world.advance_to(seconds(6.5));
     assert!(!world.truth(robot).contact && !world.truth(robot).stalled);
@@ -141,11 +139,11 @@ fn a_robot_stops_at_a_wall_and_the_contact_counts_once() {
 }
 
 #[test]
-fn a_body_that_rebounds_by_a_hair_is_still_in_the_same_contact() {
-    let (mut world, robot) = with(ROOM, agile());
+fn a_robot_that_moves_2_mm_away_is_still_in_the_same_contact() {
+    let (mut world, robot) = world_with_robot(ROOM, agile());
     world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
     world.advance_to(seconds(5.0));
-    // One millimetre while the speed is gained, and one while it is lost.
+    // The robot moves one millimetre while it accelerates and one while it brakes.
     for speed in [0.2, 0.0] {
         world.command(robot, Twist2::new(speed, 0.0)).unwrap();
         world.advance_to(world.now() + STEP_NS);
@@ -162,7 +160,7 @@ fn a_body_that_rebounds_by_a_hair_is_still_in_the_same_contact() {
 
 #[test]
 fn a_robot_can_turn_on_the_spot_while_it_touches() {
-    let (mut world, robot) = with(ROOM, agile());
+    let (mut world, robot) = world_with_robot(ROOM, agile());
     world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
     world.advance_to(seconds(5.0));
     world.command(robot, Twist2::new(0.0, 1.0)).unwrap();
@@ -175,8 +173,8 @@ fn a_robot_can_turn_on_the_spot_while_it_touches() {
 }
 
 #[test]
-fn two_robots_stop_at_each_other_and_both_count_it() {
-    let (mut world, robot) = with(ROOM, agile());
+fn two_robots_that_collide_stop_and_both_count_the_collision() {
+    let (mut world, robot) = world_with_robot(ROOM, agile());
     let other = world.add_robot("other", agile()).unwrap();
     let (a, b) = (world.truth(robot).pose, world.truth(other).pose);
     world
@@ -185,12 +183,15 @@ fn two_robots_stop_at_each_other_and_both_count_it() {
     world.advance_to(seconds(1.0));
     world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
     world.advance_to(seconds(6.0));
-    let (truth, met) = (world.truth(robot), world.truth(other));
+    let (truth, other_truth) = (world.truth(robot), world.truth(other));
     assert!(
-        (truth.pose.distance(met.pose) - 0.5).abs() < 1e-6,
-        "{truth:?} {met:?}"
+        (truth.pose.distance(other_truth.pose) - 0.5).abs() < 1e-6,
+        "{truth:?} {other_truth:?}"
     );
-    assert_eq!((truth.collisions, met.collisions, met.stalled), (1, 1, false));
+    assert_eq!(
+        (truth.collisions, other_truth.collisions, other_truth.stalled),
+        (1, 1, false)
+    );
 }
 
 fn command() -> impl Strategy<Value = (f64, f64, u64)> {
@@ -201,9 +202,9 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn nothing_is_ever_entered(commands in proptest::collection::vec((command(), command()), 1..40), strong in any::<bool>()) {
+    fn robots_never_overlap_anything(commands in proptest::collection::vec((command(), command()), 1..40), strong in any::<bool>()) {
         let config = if strong { agile() } else { RobotConfig::default() };
-        let (mut world, robot) = with(ROOM, config.clone());
+        let (mut world, robot) = world_with_robot(ROOM, config.clone());
         let other = world.add_robot("other", config).unwrap();
         for ((v, w, pause), (other_v, other_w, _)) in commands {
             world.command(robot, Twist2::new(v, w)).unwrap();
@@ -224,7 +225,7 @@ proptest! {
     #[test]
     fn speeds_change_no_faster_than_the_motors_allow(commands in proptest::collection::vec(command(), 1..20)) {
         let config = RobotConfig { linear_deceleration: 0.7, angular_deceleration: 3.0, ..RobotConfig::default() };
-        let (mut world, robot) = with(EMPTY, config.clone());
+        let (mut world, robot) = world_with_robot(EMPTY, config.clone());
         let fits = |before: f64, after: f64, gain: f64, loss: f64| {
             let limit = if after.abs() > before.abs() { gain } else { loss };
             (after - before).abs() <= limit * 0.01 + 1e-12 && before * after >= 0.0
@@ -243,24 +244,24 @@ proptest! {
     }
 
     #[test]
-    fn a_history_does_not_depend_on_how_its_time_is_sliced(
+    fn a_run_does_not_depend_on_the_size_of_its_time_steps(
         commands in proptest::collection::vec(command(), 1..10),
         slices in proptest::collection::vec(1..200_000_000u64, 1..40),
     ) {
         let run = |slices: &[u64]| {
-            let (mut world, robot) = with(ROOM, RobotConfig::default());
-            let mut due = 0;
+            let (mut world, robot) = world_with_robot(ROOM, RobotConfig::default());
+            let mut end = 0;
             let mut slices = slices.iter().cycle();
             for (v, w, pause) in &commands {
                 world.command(robot, Twist2::new(*v, *w)).unwrap();
-                let start = due;
-                due += pause / STEP_NS * STEP_NS;
+                let start = end;
+                end += pause / STEP_NS * STEP_NS;
                 let mut time = start;
-                while time < due {
-                    time = (time + slices.next().unwrap()).min(due);
+                while time < end {
+                    time = (time + slices.next().unwrap()).min(end);
                     world.advance_to(time);
                 }
-                world.advance_to(due);
+                world.advance_to(end);
             }
             (world.now(), world.truth(robot), world.odometry(robot), world.encoders(robot))
         };

@@ -1,4 +1,4 @@
-//! Things that move: their ways and their waits, and that they never touch a robot by themselves.
+//! Movers: their paths and waits, and the clearance that they keep from robots.
 
 use jde_sim::{LaserConfig, Outline, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World};
 use proptest::prelude::*;
@@ -30,10 +30,10 @@ fn assert_at(world: &World, expected: [f64; 2]) {
 }
 
 #[test]
-fn a_mover_goes_there_and_back_at_its_speed() {
+fn a_mover_moves_to_the_end_of_its_way_and_back() {
     let mut world =
         world("movers = [{ name = 'm', radius = 0.2, way = [[0, 0], [2, 0], [2, 1]], speed = 0.5 }]");
-    for (seconds, place) in [
+    for (seconds, position) in [
         (0, [0.0, 0.0]),
         (2, [1.0, 0.0]),
         (5, [2.0, 0.5]),
@@ -41,7 +41,7 @@ fn a_mover_goes_there_and_back_at_its_speed() {
         (7, [2.0, 0.5]),
     ] {
         world.advance_to(seconds * SECOND);
-        assert_at(&world, place);
+        assert_at(&world, position);
     }
     world.advance_to(12 * SECOND);
     assert_at(&world, [0.0, 0.0]);
@@ -50,17 +50,17 @@ fn a_mover_goes_there_and_back_at_its_speed() {
 }
 
 #[test]
-fn a_loop_closes_its_way() {
+fn a_loop_returns_to_the_first_way_point() {
     let text = "movers = [{ name = 'm', radius = 0.2, way = [[0, 0], [2, 0], [2, 1], [0, 1]], speed = 1, loop = true }]";
     let mut world = world(text);
-    for (milliseconds, place) in [
+    for (milliseconds, position) in [
         (2500, [2.0, 0.5]),
         (4000, [1.0, 1.0]),
         (5500, [0.0, 0.5]),
         (7000, [1.0, 0.0]),
     ] {
         world.advance_to(milliseconds * 1_000_000);
-        assert_at(&world, place);
+        assert_at(&world, position);
     }
 }
 
@@ -99,12 +99,12 @@ fn a_mover_halts_at_its_clearance_and_turns_back_after_its_wait() {
     world.advance_to(10 * SECOND);
     assert_at(&world, halted);
     world.advance_to(14 * SECOND);
-    assert!(center(&world, "m")[0] < 3.0, "it went back");
+    assert!(center(&world, "m")[0] < 3.0, "the mover turns back");
     assert_eq!(world.truth(robot).collisions, 0);
 }
 
 #[test]
-fn a_mover_goes_on_when_the_robot_leaves() {
+fn a_mover_continues_when_the_robot_drives_away() {
     let (mut world, robot) = meeting("clearance = 0.4, wait = 60");
     world.advance_to(10 * SECOND);
     let halted = center(&world, "m")[0];
@@ -114,10 +114,9 @@ fn a_mover_goes_on_when_the_robot_leaves() {
 }
 
 #[test]
-fn a_mover_with_a_robot_at_its_heels_may_go_away() {
+fn a_mover_in_contact_with_a_robot_can_move_away() {
     let (mut world, robot) = meeting("clearance = 0.4, wait = 1");
-    // The robot drives into the halted mover, and stays in contact. The mover turns back although the gap is
-    // 0.
+    // The robot drives into the halted mover and stays in contact. The mover turns back.
     world.advance_to(9 * SECOND);
     world.command(robot, Twist2::new(-0.3, 0.0)).unwrap();
     world.advance_to(9 * SECOND + SECOND / 2);
@@ -127,7 +126,7 @@ fn a_mover_with_a_robot_at_its_heels_may_go_away() {
 }
 
 #[test]
-fn a_mover_that_is_touched_does_not_walk_into_the_robot() {
+fn a_mover_in_contact_with_a_robot_does_not_move_into_it() {
     let mut world = world(
         "movers = [{ name = 'm', radius = 0.25, way = [[0, 0], [4, 0]], speed = 0.5, wait = 60 }]
          robots = { r = { start = { x = 0.5, y = 0 } } }",
@@ -140,24 +139,23 @@ fn a_mover_that_is_touched_does_not_walk_into_the_robot() {
 }
 
 #[test]
-fn a_robot_sees_a_mover_come() {
+fn a_ray_measures_the_distance_to_a_mover() {
     let (mut world, robot) = meeting("clearance = 0.4, wait = 60");
-    let ahead = |world: &World| {
+    let distance = |world: &World| {
         world
             .cast_ray([5.0, 0.0], 180f64.to_radians(), 20.0, Some(robot))
             .unwrap()
     };
-    assert!((ahead(&world) - 4.75).abs() < 1e-9);
+    assert!((distance(&world) - 4.75).abs() < 1e-9);
     world.advance_to(4 * SECOND);
-    assert!((ahead(&world) - 2.75).abs() < 1e-9);
+    assert!((distance(&world) - 2.75).abs() < 1e-9);
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// The robot is at rest: no mover comes nearer than its clearance.
     #[test]
-    fn movers_never_crowd_a_robot_that_stands(
+    fn a_mover_keeps_its_clearance_from_a_robot_at_rest(
         way in proptest::collection::vec((-3.0..3.0f64, -3.0..3.0f64), 2..6),
         (length, width) in (0.2..1.2f64, 0.2..1.2f64),
         speed in 0.1..3.0f64,
@@ -178,9 +176,9 @@ proptest! {
         prop_assert!(truth.min_clearance >= clearance.min(start) - 1e-9, "{:?}", truth);
     }
 
-    /// The robot drives at random: it may touch a mover, but neither ever enters the other.
+    /// The robot drives at random and may touch the movers.
     #[test]
-    fn robots_and_movers_never_enter_each_other(commands in proptest::collection::vec((-1.2..1.2f64, -2.0..2.0f64), 5..60)) {
+    fn robots_and_movers_never_overlap(commands in proptest::collection::vec((-1.2..1.2f64, -2.0..2.0f64), 5..60)) {
         let mut world = world(
             "walls  = [{ points = [[0, 0], [4, 0], [4, 4], [0, 4]], closed = true }]
              movers = [{ radius = 0.3, way = [[0.5, 2], [3.5, 2]], speed = 0.8, clearance = 0.1, wait = 0.3 },
@@ -197,9 +195,9 @@ proptest! {
 }
 
 #[test]
-fn a_person_rests_at_every_way_point() {
+fn a_person_pauses_at_every_way_point() {
     let mut world = world("people = [{ name = 'm', way = [[0, 0], [2, 0], [2, 1]], speed = 1, pause = 3 }]");
-    for (seconds, place) in [
+    for (seconds, position) in [
         (1, [1.0, 0.0]),
         (2, [2.0, 0.0]),
         (5, [2.0, 0.0]),
@@ -207,30 +205,30 @@ fn a_person_rests_at_every_way_point() {
         (9, [2.0, 1.0]),
     ] {
         world.advance_to(seconds * SECOND);
-        assert_at(&world, place);
+        assert_at(&world, position);
     }
     world.advance_to(10 * SECOND);
     assert_at(&world, [2.0, 0.0]);
 }
 
 #[test]
-fn a_person_rests_at_way_points_closer_than_a_stride_one_by_one_either_way() {
+fn a_person_pauses_at_each_of_several_close_way_points_in_both_directions() {
     let mut world = world(
         "people = [{ name = 'm', way = [[0, 0], [1, 0], [1.004, 0], [1.008, 0], [2, 0]], speed = 1, pause = 3 }]",
     );
-    // One second of way, three rests of 3 s, one second of way and a rest, and the same back.
-    for (seconds, place) in [(3, 1.0), (6, 1.004), (9, 1.008)] {
+    // The person walks for 1 s, pauses three times for 3 s, walks for 1 s, pauses, and returns likewise.
+    for (seconds, position) in [(3, 1.0), (6, 1.004), (9, 1.008)] {
         world.advance_to(seconds * SECOND);
-        assert_at(&world, [place, 0.0]);
+        assert_at(&world, [position, 0.0]);
     }
-    for (seconds, place) in [(13, 2.0), (17, 1.008), (20, 1.004), (23, 1.0)] {
+    for (seconds, position) in [(13, 2.0), (17, 1.008), (20, 1.004), (23, 1.0)] {
         world.advance_to(seconds * SECOND);
-        assert_at(&world, [place, 0.0]);
+        assert_at(&world, [position, 0.0]);
     }
 }
 
 #[test]
-fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
+fn a_laser_measures_the_legs_of_a_person_and_a_ray_the_body() {
     let mut world = world(
         "people = [{ name = 'm', way = [[2, 3], [2, -3]], speed = 0.5 }]
          robots = { r = { start = { x = 0, y = 0 } } }",
@@ -247,21 +245,22 @@ fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
     for tenth in 0..=20 {
         world.advance_to(5 * SECOND + tenth * SECOND / 10);
         world.laser(robot, &laser, &mut ranges).unwrap();
-        let met: Vec<[f64; 2]> = (0..laser.beams)
+        let points: Vec<[f64; 2]> = (0..laser.beams)
             .filter(|&beam| ranges[beam].is_finite())
             .map(|beam| (f64::from(ranges[beam]), laser.angle(beam)))
             .map(|(range, angle)| [range * angle.cos(), range * angle.sin()])
             .collect();
         let middle = center(&world, "m");
-        // Both legs are within the body, and no beam hits the edge of the body itself.
-        for point in &met {
+        // Both legs are within the outline of the body.
+        for point in &points {
             assert!(
                 (point[0] - middle[0]).hypot(point[1] - middle[1]) < 0.25,
                 "{point:?} {middle:?}"
             );
         }
         let side = |x: f64| {
-            met.iter()
+            points
+                .iter()
                 .filter(|point| point[0] < x)
                 .map(|point| point[1])
                 .collect::<Vec<_>>()
@@ -273,7 +272,7 @@ fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
             "the body"
         );
     }
-    // The leg on the robot's side swings ahead of the body and behind it.
+    // The near leg swings ahead of the body and behind it.
     let (least, most) = strides
         .iter()
         .fold((0.0f64, 0.0f64), |(low, high), &at| (low.min(at), high.max(at)));

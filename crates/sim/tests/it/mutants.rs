@@ -1,14 +1,12 @@
-//! Corrupted world files: each is refused with an error, or is a world that runs, and runs the same way
-//! twice.
-//!
-//! The files are mutants of the worlds of the project, the same ones in every run.
+//! Corrupted world files: each is either refused with an error, or gives the same result in two runs. The files
+//! are mutants of the worlds of the project, the same ones in every run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use jde_sim::{LaserConfig, RobotConfig, Twist2, World, WorldError};
 
-/// Mutants of each world. The checks of one mutant take milliseconds.
+/// The number of mutants of each world. One mutant takes milliseconds.
 const MUTANTS: u64 = 60;
 /// The replacements of numbers: typing errors, and the limits of arithmetic.
 const VALUES: [&str; 22] = [
@@ -37,24 +35,24 @@ const VALUES: [&str; 22] = [
 ];
 
 /// A deterministic generator, so that every run gives the same mutants.
-struct Dice(u64);
+struct Random(u64);
 
-impl Dice {
-    fn below(&mut self, most: usize) -> usize {
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % most
+        (self.0 >> 33) as usize % limit
     }
 }
 
 fn worlds() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../worlds");
-    let entries = fs::read_dir(folder).expect("the worlds are there");
+    let entries = fs::read_dir(folder).expect("the folder of worlds can be read");
     let mut files: Vec<_> = entries
-        .map(|entry| entry.expect("an entry").path())
-        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
+        .map(|entry| entry.expect("the entry can be read").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .collect();
     files.sort();
     files
@@ -76,31 +74,31 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
     found
 }
 
-fn mutant(text: &str, dice: &mut Dice) -> String {
+fn mutant(text: &str, random: &mut Random) -> String {
     let mut text = text.to_owned();
-    for _ in 0..=dice.below(3) {
-        match dice.below(8) {
+    for _ in 0..=random.below(3) {
+        match random.below(8) {
             0 => {
                 let lines: Vec<_> = text.lines().collect();
-                let gone = dice.below(lines.len());
-                text = [&lines[..gone], &lines[gone + 1..]].concat().join("\n");
+                let removed = random.below(lines.len());
+                text = [&lines[..removed], &lines[removed + 1..]].concat().join("\n");
             }
             1 => {
                 let lines: Vec<_> = text.lines().collect();
-                let twice = dice.below(lines.len());
-                text = [&lines[..=twice], &lines[twice..]].concat().join("\n");
+                let repeated = random.below(lines.len());
+                text = [&lines[..=repeated], &lines[repeated..]].concat().join("\n");
             }
             2 => {
-                let at = dice.below(text.len());
+                let at = random.below(text.len());
                 if text.is_char_boundary(at) && text.is_char_boundary(at + 1) {
-                    text.replace_range(at..=at, ["", "[", "]", "{", "\"", "=", ",", "#"][dice.below(8)]);
+                    text.replace_range(at..=at, ["", "[", "]", "{", "\"", "=", ",", "#"][random.below(8)]);
                 }
             }
             _ => {
                 let numbers = numbers(&text);
                 if !numbers.is_empty() {
-                    let number = numbers[dice.below(numbers.len())].clone();
-                    text.replace_range(number, VALUES[dice.below(VALUES.len())]);
+                    let number = numbers[random.below(numbers.len())].clone();
+                    text.replace_range(number, VALUES[random.below(VALUES.len())]);
                 }
             }
         }
@@ -108,8 +106,7 @@ fn mutant(text: &str, dice: &mut Dice) -> String {
     text
 }
 
-/// Runs a world for a while with a robot on each start. Returns everything measured, to the bit; `None` if
-/// the world is refused.
+/// Runs a world with up to three robots. Returns the bits of all measurements, or `None` if the world is refused.
 fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
     let mut world = match World::parse(text, path, 7) {
         Ok(world) => world,
@@ -130,14 +127,14 @@ fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
     }
     let laser = LaserConfig::default();
     let mut ranges = vec![0.0; laser.beams];
-    let mut seen = Vec::new();
+    let mut measurements = Vec::new();
     for step in 1..=30_u64 {
         for robot in &robots {
             let twist = Twist2 {
                 linear: 0.3,
                 angular: 0.2,
             };
-            world.command(*robot, twist).expect("a sound command");
+            world.command(*robot, twist).expect("the command is valid");
         }
         world.advance_to(step * 20_000_000);
         for robot in &robots {
@@ -146,67 +143,79 @@ fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
                 pose.x.is_finite() && pose.y.is_finite() && pose.heading.is_finite(),
                 "{pose:?}"
             );
-            seen.extend([pose.x.to_bits(), pose.y.to_bits()]);
+            measurements.extend([pose.x.to_bits(), pose.y.to_bits()]);
             if step % 10 == 0 {
-                world.laser(*robot, &laser, &mut ranges).expect("a sound laser");
+                world
+                    .laser(*robot, &laser, &mut ranges)
+                    .expect("the laser is valid");
                 assert!(ranges.iter().all(|range| !range.is_nan()));
-                seen.extend(ranges.iter().map(|range| u64::from(range.to_bits())));
+                measurements.extend(ranges.iter().map(|range| u64::from(range.to_bits())));
             }
         }
     }
     for shape in world.shapes() {
         assert!(!format!("{:?}", shape.outline).contains("NaN"), "{}", shape.name);
     }
-    Some(seen)
+    Some(measurements)
 }
 
 #[test]
-fn a_spoilt_world_is_refused_in_words_or_runs_the_same_way_twice() {
-    let (mut refused, mut ran) = (0, 0);
+fn a_corrupted_world_is_refused_or_gives_the_same_result_twice() {
+    let (mut refused, mut completed) = (0, 0);
     for (number, path) in worlds().iter().enumerate() {
-        let whole = fs::read_to_string(path).expect("a world");
+        let original = fs::read_to_string(path).expect("the world can be read");
         for seed in 0..MUTANTS {
-            let text = mutant(&whole, &mut Dice(seed * 1_000 + number as u64));
-            let tried = std::panic::catch_unwind(|| (run(&text, path), run(&text, path)));
-            let Ok((first, second)) = tried else {
+            let text = mutant(&original, &mut Random(seed * 1_000 + number as u64));
+            let result = std::panic::catch_unwind(|| (run(&text, path), run(&text, path)));
+            let Ok((first, second)) = result else {
                 panic!("mutant {seed} of {}:\n{text}", path.display());
             };
             assert_eq!(first, second, "mutant {seed} of {}:\n{text}", path.display());
-            if first.is_some() { ran += 1 } else { refused += 1 }
+            if first.is_some() {
+                completed += 1
+            } else {
+                refused += 1
+            }
         }
     }
-    assert!(ran > 40 && refused > 40, "{ran} ran, {refused} were refused");
+    assert!(
+        completed > 40 && refused > 40,
+        "{completed} completed, {refused} refused"
+    );
 }
 
-/// A way can be as long as the greatest world, and have legs that vanish by rounding.
+/// A way can be very long, and have legs whose length is rounded to 0.
 #[test]
-fn ways_are_looked_over_in_bounded_time_and_no_leg_is_nothing() {
+fn long_ways_are_checked_in_bounded_time_and_legs_of_length_0_are_refused() {
     let mover = |way: &str| format!("[[movers]]\nradius = 0.3\nspeed = 1.0\nway = {way}\n");
     let long: Vec<_> = (0..2_000)
         .map(|leg| if leg % 2 == 0 { "[-1e5, 0]" } else { "[1e5, 0]" })
         .collect();
     let world = World::parse(&mover(&format!("[{}]", long.join(", "))), "long.toml", 0);
-    world.expect("it is a world").advance_to(1_000_000_000);
+    world.expect("the world is valid").advance_to(1_000_000_000);
     let near = World::parse(&mover("[[0, 0], [1e5, 0], [1e5, 1e-13]]"), "near.toml", 0);
-    let said = near.err().expect("that is no leg").to_string();
-    assert!(said.contains("point 3"), "{said}");
+    let error = near.err().expect("the leg is refused").to_string();
+    assert!(error.contains("point 3"), "{error}");
 }
 
-/// A device is not a file, and its data never end.
+/// The data of a device may never end.
 #[test]
-fn a_world_and_a_map_are_files_of_bounded_size() {
-    let said = World::load("/dev/zero", 0).err().expect("no file").to_string();
-    assert!(said.contains("no regular file"), "{said}");
-    let said = World::parse("map = \"/dev/zero\"\n", "w.toml", 0)
+fn worlds_and_maps_must_be_regular_files() {
+    let error = World::load("/dev/zero", 0)
         .err()
-        .expect("no file")
+        .expect("a device is refused")
         .to_string();
-    assert!(said.contains("no regular file"), "{said}");
+    assert!(error.contains("no regular file"), "{error}");
+    let error = World::parse("map = \"/dev/zero\"\n", "w.toml", 0)
+        .err()
+        .expect("a device is refused")
+        .to_string();
+    assert!(error.contains("no regular file"), "{error}");
 }
 
-/// Every second cell is a wall: a small file with too many walls.
+/// Every second cell is a wall.
 #[test]
-fn a_map_of_too_many_walls_is_refused() {
+fn a_map_with_too_many_walls_is_refused() {
     let folder = std::env::temp_dir().join(format!("jde-sim-walls-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");
     let (width, height) = (2_000_usize, 1_100_usize);
@@ -218,11 +227,11 @@ fn a_map_of_too_many_walls_is_refused() {
             255
         }
     }));
-    fs::write(folder.join("walls.pgm"), image).expect("it is written");
-    let sheet = "image: walls.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
-    fs::write(folder.join("walls.yaml"), sheet).expect("it is written");
+    fs::write(folder.join("walls.pgm"), image).expect("the folder is writable");
+    let yaml = "image: walls.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+    fs::write(folder.join("walls.yaml"), yaml).expect("the folder is writable");
     let world = World::parse("map = \"walls.yaml\"\n", folder.join("w.toml"), 0);
-    fs::remove_dir_all(&folder).expect("it goes");
-    let said = world.err().expect("too many").to_string();
-    assert!(said.contains("separate walls"), "{said}");
+    fs::remove_dir_all(&folder).expect("the folder is removed");
+    let error = world.err().expect("the map is refused").to_string();
+    assert!(error.contains("separate walls"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Rays against formulas, and against an independent caster that checks every thing in turn.
+//! Rays and cones, compared with formulas and with an independent implementation that checks every thing.
 
 use jde_sim::{Outline, World};
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ fn cast(text: &str, origin: [f64; 2], degrees: f64) -> Option<f64> {
 }
 
 fn assert_near(found: Option<f64>, expected: f64) {
-    let found = found.expect("the ray meets something");
+    let found = found.expect("the ray hits something");
     assert!(
         (found - expected).abs() < 1e-9,
         "found {found}, expected {expected}"
@@ -20,29 +20,29 @@ fn assert_near(found: Option<f64>, expected: f64) {
 }
 
 #[test]
-fn a_ray_meets_a_box_at_its_face() {
+fn a_ray_hits_a_box_at_its_face() {
     let text = "boxes = [{ center = [4, 0], size = [2, 2] }]";
     assert_near(cast(text, [0.0, 0.0], 0.0), 3.0);
-    // 30 degrees from (0, -1): the ray meets the face x = 3 at y = -1 + 3 tan 30.
+    // 30 degrees from (0, -1): the ray hits the face x = 3 at y = -1 + 3 tan 30.
     assert_near(cast(text, [0.0, -1.0], 30.0), 3.0 / 30f64.to_radians().cos());
     assert_eq!(cast(text, [0.0, 0.0], 90.0), None);
 }
 
 #[test]
-fn a_ray_meets_a_turned_box_at_its_corner() {
+fn a_ray_hits_a_turned_box_at_its_corner() {
     let text = "boxes = [{ center = [4, 0], size = [2, 2], angle_deg = 45 }]";
     assert_near(cast(text, [0.0, 0.0], 0.0), 4.0 - 2f64.sqrt());
 }
 
 #[test]
-fn a_ray_meets_a_circle_where_the_chord_begins() {
+fn a_ray_hits_a_circle_where_the_chord_begins() {
     let text = "circles = [{ center = [5, 1], radius = 2 }]";
     assert_near(cast(text, [0.0, 0.0], 0.0), 5.0 - 3f64.sqrt());
     assert_eq!(cast(text, [0.0, 0.0], 180.0), None);
 }
 
 #[test]
-fn a_ray_meets_a_wall_where_the_lines_cross() {
+fn a_ray_hits_a_wall_at_the_intersection() {
     let text = "walls = [{ points = [[2, -1], [4, 1]] }]";
     // The wall is the line y = x - 3; the ray y = 0 crosses it at x = 3.
     assert_near(cast(text, [0.0, 0.0], 0.0), 3.0);
@@ -51,7 +51,7 @@ fn a_ray_meets_a_wall_where_the_lines_cross() {
 }
 
 #[test]
-fn a_ray_from_inside_a_solid_ends_at_once() {
+fn a_ray_from_inside_a_solid_has_length_0() {
     assert_near(
         cast("circles = [{ center = [0, 0], radius = 2 }]", [0.5, 0.0], 10.0),
         0.0,
@@ -78,7 +78,7 @@ fn no_ray_leaves_a_closed_room_through_a_corner() {
                 let ray = angle + f64::from(tilt) * 1e-16;
                 assert!(
                     room.cast_ray(origin, ray, 100.0, None).is_some(),
-                    "out at {corner:?} from {origin:?}"
+                    "no hit at {corner:?} from {origin:?}"
                 );
             }
         }
@@ -131,8 +131,8 @@ fn to_outline(o: [f64; 2], d: [f64; 2], outline: &Outline) -> Option<f64> {
     }
 }
 
-/// Returns points of an outline. One of them is the nearest point of the outline in a cone, unless that is on
-/// an edge of the cone.
+/// Returns points of an outline. One of them is the nearest point in a cone, unless that point is on an edge of
+/// the cone.
 fn candidates(o: [f64; 2], outline: &Outline) -> Vec<[f64; 2]> {
     let segment = |a: [f64; 2], b: [f64; 2]| {
         let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
@@ -200,7 +200,7 @@ fn thing() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn the_tree_finds_what_looking_at_everything_finds(
+    fn a_ray_has_the_same_distance_as_a_check_of_every_thing(
         things in proptest::collection::vec(thing(), 1..40),
         x in coordinate(),
         y in coordinate(),
@@ -217,7 +217,7 @@ proptest! {
     }
 
     #[test]
-    fn a_cone_misses_nothing_however_thin(
+    fn a_cone_has_the_same_distance_as_a_check_of_every_thing(
         things in proptest::collection::vec(thing(), 1..20),
         x in coordinate(),
         y in coordinate(),
@@ -236,8 +236,8 @@ proptest! {
         }
         for ray in 0..=60 {
             let angle = heading + cone * (f64::from(ray) / 60.0 - 0.5);
-            let beside = world.cast_ray([x, y], angle, 1000.0, None).unwrap_or(1000.0);
-            prop_assert!(found.unwrap_or(1000.0) <= beside + 1e-6, "a ray sees more than the cone");
+            let range = world.cast_ray([x, y], angle, 1000.0, None).unwrap_or(1000.0);
+            prop_assert!(found.unwrap_or(1000.0) <= range + 1e-6, "a ray in the cone is shorter");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! External actions on robots, their heads and their batteries.
+//! Robots that are placed, removed and added, their heads and their batteries.
 
 use jde_sim::{
     Head, HeadCommand, Odometry, OdometryOrigin, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World,
@@ -22,27 +22,26 @@ fn run(world: &mut World, seconds: f64) {
 }
 
 #[test]
-fn a_robot_that_is_put_elsewhere_stands_there_and_its_wheels_notice_nothing() {
+fn placing_a_robot_stops_it_and_does_not_change_its_odometry() {
     let (mut world, robot) = room();
     world.command(robot, Twist2::new(0.4, 0.2)).unwrap();
     run(&mut world, 2.0);
     let (odometry, encoders) = (world.odometry(robot).pose, world.encoders(robot));
-    let place = Pose2::new(4.0, 1.0, 2.0);
-    world.place(robot, place).unwrap();
+    let target = Pose2::new(4.0, 1.0, 2.0);
+    world.place(robot, target).unwrap();
     run(&mut world, 1.0);
     let truth = world.truth(robot);
     assert_eq!(
         (truth.pose, truth.twist, truth.collisions),
-        (place, Twist2::default(), 0)
+        (target, Twist2::default(), 0)
     );
     assert_eq!(
         (world.odometry(robot).pose, world.encoders(robot)),
         (odometry, encoders)
     );
-    // At rest the wheels neither roll nor slip. On a command the robot drives on from there.
     world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
     run(&mut world, 2.0);
-    let way = world.truth(robot).pose.distance(place);
+    let way = world.truth(robot).pose.distance(target);
     assert!(
         (world.odometry(robot).pose.distance(odometry) - way).abs() < 0.01,
         "{way}"
@@ -50,25 +49,25 @@ fn a_robot_that_is_put_elsewhere_stands_there_and_its_wheels_notice_nothing() {
 }
 
 #[test]
-fn a_robot_is_not_put_into_things() {
+fn a_robot_cannot_be_placed_inside_things() {
     let (mut world, robot) = room();
     world.add_robot("other", RobotConfig::default()).unwrap();
     let before = world.truth(robot);
-    for (x, y, by, need) in [(5.9, 1.0, "`wall`", "0.150 m"), (4.6, 2.0, "`other`", "0.100 m")] {
+    for (x, y, obstacle, distance) in [(5.9, 1.0, "`wall`", "0.150 m"), (4.6, 2.0, "`other`", "0.100 m")] {
         let error = world.place(robot, Pose2::new(x, y, 0.0)).unwrap_err();
         assert!(matches!(error, WorldError::PlaceBlocked { .. }), "{error:?}");
         let text = error.to_string();
         assert!(
-            text.contains("robot `r`") && text.contains(by) && text.contains(need),
+            text.contains("robot `r`") && text.contains(obstacle) && text.contains(distance),
             "{text}"
         );
     }
-    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+    for invalid in [f64::NAN, f64::INFINITY, -1.0] {
         let error = world
             .place(
                 robot,
                 Pose2 {
-                    x: bad,
+                    x: invalid,
                     y: 1.0,
                     heading: 0.0,
                 },
@@ -80,7 +79,7 @@ fn a_robot_is_not_put_into_things() {
 }
 
 #[test]
-fn to_be_put_down_beside_a_wall_is_no_collision() {
+fn placing_a_robot_at_a_wall_is_no_collision() {
     let (mut world, robot) = room();
     world.place(robot, Pose2::new(0.2505, 2.0, 0.0)).unwrap();
     run(&mut world, 1.0);
@@ -89,27 +88,27 @@ fn to_be_put_down_beside_a_wall_is_no_collision() {
 }
 
 #[test]
-fn a_robot_that_left_and_came_back_is_as_new() {
+fn a_robot_that_is_removed_and_added_is_in_its_initial_state() {
     let (mut world, robot) = room();
-    let new = (world.truth(robot), world.odometry(robot), world.battery(robot));
+    let initial = (world.truth(robot), world.odometry(robot), world.battery(robot));
     world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
     run(&mut world, 3.0);
     world.remove_robot(robot);
     assert_eq!(world.robots().count(), 0);
     assert!(
         world.cast_ray([1.0, 2.0], 0.0, 20.0, None).unwrap() > 4.9,
-        "it is in nobody's way"
+        "the removed robot is no obstacle"
     );
     let again = world.add_robot("r", RobotConfig::default()).unwrap();
     assert_eq!(again, robot);
     assert_eq!(
         (world.truth(again), world.odometry(again), world.battery(again)),
-        new
+        initial
     );
 }
 
 #[test]
-fn a_robot_does_not_come_back_to_a_start_that_is_taken() {
+fn a_robot_cannot_be_added_where_another_robot_is() {
     let (mut world, robot) = room();
     world.remove_robot(robot);
     let other = world.add_robot("other", RobotConfig::default()).unwrap();
@@ -125,7 +124,7 @@ fn a_robot_does_not_come_back_to_a_start_that_is_taken() {
 }
 
 #[test]
-fn odometry_that_is_reset_begins_at_zero_and_the_ticks_go_on() {
+fn a_reset_of_the_odometry_does_not_change_the_ticks() {
     let mut world = World::parse(ROOM, "robots.toml", 3).unwrap();
     let config = RobotConfig {
         odometry_origin: OdometryOrigin::StartPose,
@@ -147,7 +146,7 @@ fn odometry_that_is_reset_begins_at_zero_and_the_ticks_go_on() {
 }
 
 /// Creates a head command from degrees.
-fn look(pan: f64, tilt: f64, pan_speed: f64, tilt_speed: f64) -> HeadCommand {
+fn head_command(pan: f64, tilt: f64, pan_speed: f64, tilt_speed: f64) -> HeadCommand {
     HeadCommand {
         pan: pan.to_radians(),
         tilt: tilt.to_radians(),
@@ -157,7 +156,7 @@ fn look(pan: f64, tilt: f64, pan_speed: f64, tilt_speed: f64) -> HeadCommand {
 }
 
 #[track_caller]
-fn looks(head: Head, pan: f64, tilt: f64) {
+fn assert_head(head: Head, pan: f64, tilt: f64) {
     let found = [head.pan.to_degrees(), head.tilt.to_degrees()];
     assert!(
         (found[0] - pan).abs() < 1e-9 && (found[1] - tilt).abs() < 1e-9,
@@ -166,11 +165,13 @@ fn looks(head: Head, pan: f64, tilt: f64) {
 }
 
 #[test]
-fn a_head_turns_at_its_speeds_to_its_angles_and_stays_there() {
+fn a_head_turns_to_the_commanded_angles_at_the_commanded_speeds() {
     let (mut world, robot) = room();
-    world.command_head(robot, look(45.0, -20.0, 30.0, -10.0)).unwrap();
+    world
+        .command_head(robot, head_command(45.0, -20.0, 30.0, -10.0))
+        .unwrap();
     run(&mut world, 1.0);
-    looks(world.head(robot), 30.0, -10.0);
+    assert_head(world.head(robot), 30.0, -10.0);
     let head = world.head(robot);
     assert!((head.pan_velocity - 30f64.to_radians()).abs() < 1e-9, "{head:?}");
     assert!((head.tilt_velocity + 10f64.to_radians()).abs() < 1e-9, "{head:?}");
@@ -188,41 +189,47 @@ fn a_head_turns_at_its_speeds_to_its_angles_and_stays_there() {
 }
 
 #[test]
-fn a_head_without_a_speed_holds_its_axis() {
+fn a_head_command_with_speed_0_holds_the_axis() {
     let (mut world, robot) = room();
-    world.command_head(robot, look(40.0, 20.0, 60.0, 60.0)).unwrap();
+    world
+        .command_head(robot, head_command(40.0, 20.0, 60.0, 60.0))
+        .unwrap();
     run(&mut world, 2.0);
-    world.command_head(robot, look(-40.0, 0.0, 0.0, 10.0)).unwrap();
+    world
+        .command_head(robot, head_command(-40.0, 0.0, 0.0, 10.0))
+        .unwrap();
     run(&mut world, 1.0);
-    looks(world.head(robot), 40.0, 10.0);
+    assert_head(world.head(robot), 40.0, 10.0);
     world.command_head(robot, HeadCommand::default()).unwrap();
     run(&mut world, 1.0);
-    looks(world.head(robot), 40.0, 10.0);
+    assert_head(world.head(robot), 40.0, 10.0);
 }
 
 #[test]
-fn a_head_keeps_to_its_limits() {
+fn a_head_keeps_its_limits() {
     let (mut world, robot) = room();
-    world.command_head(robot, look(170.0, -170.0, 1e4, 1e4)).unwrap();
-    run(&mut world, 1.0);
-    looks(world.head(robot), 90.0, -70.0);
-    run(&mut world, 1.0);
-    looks(world.head(robot), 98.0, -88.0);
     world
-        .command_head(robot, look(-170.0, 170.0, 90.0, 70.0))
+        .command_head(robot, head_command(170.0, -170.0, 1e4, 1e4))
+        .unwrap();
+    run(&mut world, 1.0);
+    assert_head(world.head(robot), 90.0, -70.0);
+    run(&mut world, 1.0);
+    assert_head(world.head(robot), 98.0, -88.0);
+    world
+        .command_head(robot, head_command(-170.0, 170.0, 90.0, 70.0))
         .unwrap();
     run(&mut world, 5.0);
-    looks(world.head(robot), -98.0, 30.0);
+    assert_head(world.head(robot), -98.0, 30.0);
     let error = world
-        .command_head(robot, look(f64::NAN, 0.0, 1.0, 1.0))
+        .command_head(robot, head_command(f64::NAN, 0.0, 1.0, 1.0))
         .unwrap_err();
     assert!(error.to_string().contains("head of robot `r`"), "{error}");
     run(&mut world, 1.0);
-    looks(world.head(robot), -98.0, 30.0);
+    assert_head(world.head(robot), -98.0, 30.0);
 }
 
 #[test]
-fn a_head_that_cannot_work_is_named() {
+fn invalid_values_of_a_head_are_reported() {
     let mut world = World::parse(ROOM, "robots.toml", 3).unwrap();
     let mut config = RobotConfig::default();
     config.head.max_pan_speed = -1.0;
@@ -231,24 +238,24 @@ fn a_head_that_cannot_work_is_named() {
 }
 
 #[test]
-fn a_battery_gives_its_charge_ampere_by_ampere() {
+fn a_battery_loses_the_charge_of_its_current() {
     let (mut world, robot) = room();
     let full = world.battery(robot);
     assert_eq!(full.charge, 1.0);
     run(&mut world, 3600.0);
     let idle = world.battery(robot);
     assert!(idle.current < 0.0 && idle.current == full.current, "{idle:?}");
-    let given = (full.charge - idle.charge) * jde_sim::BATTERY_CAPACITY;
+    let lost = (full.charge - idle.charge) * jde_sim::BATTERY_CAPACITY;
     assert!(
-        (given + idle.current).abs() < 1e-6,
-        "one hour at {} A gave {given} Ah",
+        (lost + idle.current).abs() < 1e-6,
+        "one hour at {} A used {lost} Ah",
         idle.current
     );
     assert!(idle.voltage < full.voltage && idle.voltage > 11.7, "{idle:?}");
 }
 
 #[test]
-fn a_battery_sags_while_the_robot_drives_and_more_while_it_is_held() {
+fn the_voltage_drops_while_the_robot_drives_and_more_while_it_is_stalled() {
     let (mut world, robot) = room();
     let idle = world.battery(robot).voltage;
     world.command(robot, Twist2::new(0.8, 0.0)).unwrap();
@@ -256,14 +263,14 @@ fn a_battery_sags_while_the_robot_drives_and_more_while_it_is_held() {
     let driving = world.battery(robot).voltage;
     run(&mut world, 10.0);
     assert!(world.truth(robot).stalled);
-    let held = world.battery(robot).voltage;
+    let stalled = world.battery(robot).voltage;
     assert!(
-        idle - driving > 0.03 && driving - held > 0.05,
-        "{idle} {driving} {held}"
+        idle - driving > 0.03 && driving - stalled > 0.05,
+        "{idle} {driving} {stalled}"
     );
     world.command(robot, Twist2::default()).unwrap();
     run(&mut world, 1.0);
-    assert!(idle - world.battery(robot).voltage < 0.01, "it recovers");
+    assert!(idle - world.battery(robot).voltage < 0.01, "the voltage recovers");
 }
 
 #[test]
@@ -278,7 +285,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_head_never_leaves_its_limits_nor_exceeds_its_speeds(
+    fn a_head_never_exceeds_its_limits_and_speeds(
         commands in proptest::collection::vec((-4.0..4.0f64, -4.0..4.0f64, -3.0..3.0f64, -3.0..3.0f64), 1..20),
     ) {
         let (mut world, robot) = room();

@@ -1,4 +1,4 @@
-//! The sensors: their directions, their errors, and that reading them changes nothing.
+//! The laser and the sonars: directions, errors, and reading without side effects.
 
 use jde_sim::{LaserConfig, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError};
 
@@ -34,7 +34,7 @@ fn assert_near(found: f32, expected: f64) {
 }
 
 #[test]
-fn the_default_laser_has_a_beam_a_degree_from_right_to_left() {
+fn the_default_laser_has_one_beam_per_degree_from_right_to_left() {
     let laser = LaserConfig::default();
     assert_eq!(laser.beams, 180);
     for (beam, degrees) in [(0, -90.0), (1, -89.0), (90, 0.0), (179, 89.0)] {
@@ -54,7 +54,7 @@ fn a_laser_measures_the_walls_of_a_hall() {
 }
 
 #[test]
-fn a_laser_sees_from_where_it_is_mounted() {
+fn a_laser_measures_from_its_mount() {
     let (world, robot) = hall(1);
     let rear = LaserConfig {
         mount: Pose2::new(-0.2, 0.1, 180f64.to_radians()),
@@ -83,7 +83,7 @@ fn no_return_is_plus_infinity_and_too_near_is_minus_infinity() {
 }
 
 #[test]
-fn robots_see_each_other_but_not_themselves() {
+fn a_laser_detects_other_robots_but_not_its_own() {
     let (mut world, robot) = hall(1);
     let other = world
         .add_robot(
@@ -101,7 +101,7 @@ fn robots_see_each_other_but_not_themselves() {
 }
 
 #[test]
-fn noise_has_the_mean_and_the_spread_that_are_stated() {
+fn noise_has_the_configured_mean_and_deviation() {
     let (mut world, robot) = hall(5);
     let noisy = LaserConfig {
         sigma: 0.03,
@@ -141,27 +141,27 @@ fn noise_has_the_mean_and_the_spread_that_are_stated() {
 }
 
 #[test]
-fn reading_a_sensor_changes_neither_itself_nor_another() {
-    let (mut curious, robot) = hall(9);
-    let (mut calm, _) = hall(9);
+fn reading_a_sensor_has_no_side_effects() {
+    let (mut read_often, robot) = hall(9);
+    let (mut read_once, _) = hall(9);
     let (laser, ring) = (LaserConfig::default(), SonarConfig::default());
     let mut echoes = [0.0; 16];
-    for world in [&mut curious, &mut calm] {
+    for world in [&mut read_often, &mut read_once] {
         world.command(robot, Twist2::new(0.3, 0.4)).unwrap();
     }
     for step in 1..100u64 {
-        curious.advance_to(step * jde_sim::STEP_NS);
-        let first = scan(&curious, robot, &laser);
-        curious.sonars(robot, &ring, &mut echoes).unwrap();
-        assert_eq!(first, scan(&curious, robot, &laser));
+        read_often.advance_to(step * jde_sim::STEP_NS);
+        let first = scan(&read_often, robot, &laser);
+        read_often.sonars(robot, &ring, &mut echoes).unwrap();
+        assert_eq!(first, scan(&read_often, robot, &laser));
     }
-    calm.advance_to(curious.now());
-    assert_eq!(scan(&calm, robot, &laser), scan(&curious, robot, &laser));
-    assert_eq!(calm.odometry(robot), curious.odometry(robot));
+    read_once.advance_to(read_often.now());
+    assert_eq!(scan(&read_once, robot, &laser), scan(&read_often, robot, &laser));
+    assert_eq!(read_once.odometry(robot), read_often.odometry(robot));
 }
 
 #[test]
-fn one_seed_gives_one_history_and_two_seeds_give_two() {
+fn the_same_seed_gives_the_same_measurements_and_another_seed_others() {
     let run = |seed| {
         let (mut world, robot) = hall(seed);
         world.command(robot, Twist2::new(0.4, 0.3)).unwrap();
@@ -181,14 +181,11 @@ fn one_seed_gives_one_history_and_two_seeds_give_two() {
     let ((scan_a, odometry_a, encoders_a, truth_a), (scan_b, odometry_b, encoders_b, truth_b)) =
         (run(3), run(4));
     assert!(scan_a != scan_b && odometry_a != odometry_b && encoders_a != encoders_b);
-    assert_eq!(
-        truth_a, truth_b,
-        "the seed disturbs what is measured, not what happens"
-    );
+    assert_eq!(truth_a, truth_b, "the seed affects the measurements only");
 }
 
 #[test]
-fn streams_and_robots_err_each_in_their_own_way() {
+fn streams_and_robots_have_independent_errors() {
     let (mut world, robot) = hall(9);
     let errors = |world: &World, robot, stream| -> Vec<f32> {
         let noisy = scan(
@@ -256,7 +253,7 @@ fn a_sonar_reports_the_nearest_thing_in_its_cone() {
 }
 
 #[test]
-fn a_sonar_sees_a_pole_wherever_it_stands_in_its_cone() {
+fn a_sonar_detects_a_pole_anywhere_in_its_cone() {
     let ring = SonarConfig {
         sigma: 0.0,
         ..SonarConfig::default()
@@ -297,7 +294,7 @@ fn the_ring_of_a_p3dx_is_symmetric_and_goes_clockwise() {
 }
 
 #[test]
-fn a_buffer_of_the_wrong_length_and_numbers_that_cannot_work_are_refused() {
+fn a_buffer_of_the_wrong_length_and_invalid_values_are_refused() {
     let (world, robot) = hall(1);
     let refused = world.laser(robot, &LaserConfig::default(), &mut [0.0; 181]);
     assert_eq!(
@@ -308,19 +305,22 @@ fn a_buffer_of_the_wrong_length_and_numbers_that_cannot_work_are_refused() {
             expected: 180
         })
     );
-    let bad = LaserConfig {
+    let invalid = LaserConfig {
         sigma: f64::NAN,
         ..LaserConfig::default()
     };
-    let error = world.laser(robot, &bad, &mut [0.0; 180]).unwrap_err().to_string();
+    let error = world
+        .laser(robot, &invalid, &mut [0.0; 180])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("laser sigma is NaN"), "{error}");
-    let bad = SonarConfig {
+    let invalid = SonarConfig {
         range_max: 0.0,
         ..SonarConfig::default()
     };
     assert!(
         world
-            .sonars(robot, &bad, &mut [0.0; 16])
+            .sonars(robot, &invalid, &mut [0.0; 16])
             .unwrap_err()
             .to_string()
             .contains("range_max")

@@ -3,7 +3,7 @@
 use jde_sim::{OdometryOrigin, Pose2, RobotConfig, Twist2, World};
 
 #[test]
-fn odometry_drifts_from_the_truth_and_says_so_in_ticks() {
+fn odometry_drifts_from_the_truth_with_the_ticks() {
     let config = RobotConfig {
         wheel_scale_sigma: 0.01,
         slip_sigma: 0.002,
@@ -17,15 +17,15 @@ fn odometry_drifts_from_the_truth_and_says_so_in_ticks() {
     world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
     world.advance_to(60_000_000_000);
     let (truth, odometry, ticks) = (world.truth(robot), world.odometry(robot), world.encoders(robot));
-    let gap = truth.pose.distance(odometry.pose);
-    assert!(gap > 0.01 && gap < 0.2 * truth.travelled, "{gap}");
+    let drift = truth.pose.distance(odometry.pose);
+    assert!(drift > 0.01 && drift < 0.2 * truth.travelled, "{drift}");
     assert_ne!(ticks.left, ticks.right);
     let rolled = (ticks.left + ticks.right) as f64 / 2.0 / 128_000.0;
     assert!((rolled / truth.travelled - 1.0).abs() < 0.05, "{rolled}");
 }
 
 #[test]
-fn perfect_wheels_know_the_way_to_a_tick() {
+fn odometry_of_perfect_wheels_is_exact_to_a_tick() {
     let config = RobotConfig {
         wheel_scale_sigma: 0.0,
         slip_sigma: 0.0,
@@ -38,16 +38,16 @@ fn perfect_wheels_know_the_way_to_a_tick() {
     assert_eq!(world.odometry(robot).pose, Pose2::default());
     world.command(robot, Twist2::new(0.5, 0.2)).unwrap();
     world.advance_to(20_000_000_000);
-    let believed = start.compose(world.odometry(robot).pose);
+    let estimated = start.compose(world.odometry(robot).pose);
     let pose = world.truth(robot).pose;
     assert!(
-        believed.distance(pose) < 1e-3 && (believed.heading - pose.heading).sin().abs() < 1e-4,
-        "{believed:?}"
+        estimated.distance(pose) < 1e-3 && (estimated.heading - pose.heading).sin().abs() < 1e-4,
+        "{estimated:?}"
     );
 }
 
 #[test]
-fn the_spread_of_slip_grows_with_the_root_of_the_way() {
+fn the_deviation_of_slip_grows_with_the_root_of_the_distance() {
     let config = RobotConfig {
         wheel_scale_sigma: 0.0,
         slip_sigma: 0.01,
@@ -62,12 +62,12 @@ fn the_spread_of_slip_grows_with_the_root_of_the_way() {
         world.command(robot, Twist2::new(1.0, 0.0)).unwrap();
         for (index, time) in [5_000_000_000, 20_000_000_000].into_iter().enumerate() {
             world.advance_to(time);
-            let way = world.truth(robot).travelled;
-            let error = world.encoders(robot).left as f64 / 128_000.0 - way;
-            squares[index] += error * error / way / runs as f64;
+            let distance = world.truth(robot).travelled;
+            let error = world.encoders(robot).left as f64 / 128_000.0 - distance;
+            squares[index] += error * error / distance / runs as f64;
         }
     }
-    // Each is the variance of a metre: 1e-4 within five standard errors.
+    // The variance per metre is 1e-4, within five standard errors.
     for variance in squares {
         assert!(
             (variance / 1e-4 - 1.0).abs() < 5.0 * (2.0 / runs as f64).sqrt(),

@@ -1,4 +1,4 @@
-//! The worlds of the project: free of faults, and suitable for their purpose.
+//! The worlds of the project have no faults, and suit their purpose.
 
 use std::path::{Path, PathBuf};
 
@@ -14,8 +14,8 @@ fn world(name: &str) -> World {
     World::load(path(name), 11).unwrap()
 }
 
-/// Returns the round of the office, from a comment of its file.
-fn round() -> Vec<[f64; 2]> {
+/// Returns the targets of a tour of the office, from a comment in its file.
+fn tour() -> Vec<[f64; 2]> {
     let text = std::fs::read_to_string(path("office.toml")).unwrap();
     let targets = text
         .lines()
@@ -32,7 +32,7 @@ fn round() -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn every_world_is_sound_and_its_robots_fit() {
+fn every_world_is_valid_and_its_robots_fit() {
     let mut count = 0;
     for entry in std::fs::read_dir(path("")).unwrap() {
         let file = entry.unwrap().path();
@@ -53,7 +53,7 @@ fn every_world_is_sound_and_its_robots_fit() {
 }
 
 #[test]
-fn the_world_file_of_the_documentation_is_sound() {
+fn the_world_file_of_the_documentation_is_valid() {
     let source = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
     let (_, rest) = source.split_once("//! ```toml\n").unwrap();
     let (block, _) = rest.split_once("//! ```\n").unwrap();
@@ -70,33 +70,35 @@ fn the_world_file_of_the_documentation_is_sound() {
 }
 
 #[test]
-fn the_round_of_the_office_keeps_clear_of_what_stands() {
+fn the_tour_of_the_office_is_clear_of_fixed_things() {
     let mut world = world("office.toml");
     let robot = world.add_robot("pioneer", RobotConfig::default()).unwrap();
     let start = world.truth(robot).pose;
-    let round = round();
-    assert!((6..=9).contains(&round.len()), "{round:?}");
+    let tour = tour();
+    assert!((6..=9).contains(&tour.len()), "{tour:?}");
     let mut from = [start.x, start.y];
-    for to in round {
+    for to in tour {
         let length = f64::hypot(to[0] - from[0], to[1] - from[1]);
         let angle = f64::atan2(to[1] - from[1], to[0] - from[0]);
-        // A corridor of rays beside the line: no fixed thing is nearer than 0.7 m.
-        for aside in -70..=70 {
-            let aside = f64::from(aside) / 100.0;
-            let origin = [from[0] - aside * angle.sin(), from[1] + aside * angle.cos()];
-            let hit = standing(&world, origin, angle, length);
-            assert_eq!(hit, None, "from {from:?} to {to:?}, {aside} m aside");
+        // Parallel rays check that no fixed thing is nearer than 0.7 m.
+        for offset in -70..=70 {
+            let offset = f64::from(offset) / 100.0;
+            let origin = [from[0] - offset * angle.sin(), from[1] + offset * angle.cos()];
+            let hit = cast_ray_at_fixed(&world, origin, angle, length);
+            assert_eq!(hit, None, "from {from:?} to {to:?}, offset {offset} m");
         }
         from = to;
     }
-    assert_eq!(from, [start.x, start.y], "the round ends where it began");
+    assert_eq!(from, [start.x, start.y], "the tour ends at its start");
 }
 
-/// Casts a ray and ignores movers and robots, told apart by their places alone. Returns the distance to a
-/// fixed thing.
-fn standing(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<f64> {
-    let met = world.cast_ray(origin, angle, length, None)?;
-    let point = [origin[0] + met * angle.cos(), origin[1] + met * angle.sin()];
+/// Casts a ray. Returns the distance to the hit, or `None` if that is near a mover or a robot.
+fn cast_ray_at_fixed(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<f64> {
+    let distance = world.cast_ray(origin, angle, length, None)?;
+    let point = [
+        origin[0] + distance * angle.cos(),
+        origin[1] + distance * angle.sin(),
+    ];
     let mover = world
         .shapes()
         .filter(|shape| shape.moving)
@@ -110,11 +112,11 @@ fn standing(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<
         let pose = world.truth(id).pose;
         f64::hypot(pose.x - point[0], pose.y - point[1]) < 0.26
     });
-    if mover || robot { None } else { Some(met) }
+    if mover || robot { None } else { Some(distance) }
 }
 
-/// Turns toward a target and drives at it, and halts while something is close ahead. Returns the distance to
-/// the target.
+/// Commands a robot to turn and drive to a target, and to halt while something is close ahead. Returns the
+/// distance to the target.
 fn drive(
     world: &mut World,
     robot: RobotId,
@@ -123,7 +125,7 @@ fn drive(
     ranges: &mut [f32],
 ) -> f64 {
     let pose = world.truth(robot).pose;
-    let away = Pose2::new(target[0], target[1], 0.0).distance(pose);
+    let distance = Pose2::new(target[0], target[1], 0.0).distance(pose);
     let error = wrap_angle(f64::atan2(target[1] - pose.y, target[0] - pose.x) - pose.heading);
     world.laser(robot, laser, ranges).unwrap();
     let blocked = ranges.iter().enumerate().any(|(beam, &range)| {
@@ -137,17 +139,17 @@ fn drive(
     world
         .command(robot, Twist2::new(ahead, (1.5 * error).clamp(-0.9, 0.9)))
         .unwrap();
-    away
+    distance
 }
 
 #[test]
-fn a_robot_that_only_stops_for_people_gets_round_the_office_without_a_touch() {
+fn a_robot_that_stops_for_people_completes_the_tour_without_a_collision() {
     let mut world = world("office.toml");
     let robot = world.add_robot("pioneer", RobotConfig::default()).unwrap();
     let laser = LaserConfig::default();
     let mut ranges = vec![0.0; laser.beams];
-    for target in round() {
-        // Ten minutes for one leg would mean that something blocks the way for good.
+    for target in tour() {
+        // After ten minutes for one leg, something blocks it forever.
         let deadline = world.now() + 600_000_000_000;
         while drive(&mut world, robot, target, &laser, &mut ranges) > 0.3 {
             assert!(
@@ -164,35 +166,42 @@ fn a_robot_that_only_stops_for_people_gets_round_the_office_without_a_touch() {
 }
 
 #[test]
-fn two_robots_see_each_other_behind_no_pillar() {
+fn a_pillar_hides_two_robots_from_each_other_at_their_starts() {
     let mut world = world("two-robots.toml");
     let left = world.add_robot("left", RobotConfig::default()).unwrap();
     let right = world.add_robot("right", RobotConfig::default()).unwrap();
     let (a, b) = (world.truth(left).pose, world.truth(right).pose);
-    let between = |origin: Pose2, except| {
+    let distance = |origin: Pose2, except| {
         world
             .cast_ray([origin.x, origin.y], origin.heading, 20.0, Some(except))
             .unwrap()
     };
-    // At the start the pillar hides the robots from each other.
-    assert!((between(a, left) - 2.2).abs() < 1e-9 && (between(b, right) - 2.2).abs() < 1e-9);
-    let aside = Pose2::new(1.5, 3.2, f64::atan2(2.5 - 3.2, 5.0));
-    let seen = world
-        .cast_ray([aside.x, aside.y], aside.heading, 20.0, Some(left))
+    assert!((distance(a, left) - 2.2).abs() < 1e-9 && (distance(b, right) - 2.2).abs() < 1e-9);
+    let beside_pillar = Pose2::new(1.5, 3.2, f64::atan2(2.5 - 3.2, 5.0));
+    let visible = world
+        .cast_ray(
+            [beside_pillar.x, beside_pillar.y],
+            beside_pillar.heading,
+            20.0,
+            Some(left),
+        )
         .unwrap();
-    assert!((seen - (f64::hypot(5.0, 0.7) - 0.25)).abs() < 1e-9, "{seen}");
+    assert!(
+        (visible - (f64::hypot(5.0, 0.7) - 0.25)).abs() < 1e-9,
+        "{visible}"
+    );
 }
 
 #[test]
 fn the_rooms_have_a_door_between_them() {
     let world = world("rooms.toml");
-    let to = |y: f64| world.cast_ray([1.0, y], 0.0, 20.0, None).unwrap();
+    let distance = |y: f64| world.cast_ray([1.0, y], 0.0, 20.0, None).unwrap();
     // The wall between the rooms is the column from 2.9 m; the door is open from 1.4 m to 2.8 m, and the far
     // wall is at 5.8 m.
     assert!(
-        (to(0.5) - 1.9).abs() < 1e-9 && (to(2.0) - 4.8).abs() < 1e-9,
+        (distance(0.5) - 1.9).abs() < 1e-9 && (distance(2.0) - 4.8).abs() < 1e-9,
         "{} {}",
-        to(0.5),
-        to(2.0)
+        distance(0.5),
+        distance(2.0)
     );
 }

@@ -1,4 +1,4 @@
-//! Disks that become full before or while a file is written.
+//! Disks that are full before or while a file is written.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -17,19 +17,19 @@ use crate::writer;
 
 const SECOND: Nanos = 1_000_000_000;
 
-/// A disk that accepts a limited number of bytes of the second file and none of the third.
+/// A disk with limited space.
 struct FailingDisk {
     file: File,
-    room: usize,
+    space: usize,
 }
 
 impl Write for FailingDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.room == 0 {
+        if self.space == 0 {
             return Err(io::Error::from_raw_os_error(28));
         }
-        let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
-        self.room -= written;
+        let written = self.file.write(&bytes[..bytes.len().min(self.space)])?;
+        self.space -= written;
         Ok(written)
     }
 
@@ -39,22 +39,23 @@ impl Write for FailingDisk {
 }
 
 /// The number of files that were created.
-static MADE: Mutex<usize> = Mutex::new(0);
+static CREATED: Mutex<usize> = Mutex::new(0);
 
-fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
-    let mut made = MADE.lock().unwrap();
-    *made += 1;
+/// Creates a file that is limited if it is the second, and gets no byte if it is the third.
+fn create_limited(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
+    let mut created = CREATED.lock().unwrap();
+    *created += 1;
     let file = writer::create(path, overwrite)?;
-    let room = match *made {
+    let space = match *created {
         2 => 20_000,
         3 => 0,
         _ => usize::MAX,
     };
-    Ok((Box::new(FailingDisk { file, room }), None))
+    Ok((Box::new(FailingDisk { file, space }), None))
 }
 
-/// Returns a sink for `drive.mcap` in a folder, which creates its files by `make`.
-fn sink(folder: &Path, make: CreateFile, on_file: OnFile) -> TriggeredSink {
+/// Returns a sink for `drive.mcap` in a folder, which creates its files with `create_file`.
+fn sink(folder: &Path, create_file: CreateFile, on_file: OnFile) -> TriggeredSink {
     let shared = Arc::new(Shared::new(sync_channel(1).0, true));
     let origin = Origin {
         application: "bench".to_owned(),
@@ -72,15 +73,15 @@ fn sink(folder: &Path, make: CreateFile, on_file: OnFile) -> TriggeredSink {
         memory: 1 << 20,
     };
     let mut sink = TriggeredSink::new(&shared, origin, plan, on_file).unwrap();
-    sink.create_file = make;
+    sink.create_file = create_file;
     sink
 }
 
 #[test]
-fn a_file_that_cannot_be_opened_is_left_as_it_is() {
+fn a_file_that_cannot_be_opened_is_unchanged() {
     let folder = tempfile::tempdir().unwrap();
-    let theirs = folder.path().join("drive-001.mcap");
-    std::fs::write(&theirs, "precious").unwrap();
+    let existing = folder.path().join("drive-001.mcap");
+    std::fs::write(&existing, "precious").unwrap();
     let refused: CreateFile = |path, _| {
         Err(Error::Create {
             path: path.to_owned(),
@@ -96,32 +97,31 @@ fn a_file_that_cannot_be_opened_is_left_as_it_is() {
     sink.fired(&firing, "operator");
     sink.finish();
     assert!(lock(&sink.shared.files)[0].error.is_some());
-    assert_eq!(std::fs::read_to_string(theirs).unwrap(), "precious");
+    assert_eq!(std::fs::read_to_string(existing).unwrap(), "precious");
 }
 
 #[test]
-fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
+fn a_full_disk_is_reported_once_and_the_next_firing_starts_a_new_file() {
     let folder = tempfile::tempdir().unwrap();
-    let told: Arc<Mutex<Vec<_>>> = Arc::default();
-    let tell = Arc::clone(&told);
-    let on_file: OnFile = Box::new(move |happened, written| {
-        let name = written.path.file_name().unwrap().to_string_lossy().into_owned();
-        tell.lock().unwrap().push((happened, name));
+    let file_events: Arc<Mutex<Vec<_>>> = Arc::default();
+    let events = Arc::clone(&file_events);
+    let on_file: OnFile = Box::new(move |event, file| {
+        let name = file.path.file_name().unwrap().to_string_lossy().into_owned();
+        events.lock().unwrap().push((event, name));
     });
-    let mut sink = sink(folder.path(), small, on_file);
+    let mut sink = sink(folder.path(), create_limited, on_file);
     let shared = Arc::clone(&sink.shared);
     let value_type = Arc::new(<[u64; 16]>::describe());
-    let lane = TopicQueue::new(
+    let queue = TopicQueue::new(
         "/bench/noise".to_owned(),
         TopicContent::Values(value_type),
         BTreeMap::new(),
         None,
         true,
     );
-    sink.open(SinkChannel::Topic(Arc::new(lane)));
+    sink.open(SinkChannel::Topic(Arc::new(queue)));
 
-    // Ten values a second for 200 s, and a firing every 40 s. The values do not compress, so they fill the
-    // disk.
+    // Ten values a second for 200 s, and a firing every 40 s. The values are incompressible, to fill the disk.
     let mut noise = 1_u64;
     for number in 0..2000 {
         let mut data = vec![0, 1, 0, 0];
@@ -148,19 +148,19 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     }
     sink.finish();
 
-    let told = told.lock().unwrap();
-    let told: Vec<_> = told
+    let file_events = file_events.lock().unwrap();
+    let file_events: Vec<_> = file_events
         .iter()
-        .map(|(happened, name)| (*happened, name.as_str()))
+        .map(|(event, name)| (*event, name.as_str()))
         .collect();
     assert_eq!(
-        told,
+        file_events,
         [
             (FileEvent::Started, "drive-001.mcap"),
             (FileEvent::Ended, "drive-001.mcap"),
             (FileEvent::Started, "drive-002.mcap"),
             (FileEvent::Failed, "drive-002.mcap"),
-            // The third file cannot even be started, which is not reported again. The fourth takes its name.
+            // The third file cannot be started, which is not reported again. The fourth gets its name.
             (FileEvent::Started, "drive-003.mcap"),
             (FileEvent::Ended, "drive-003.mcap"),
             (FileEvent::Started, "drive-004.mcap"),
@@ -169,14 +169,14 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     );
     let files = lock(&shared.files).clone();
     // 10 s before, 5 s after, the firing, and the value in force at the beginning.
-    let whole = 10 * 15 + 2;
-    for (place, file) in files.iter().enumerate() {
-        // A file that was never started does not count the value in force.
-        let known = whole - u64::from(place == 2);
-        assert_eq!(file.written + file.lost, known, "{file:?}");
-        assert_eq!(file.error.is_some(), [1, 2].contains(&place), "{file:?}");
+    let complete = 10 * 15 + 2;
+    for (index, file) in files.iter().enumerate() {
+        // The file that could not be started does not count the value in force.
+        let expected = complete - u64::from(index == 2);
+        assert_eq!(file.written + file.lost, expected, "{file:?}");
+        assert_eq!(file.error.is_some(), [1, 2].contains(&index), "{file:?}");
     }
-    assert_eq!((files[2].written, files[3].written), (0, whole));
+    assert_eq!((files[2].written, files[3].written), (0, complete));
     let lost: u64 = files.iter().map(|file| file.lost).sum();
     assert_eq!(shared.dropped.load(Ordering::Relaxed), lost);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! Records drives of the delivered applications.
+//! Records the application `safe-navigation` for the tests of replay.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,16 +14,16 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
 
 /// An action of an operator.
-pub(crate) type Act = fn(&Handle);
+pub(crate) type Action = fn(&Handle);
 
-/// A recorded drive of safe-navigation.
-pub(crate) struct Scene {
+/// A recording of safe-navigation.
+pub(crate) struct RecordedDrive {
     _folder: tempfile::TempDir,
     file: PathBuf,
     plugins: Plugins,
 }
 
-impl Scene {
+impl RecordedDrive {
     pub(crate) fn lockstep(name: &str, limit: u64, only: &[&str]) -> Self {
         Self::new(name, limit, None, only, &[])
     }
@@ -33,21 +33,21 @@ impl Scene {
     }
 
     /// Records in lockstep, with actions of operators at times in ns.
-    pub(crate) fn operated(name: &str, limit: u64, acts: &[(u64, Act)]) -> Self {
-        Self::new(name, limit, None, &[], acts)
+    pub(crate) fn operated(name: &str, limit: u64, actions: &[(u64, Action)]) -> Self {
+        Self::new(name, limit, None, &[], actions)
     }
 
-    fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str], acts: &[(u64, Act)]) -> Self {
+    fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str], actions: &[(u64, Action)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
-        let plugins = built();
-        let scene = Self {
+        let plugins = navigation_plugins();
+        let drive = Self {
             _folder: folder,
             file,
             plugins,
         };
-        let application = scene.application(&[]);
-        let recorder = scene.recorder(&application, speed.is_none());
+        let application = drive.application(&[]);
+        let recorder = drive.recorder(&application, speed.is_none());
         let only = only.iter().map(|pattern| (*pattern).to_owned()).collect();
         let selection = Selection::new(only, &jde_log::variables(&application)).unwrap();
         let options = Options {
@@ -59,21 +59,21 @@ impl Scene {
             ..Options::default()
         };
         if speed.is_some() {
-            Running::start(application, &scene.plugins, options)
+            Running::start(application, &drive.plugins, options)
                 .unwrap()
                 .wait();
         } else {
-            let mut lockstep = Lockstep::start(application, &scene.plugins, options).unwrap();
+            let mut lockstep = Lockstep::start(application, &drive.plugins, options).unwrap();
             let handle = lockstep.handle();
-            for (time, act) in acts {
+            for (time, action) in actions {
                 lockstep.run_until(*time);
-                act(&handle);
+                action(&handle);
             }
             lockstep.run();
         }
         let status = recorder.finish();
         assert_eq!(status.lost, 0, "{status:?}");
-        scene
+        drive
     }
 
     pub(crate) fn file(&self) -> &Path {
@@ -99,18 +99,18 @@ impl Scene {
             .count() as u64
     }
 
-    /// Returns the texts of the recorded events of this kind.
-    pub(crate) fn told(&self, kind: &str) -> Vec<String> {
+    /// Returns the texts of the recorded events of one kind.
+    pub(crate) fn events(&self, kind: &str) -> Vec<String> {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
         let lines = messages
             .filter(|message| message.channel.topic == RecordKind::Event.topic())
             .map(|message| RunRecord::parse(RecordKind::Event, &message.data).unwrap());
-        let told = lines.filter_map(|line| match line {
-            RunRecord::Event(happening) if happening.kind == kind => Some(happening.text),
+        let texts = lines.filter_map(|line| match line {
+            RunRecord::Event(event) if event.kind == kind => Some(event.text),
             RunRecord::Event(_) | RunRecord::Decision(_) | RunRecord::State(_) => None,
         });
-        told.collect()
+        texts.collect()
     }
 
     fn recorder(&self, application: &Application, lossless: bool) -> Arc<Recorder> {
@@ -119,14 +119,14 @@ impl Scene {
             application: Some(application),
             overwrite: false,
             lossless,
-            on_error: Box::new(|trouble| panic!("{trouble}")),
+            on_error: Box::new(|error| panic!("{error}")),
         };
         Arc::new(Recorder::create(&self.file, options).unwrap())
     }
 }
 
-/// Returns the plugins of safe-navigation, newly loaded from their files.
-pub(crate) fn built() -> Plugins {
+/// Loads the plugins of safe-navigation from their files.
+pub(crate) fn navigation_plugins() -> Plugins {
     plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
 }
 
@@ -153,16 +153,20 @@ fn plugins(names: &[&str]) -> Plugins {
             cargo.arg("--release");
         }
         cargo.args(names.iter().flat_map(|plugin| ["-p", plugin]));
-        let done = cargo.output().expect("cargo starts");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let output = cargo.output().expect("cargo starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
         let mut libraries = messages.lines().filter_map(|line| {
             let message: serde_json::Value = serde_json::from_str(line).ok()?;
             let is_ours = names.iter().any(|plugin| message["target"]["name"] == *plugin);
             let file = is_ours.then(|| message["filenames"][0].as_str())??;
             Some(Path::new(file).parent()?.to_owned())
         });
-        libraries.next().expect("cargo names the libraries it made")
+        libraries.next().expect("cargo lists the built libraries")
     });
     let mut path = SearchPath::default();
     path.push(folder, "built for this test");

@@ -1,7 +1,7 @@
-//! Drives of the paper's example, recorded and replayed with its own plugins: what is equal, and what is not.
+//! Replays of recorded drives of the paper's example with its plugins.
 
 mod drives;
-mod troupe;
+mod many_schemas;
 
 use jde_board::value::Value;
 use jde_host::reload::ReloadOptions;
@@ -9,15 +9,15 @@ use jde_host::{Handle, OperatorHandle};
 use jde_log::replay::{Drive, ReplayError, ReplayReport, Span, Tolerance, replay_and_compare};
 use jde_panel::{Button, Gesture, Touch};
 
-use drives::{SECOND, Scene};
+use drives::{RecordedDrive, SECOND};
 
-fn again(scene: &Scene, sets: &[&str]) -> ReplayReport {
-    let drive = Drive::open(scene.file()).unwrap();
-    let application = scene.application(sets);
+fn replay(recorded: &RecordedDrive, sets: &[&str]) -> ReplayReport {
+    let drive = Drive::open(recorded.file()).unwrap();
+    let application = recorded.application(sets);
     replay_and_compare(
         &drive,
         application,
-        scene.plugins(),
+        recorded.plugins(),
         Span::default(),
         &Tolerance::default(),
         |_| true,
@@ -26,9 +26,9 @@ fn again(scene: &Scene, sets: &[&str]) -> ReplayReport {
 }
 
 #[test]
-fn r16_a_drive_in_lockstep_is_decided_again_as_it_was() {
-    let scene = Scene::lockstep("lockstep.mcap", 20 * SECOND, &[]);
-    let verdict = again(&scene, &[]);
+fn r16_a_replay_of_lockstep_gives_the_same_selections() {
+    let recorded = RecordedDrive::lockstep("lockstep.mcap", 20 * SECOND, &[]);
+    let verdict = replay(&recorded, &[]);
     assert!(
         verdict.is_same(),
         "{:#?} {:#?}",
@@ -37,16 +37,16 @@ fn r16_a_drive_in_lockstep_is_decided_again_as_it_was() {
     );
     assert_eq!(
         verdict.comparison.same,
-        scene.decisions(),
+        recorded.decisions(),
         "every selection is compared"
     );
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
 
 #[test]
-fn a_changed_constant_is_found_in_a_drive_in_lockstep() {
-    let scene = Scene::lockstep("constant.mcap", 20 * SECOND, &[]);
-    let verdict = again(&scene, &["stop.ahead=1.5"]);
+fn a_replay_with_a_changed_modulation_reports_different_selections() {
+    let recorded = RecordedDrive::lockstep("constant.mcap", 20 * SECOND, &[]);
+    let verdict = replay(&recorded, &["stop.ahead=1.5"]);
     assert!(!verdict.is_same());
     let first = &verdict.comparison.first[0];
     assert_eq!(first.group, "example/base");
@@ -60,9 +60,9 @@ fn a_changed_constant_is_found_in_a_drive_in_lockstep() {
 }
 
 #[test]
-fn r16_a_drive_in_real_time_is_decided_again_as_it_was() {
-    let scene = Scene::real_time("real.mcap", 30 * SECOND, 5.0, &[]);
-    let verdict = again(&scene, &[]);
+fn r16_a_replay_of_real_time_gives_the_same_selections() {
+    let recorded = RecordedDrive::real_time("real.mcap", 30 * SECOND, 5.0, &[]);
+    let verdict = replay(&recorded, &[]);
     assert!(
         verdict.is_same(),
         "{:#?} {:#?}",
@@ -71,23 +71,23 @@ fn r16_a_drive_in_real_time_is_decided_again_as_it_was() {
     );
     assert_eq!(
         verdict.comparison.same,
-        scene.decisions(),
+        recorded.decisions(),
         "every selection is compared"
     );
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
-    let verdict = again(&scene, &["stop.ahead=1.5"]);
+    let verdict = replay(&recorded, &["stop.ahead=1.5"]);
     assert!(!verdict.is_same());
 }
 
 #[test]
-fn r14_what_operators_did_is_done_again() {
+fn r14_a_replay_repeats_the_actions_of_operators() {
     fn schema(handle: &Handle, name: &str) -> usize {
         handle.application().instance(name).unwrap()
     }
     fn ana(handle: &Handle) -> OperatorHandle {
         handle.operator("ana")
     }
-    let scene = Scene::operated(
+    let recorded = RecordedDrive::operated(
         "operated.mcap",
         20 * SECOND,
         &[
@@ -117,7 +117,7 @@ fn r14_what_operators_did_is_done_again() {
             }),
         ],
     );
-    let verdict = again(&scene, &[]);
+    let verdict = replay(&recorded, &[]);
     assert!(
         verdict.is_same(),
         "{:#?} {:#?}",
@@ -126,30 +126,33 @@ fn r14_what_operators_did_is_done_again() {
     );
     assert_eq!(
         verdict.comparison.same,
-        scene.decisions(),
+        recorded.decisions(),
         "every selection is compared"
     );
     assert_eq!((verdict.missed, verdict.unknown), (Vec::new(), Vec::new()));
 }
 
 #[test]
-fn r14_a_drive_in_which_a_build_took_over_says_so() {
-    let scene = Scene::operated(
+fn r14_a_replay_reports_the_reloads_of_the_recorded_run() {
+    let recorded = RecordedDrive::operated(
         "reloaded.mcap",
         20 * SECOND,
         &[(6 * SECOND, |handle| {
             let vff = handle.application().instance("vff").unwrap();
-            let again = drives::built().load("vff", &[]).unwrap();
+            let new_build = drives::navigation_plugins().load("vff", &[]).unwrap();
             handle
                 .operator("ana")
-                .replace(vff, &again, ReloadOptions::default())
+                .replace(vff, &new_build, ReloadOptions::default())
                 .unwrap_or_else(|reasons| panic!("{reasons:?}"));
         })],
     );
-    let told = scene.told("reloaded");
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert!(told[0].contains("of memory carried over (version 1)"), "{told:?}");
-    let verdict = again(&scene, &[]);
+    let events = recorded.events("reloaded");
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(
+        events[0].contains("of memory carried over (version 1)"),
+        "{events:?}"
+    );
+    let verdict = replay(&recorded, &[]);
     assert_eq!(verdict.reloads, [("vff".to_owned(), 6 * SECOND)]);
     assert!(
         verdict.is_same(),
@@ -157,31 +160,30 @@ fn r14_a_drive_in_which_a_build_took_over_says_so() {
         verdict.comparison.first,
         verdict.values
     );
-    assert_eq!(verdict.comparison.same, scene.decisions());
+    assert_eq!(verdict.comparison.same, recorded.decisions());
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
 
 #[test]
-fn another_application_is_told_apart_before_it_is_replayed() {
-    let scene = Scene::lockstep("other.mcap", 5 * SECOND, &[]);
-    let drive = Drive::open(scene.file()).unwrap();
-    assert_eq!(drive.differences(&scene.application(&[])), [""; 0]);
-    let changed = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
+fn differences_to_the_recorded_application_are_listed_and_restored() {
+    let recorded = RecordedDrive::lockstep("other.mcap", 5 * SECOND, &[]);
+    let drive = Drive::open(recorded.file()).unwrap();
+    assert_eq!(drive.differences(&recorded.application(&[])), [""; 0]);
+    let changed = recorded.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
     let differences = drive.differences(&changed);
     assert!(
         differences
             .iter()
-            .any(|words| words.starts_with("stop.ahead starts with 0.9")),
+            .any(|line| line.starts_with("stop.ahead starts with 0.9")),
         "{differences:?}"
     );
     assert!(
         differences
             .iter()
-            .any(|words| words.starts_with("goon.period starts with 0.1 s")),
+            .any(|line| line.starts_with("goon.period starts with 0.1 s")),
         "{differences:?}"
     );
-    // With the recorded values it is equal again.
-    let mut restored = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
+    let mut restored = recorded.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
     drive.restore(&mut restored, |_| false);
     assert_eq!(drive.differences(&restored), [""; 0]);
     let attached = drive.application().unwrap();
@@ -190,11 +192,11 @@ fn another_application_is_told_apart_before_it_is_replayed() {
 }
 
 #[test]
-fn a_drive_that_was_cut_off_is_taken_again_up_to_there() {
-    let scene = Scene::lockstep("cut.mcap", 20 * SECOND, &[]);
-    let bytes = std::fs::read(scene.file()).unwrap();
-    std::fs::write(scene.file(), &bytes[..bytes.len() / 2]).unwrap();
-    let verdict = again(&scene, &[]);
+fn a_truncated_recording_is_replayed_up_to_its_end() {
+    let recorded = RecordedDrive::lockstep("cut.mcap", 20 * SECOND, &[]);
+    let bytes = std::fs::read(recorded.file()).unwrap();
+    std::fs::write(recorded.file(), &bytes[..bytes.len() / 2]).unwrap();
+    let verdict = replay(&recorded, &[]);
     assert!(
         verdict.is_same(),
         "{:#?} {:#?}",
@@ -212,24 +214,24 @@ fn a_drive_that_was_cut_off_is_taken_again_up_to_there() {
 
 #[test]
 fn a_recording_without_what_schemas_import_is_refused() {
-    let scene = Scene::lockstep("partial.mcap", SECOND, &["*.mission", "pioneer.odometry"]);
-    let drive = Drive::open(scene.file()).unwrap();
-    let lacks = replay_and_compare(
+    let recorded = RecordedDrive::lockstep("partial.mcap", SECOND, &["*.mission", "pioneer.odometry"]);
+    let drive = Drive::open(recorded.file()).unwrap();
+    let result = replay_and_compare(
         &drive,
-        scene.application(&[]),
-        scene.plugins(),
+        recorded.application(&[]),
+        recorded.plugins(),
         Span::default(),
         &Tolerance::default(),
         |_| true,
     );
-    let Err(ReplayError::Incomplete { what, .. }) = lacks else {
-        panic!("{lacks:?}");
+    let Err(ReplayError::Incomplete { what, .. }) = result else {
+        panic!("{result:?}");
     };
     assert!(what.starts_with("`pioneer.laser` is not in it"), "{what}");
 }
 
 #[test]
-fn r14_what_people_did_to_panels_is_done_again() {
+fn r14_a_replay_repeats_the_gestures_on_panels() {
     fn touch(handle: &Handle, widget: &str, touch: Touch) {
         let example = handle.application().instance("example").unwrap();
         let gesture = Gesture {
@@ -243,11 +245,11 @@ fn r14_what_people_did_to_panels_is_done_again() {
         let button = Button::Primary;
         touch(handle, "field", Touch::Clicked { at, button });
     }
-    let scene = Scene::operated(
+    let recorded = RecordedDrive::operated(
         "touched.mcap",
         30 * SECOND,
         &[
-            // Numbers that no short decimal fraction represents exactly.
+            // Numbers without a short decimal representation.
             (2 * SECOND, |handle| click(handle, 0.1 + 0.2, 2.0_f64.sqrt())),
             (9 * SECOND, |handle| touch(handle, "clear", Touch::Pressed)),
             (12 * SECOND, |handle| {
@@ -262,7 +264,7 @@ fn r14_what_people_did_to_panels_is_done_again() {
             (15 * SECOND, |handle| click(handle, 5.0, 7.1)),
         ],
     );
-    let verdict = again(&scene, &[]);
+    let verdict = replay(&recorded, &[]);
     assert!(
         verdict.is_same(),
         "{:#?} {:#?}",
@@ -271,18 +273,21 @@ fn r14_what_people_did_to_panels_is_done_again() {
     );
     assert_eq!(
         verdict.comparison.same,
-        scene.decisions(),
+        recorded.decisions(),
         "every selection is compared"
     );
     assert_eq!((verdict.missed, verdict.unknown), (Vec::new(), Vec::new()));
-    let told = scene.told("operator");
     assert_eq!(
-        told,
+        recorded.events("operator"),
         [
             "ana clicked `field` of example at (0.30, 1.41)",
             "ana pressed `clear` of example",
             "ana clicked `field` of example at (5.00, 7.10)",
         ]
     );
-    assert_eq!(scene.told("drag").len(), 1, "where a drag that goes on is told");
+    assert_eq!(
+        recorded.events("drag").len(),
+        1,
+        "a drag that continues has its own kind"
+    );
 }

@@ -1,5 +1,4 @@
-//! `jde plot` and `jde report` as a user sees them: the recordings that they accept, the destination of the
-//! result, and the refusals.
+//! `jde plot` and `jde report`: the recordings that they accept, their output files, and their errors.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -13,20 +12,21 @@ use markup5ever_rcdom::{Handle, NodeData, RcDom};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 
-use crate::support::{Said, app, jde, jde_with_plugins, root, said};
+use crate::support::{RunOutput, app, jde, jde_with_plugins, output_of, root};
 
 /// Records a short mission in virtual time.
 fn record(folder: &Path, options: &[&str]) -> PathBuf {
     let options = [&["--lockstep"], options].concat();
-    record_of(&app("room.toml"), folder, &options)
+    record_application(&app("room.toml"), folder, &options)
 }
 
-fn record_of(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
+/// Records an application.
+fn record_application(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
     let file = folder.join("drive.mcap");
     let mut args = vec!["run", app, "--record", file.to_str().unwrap()];
     args.extend(options);
-    let run = said(&mut jde_with_plugins(&args));
-    // A run that is cut short does not complete its mission.
+    let run = output_of(&mut jde_with_plugins(&args));
+    // A run with `--for` may end before its mission, with exit status 1.
     assert!(
         matches!(run.status, Some(0 | 1)) && run.out.contains("recorded "),
         "{run:?}"
@@ -34,23 +34,26 @@ fn record_of(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
     file
 }
 
-fn tell(verb: &str, file: &Path, options: &[&str]) -> Said {
+/// Runs a verb on a recording.
+fn run_on(verb: &str, file: &Path, options: &[&str]) -> RunOutput {
     let mut args = vec![verb, file.to_str().unwrap()];
     args.extend(options);
-    said(&mut jde(&args))
+    output_of(&mut jde(&args))
 }
 
-/// Runs a verb on a recording, which must succeed, and returns the content of the result.
-fn told(verb: &str, file: &Path, ending: &str) -> Vec<u8> {
-    let said = tell(verb, file, &[]);
-    assert_eq!((said.status, said.err.as_str()), (Some(0), ""));
-    let told = file.with_extension(ending);
+/// Runs a verb on a recording, which must succeed, and returns the content of its output file.
+fn written_by(verb: &str, file: &Path, extension: &str) -> Vec<u8> {
+    let output = run_on(verb, file, &[]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""));
+    let written = file.with_extension(extension);
     assert!(
-        said.out.contains(&*told.file_name().unwrap().to_string_lossy()),
+        output
+            .out
+            .contains(&*written.file_name().unwrap().to_string_lossy()),
         "{}",
-        said.out
+        output.out
     );
-    fs::read(told).unwrap()
+    fs::read(written).unwrap()
 }
 
 /// Returns the width and height of a PNG.
@@ -59,7 +62,7 @@ fn size(png: &[u8]) -> [u32; 2] {
     [16, 20].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().unwrap()))
 }
 
-/// A page as a browser parses it.
+/// A report, parsed as a browser does.
 struct Page {
     dom: RcDom,
     html: String,
@@ -67,17 +70,17 @@ struct Page {
 
 impl Page {
     fn of(file: &Path) -> Self {
-        let html = String::from_utf8(told("report", file, "html")).unwrap();
+        let html = String::from_utf8(written_by("report", file, "html")).unwrap();
         let dom =
             html5ever::parse_document(RcDom::default(), html5ever::ParseOpts::default()).one(html.as_str());
         assert!(dom.errors.borrow().is_empty(), "{:?}", dom.errors.borrow());
         Self { dom, html }
     }
 
-    /// Returns the text of a part.
+    /// Returns the text of the element with an id.
     fn text(&self, id: &str) -> String {
         let mut text = String::new();
-        gather(&self.part(id), &mut |node| {
+        visit(&self.element(id), &mut |node| {
             if let NodeData::Text { contents } = &node.data {
                 text += &contents.borrow();
             }
@@ -85,10 +88,10 @@ impl Page {
         text
     }
 
-    /// Returns the number of elements of a name in a part.
+    /// Returns the number of elements with a name in the element with an id.
     fn count(&self, id: &str, name: &str) -> usize {
         let mut count = 0;
-        gather(&self.part(id), &mut |node| {
+        visit(&self.element(id), &mut |node| {
             if let NodeData::Element { name: found, .. } = &node.data {
                 count += usize::from(&*found.local == name);
             }
@@ -96,19 +99,19 @@ impl Page {
         count
     }
 
-    /// Returns the text of the cells of each row in a part.
+    /// Returns the texts of the cells of each row in the element with an id.
     fn rows(&self, id: &str) -> Vec<Vec<String>> {
         let named = |node: &Handle, name: &str| match &node.data {
             NodeData::Element { name: found, .. } => &*found.local == name,
             _ => false,
         };
         let mut rows = Vec::new();
-        gather(&self.part(id), &mut |node| {
+        visit(&self.element(id), &mut |node| {
             if named(node, "tr") {
                 rows.push(Vec::new());
             } else if named(node, "td") {
                 let mut text = String::new();
-                gather(node, &mut |node| {
+                visit(node, &mut |node| {
                     if let NodeData::Text { contents } = &node.data {
                         text += &contents.borrow();
                     }
@@ -123,14 +126,14 @@ impl Page {
         self.find(id).is_some()
     }
 
-    fn part(&self, id: &str) -> Handle {
+    fn element(&self, id: &str) -> Handle {
         self.find(id)
-            .unwrap_or_else(|| panic!("no part `{id}`: {}", self.html))
+            .unwrap_or_else(|| panic!("no element `{id}`: {}", self.html))
     }
 
     fn find(&self, id: &str) -> Option<Handle> {
         let mut found = None;
-        gather(&self.dom.document, &mut |node| {
+        visit(&self.dom.document, &mut |node| {
             if let NodeData::Element { attrs, .. } = &node.data
                 && attrs
                     .borrow()
@@ -144,44 +147,45 @@ impl Page {
     }
 }
 
-fn gather(node: &Handle, see: &mut dyn FnMut(&Handle)) {
-    see(node);
+/// Calls `action` for a node and all its descendants.
+fn visit(node: &Handle, action: &mut dyn FnMut(&Handle)) {
+    action(node);
     for child in node.children.borrow().iter() {
-        gather(child, see);
+        visit(child, action);
     }
 }
 
 #[test]
-fn a_drive_is_drawn_to_a_file_named_after_it_or_another_or_standard_output() {
+fn plot_writes_beside_the_recording_or_to_another_file_or_to_standard_output() {
     let folder = tempfile::tempdir().unwrap();
     let file = record(folder.path(), &[]);
-    assert_eq!(size(&told("plot", &file, "png")), [1200, 800]);
+    assert_eq!(size(&written_by("plot", &file, "png")), [1200, 800]);
     let other = folder.path().join("other.png");
-    let drawn = tell(
+    let drawn = run_on(
         "plot",
         &file,
         &["--size", "640x900", "-o", other.to_str().unwrap(), "--from", "1s"],
     );
     assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
     assert_eq!(size(&fs::read(other).unwrap()), [640, 900]);
-    let sent = jde(&["plot", file.to_str().unwrap(), "-o", "-", "--from", "0s"])
+    let printed = jde(&["plot", file.to_str().unwrap(), "-o", "-", "--from", "0s"])
         .output()
         .unwrap();
-    assert_eq!(size(&sent.stdout), [1200, 800]);
-    assert!(sent.stderr.is_empty());
+    assert_eq!(size(&printed.stdout), [1200, 800]);
+    assert!(printed.stderr.is_empty());
     assert_eq!(
-        sent.stdout,
-        told("plot", &file, "png"),
+        printed.stdout,
+        written_by("plot", &file, "png"),
         "the same recording gives the same picture"
     );
 }
 
 #[test]
-fn numbers_are_drawn_by_name_and_a_slip_is_answered() {
+fn plot_draws_named_numbers_and_suggests_names_for_unknown_ones() {
     let folder = tempfile::tempdir().unwrap();
     let file = record(folder.path(), &[]);
-    let without = told("plot", &file, "png");
-    let drawn = tell(
+    let without = written_by("plot", &file, "png");
+    let drawn = run_on(
         "plot",
         &file,
         &[
@@ -193,43 +197,43 @@ fn numbers_are_drawn_by_name_and_a_slip_is_answered() {
     assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
     let with = fs::read(file.with_extension("png")).unwrap();
     assert!(size(&with) == [1200, 800] && with != without);
-    for (name, why) in [
+    for (name, error) in [
         ("pioneer.odometri.x", "did you mean `pioneer.odometry`?"),
         ("pioneer.odometry.twist.twist.linear.w", "has no field `w`"),
         ("pioneer.odometry", "is no number"),
         ("pioneer", "is a schema, not a variable"),
     ] {
-        let refused = tell("plot", &file, &[name]);
+        let refused = run_on("plot", &file, &[name]);
         assert_eq!(refused.status, Some(2), "{name}: {refused:?}");
-        assert!(refused.err.contains(why), "{name}: {}", refused.err);
+        assert!(refused.err.contains(error), "{name}: {}", refused.err);
     }
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_no_recording_written_over() {
+fn invalid_options_are_refused_and_the_recording_is_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let file = record(folder.path(), &["--for", "2s"]).canonicalize().unwrap();
     let name = file.to_str().unwrap();
     let bytes = fs::read(&file).unwrap();
     for verb in ["plot", "report"] {
-        for (options, status, why) in [
+        for (options, status, error) in [
             (&["-o", name][..], 2, "is the recording itself"),
             (&["--from", "5s", "--to", "2s"], 2, "--from is not before --to"),
             (&["--from", "1h"], 2, "it goes from 0.000 s to "),
             (&["-o", "/no/such/folder/x"], 1, "/no/such/folder/x: "),
         ] {
-            let refused = tell(verb, &file, options);
+            let refused = run_on(verb, &file, options);
             assert_eq!(refused.status, Some(status), "{verb} {options:?}: {refused:?}");
-            assert!(refused.err.contains(why), "{verb} {options:?}: {}", refused.err);
+            assert!(refused.err.contains(error), "{verb} {options:?}: {}", refused.err);
         }
-        let none = tell(verb, &folder.path().join("none.mcap"), &[]);
+        let none = run_on(verb, &folder.path().join("none.mcap"), &[]);
         assert_eq!(none.status, Some(2), "{none:?}");
     }
     assert_eq!(fs::read(&file).unwrap(), bytes);
 }
 
 #[test]
-fn r15_the_page_tells_every_switch_and_every_schema() {
+fn r15_the_report_lists_every_switch_schema_and_group() {
     let folder = tempfile::tempdir().unwrap();
     let file = record(folder.path(), &[]);
     let recording = Recording::open(&file).unwrap();
@@ -245,11 +249,11 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     let switches: Vec<_> = switches.collect();
     assert!(switches.len() > 2);
     let page = Page::of(&file);
-    // One row each, and the head of the table.
+    // The first row is the header.
     assert_eq!(page.count("switches", "tr"), switches.len() + 1);
-    let told = page.text("switches");
+    let rows = page.text("switches");
     for switch in &switches {
-        assert!(told.contains(&format!("{:.3} s", switch.time_s)) && told.contains(&switch.reason));
+        assert!(rows.contains(&format!("{:.3} s", switch.time_s)) && rows.contains(&switch.reason));
     }
     let schemas = page.text("schemas");
     for name in ["pioneer", "guide", "stop", "vff", "goon"] {
@@ -268,13 +272,13 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     assert!(page.html.contains("2 of 2 reached"));
 }
 
-/// `stop`, `vff` and `goon` are triggered by scans, one of them is WINNER, and it commands once in each
-/// iteration. So the commands count the iterations, and the times between commands are the periods.
+/// Scans trigger `stop`, `vff` and `goon`, and the WINNER of them commands once in each iteration. So the number
+/// of commands is the number of iterations, and the times between commands are the periods.
 #[test]
 fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
     for options in [&["--lockstep"][..], &["--for", "2s"]] {
         let folder = tempfile::tempdir().unwrap();
-        let file = record_of(&app("room.toml"), folder.path(), options);
+        let file = record_application(&app("room.toml"), folder.path(), options);
         let recording = Recording::open(&file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
         let velocities = messages.filter(|message| message.channel.topic == "/pioneer/velocity");
@@ -293,8 +297,8 @@ fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
             iterations += count;
             if count > 1 {
                 let mean = (times[times.len() - 1] - times[0]) as f64 / (times.len() - 1) as f64 / 1e6;
-                let told: f64 = row[4].strip_suffix(" ms").unwrap().parse().unwrap();
-                assert!((told / mean - 1.0).abs() < 0.2, "{row:?}: {mean} ms");
+                let reported: f64 = row[4].strip_suffix(" ms").unwrap().parse().unwrap();
+                assert!((reported / mean - 1.0).abs() < 0.2, "{row:?}: {mean} ms");
             }
         }
         assert_eq!(iterations, times.len(), "{options:?}");
@@ -303,12 +307,12 @@ fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
 }
 
 #[test]
-fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
+fn partial_and_triggered_recordings_are_reported_and_plotted() {
     let folder = tempfile::tempdir().unwrap();
-    let part = record(folder.path(), &["--record-only", "*.laser"]);
-    let page = Page::of(&part);
+    let partial = record(folder.path(), &["--record-only", "*.laser"]);
+    let page = Page::of(&partial);
     assert!(page.html.contains("There is no path") && !page.has("path") && page.has("switches"));
-    size(&told("plot", &part, "png"));
+    size(&written_by("plot", &partial, "png"));
     let options = [
         "--when",
         "guide.mission.reached >= 1u",
@@ -318,25 +322,25 @@ fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
         "1s",
         "--overwrite",
     ];
-    let around = record(folder.path(), &options).with_file_name("drive-001.mcap");
-    let page = Page::of(&around);
+    let triggered = record(folder.path(), &options).with_file_name("drive-001.mcap");
+    let page = Page::of(&triggered);
     assert!(
         page.html.contains("guide.mission.reached &gt;= 1u"),
         "{}",
         page.html
     );
     assert!(page.html.contains("turns were not recorded") && page.has("path"));
-    // The members of groups are known, although the recording has no turns.
+    // The contracts are known, although the recording has no turns.
     assert!(page.text("groups").contains("155 ms"), "{}", page.text("groups"));
-    size(&told("plot", &around, "png"));
+    size(&written_by("plot", &triggered, "png"));
 }
 
 #[test]
-fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
+fn a_damaged_recording_is_reported_up_to_the_damage() {
     let folder = tempfile::tempdir().unwrap();
-    // Long enough for several chunks, of which only complete ones can be read.
+    // Long enough for several chunks: only complete chunks can be read.
     let app = root().join("apps/safe-navigation.toml");
-    let file = record_of(
+    let file = record_application(
         app.to_str().unwrap(),
         folder.path(),
         &["--lockstep", "--for", "60s"],
@@ -346,17 +350,17 @@ fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
     let page = Page::of(&file);
     assert!(page.html.contains("ends too soon, at byte "), "{}", page.html);
     assert!(page.has("switches") && page.has("path"));
-    size(&told("plot", &file, "png"));
+    size(&written_by("plot", &file, "png"));
     fs::write(&file, "no recording").unwrap();
     for verb in ["plot", "report"] {
-        let none = tell(verb, &file, &[]);
+        let none = run_on(verb, &file, &[]);
         assert_eq!(none.status, Some(2));
         assert!(none.err.contains("is no MCAP file"), "{none:?}");
     }
 }
 
 #[test]
-fn a_recording_by_others_shows_what_it_has() {
+fn a_recording_by_another_program_is_reported_and_plotted() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ros.mcap");
     let mut writer = WriteOptions::new()
@@ -393,18 +397,18 @@ fn a_recording_by_others_shows_what_it_has() {
         page.html
     );
     assert!(page.has("path") && page.has("topics") && !page.has("switches") && !page.has("schemas"));
-    size(&told("plot", &file, "png"));
+    size(&written_by("plot", &file, "png"));
     for name in [
         "base.odom.pose.pose.position.x",
         "/base/odom.pose.pose.position.x",
     ] {
-        let drawn = tell("plot", &file, &[name]);
+        let drawn = run_on("plot", &file, &[name]);
         assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""), "{name}");
     }
 }
 
 #[test]
-fn an_empty_recording_has_a_page_that_says_so_and_no_picture() {
+fn an_empty_recording_has_a_report_and_no_plot() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("empty.mcap");
     let mut writer = WriteOptions::new()
@@ -414,7 +418,7 @@ fn an_empty_recording_has_a_page_that_says_so_and_no_picture() {
     drop(writer);
     let page = Page::of(&file);
     assert!(page.html.contains("holds no messages"), "{}", page.html);
-    let refused = tell("plot", &file, &[]);
+    let refused = run_on("plot", &file, &[]);
     assert_eq!(refused.status, Some(2));
     assert!(
         refused.err.contains("nothing that can be drawn"),
@@ -424,27 +428,27 @@ fn an_empty_recording_has_a_page_that_says_so_and_no_picture() {
 }
 
 #[test]
-fn numbers_of_the_recording_complete_in_the_shell() {
+fn completions_offer_the_numbers_of_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let file = record(folder.path(), &["--for", "1s"]);
-    let mut asked = jde(&[
+    let mut completion = jde(&[
         "--",
         "jde",
         "plot",
         file.to_str().unwrap(),
         "pioneer.odometry.twist.",
     ]);
-    asked
+    completion
         .env("COMPLETE", "bash")
         .env("_CLAP_COMPLETE_INDEX", "3")
         .env("_CLAP_COMPLETE_COMP_TYPE", "9")
         .env("_CLAP_COMPLETE_SPACE", "false")
         .env("_CLAP_IFS", "\n");
-    let words = said(&mut asked).out;
+    let offered = output_of(&mut completion).out;
     assert!(
-        words
+        offered
             .lines()
             .any(|word| word == "pioneer.odometry.twist.twist.linear.x"),
-        "{words}"
+        "{offered}"
     );
 }

@@ -1,6 +1,6 @@
-//! A group of schemas that is hard to replay: unpredictable sensors, derived values, a father that
-//! arbitrates, wakes its children at different times, modulates them by the clock and changes its policy, a
-//! schema that fails now and then, and one with many inputs.
+//! Replays of an application that is hard to replay: unpredictable sensors, derived values, a schema that fails
+//! sometimes, one with many inputs, and a father that arbitrates, wakes its children at different times, modulates
+//! them by the clock and changes its policy.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use jde_log::replay::{Drive, ReplayReport as Verdicts, Span, Tolerance, replay_a
 use jde_log::{Origin, Recorder, Recording};
 use jde_schema::prelude::*;
 
-/// Senses something that depends on the machine's clock.
+/// Exports a level that depends on the machine's clock.
 #[derive(Describe)]
 #[schema(driver, period = "4ms")]
 struct Noise {
@@ -22,7 +22,7 @@ struct Noise {
     level: Export<f64>,
     /// Has no effect.
     #[command(neutral = 0.0, validity = "100ms")]
-    #[expect(dead_code, reason = "commands reach nobody here")]
+    #[expect(dead_code, reason = "no test reads the commands")]
     effort: Command<f64>,
     state: u64,
 }
@@ -67,10 +67,10 @@ struct Above {
     effort: Actuator<f64>,
 }
 
-/// A schema that reads the same value through more inputs than a turn has room for.
+/// A schema with more inputs than fit into the record of a turn.
 macro_rules! many {
     ($first:ident, $($input:ident),*; $last:ident) => {
-        /// Exports the sum of its last and its first input, which it reads much later.
+        /// Exports the sum of its first and its last input, which it reads at different times.
         #[derive(Describe)]
         #[schema(perceptive, period = "23ms")]
         struct Many {
@@ -80,7 +80,7 @@ macro_rules! many {
             $(
                 /// Another input.
                 #[import(optional)]
-                #[expect(dead_code, reason = "they only take up room")]
+                #[expect(dead_code, reason = "the inputs only take up space")]
                 $input: Import<f64>,
             )*
             /// The last input.
@@ -94,7 +94,7 @@ macro_rules! many {
         impl Schema for Many {
             fn iterate(&mut self, cx: &Context) -> Result {
                 let first = self.$first.get(cx).map(|level| *level.value());
-                dawdle(cx, Duration::from_millis(6));
+                delay(cx, Duration::from_millis(6));
                 let last = self.$last.get(cx).map(|level| *level.value());
                 self.shown.write(cx, last.unwrap_or(-1.0) + first.unwrap_or(-1.0));
                 Ok(())
@@ -106,8 +106,8 @@ macro_rules! many {
 many!(i00, i01, i02, i03, i04, i05, i06, i07, i08, i09, i10, i11, i12, i13, i14, i15, i16, i17, i18, i19, i20, i21, i22, i23, i24, i25,
     i26, i27, i28, i29, i30, i31, i32; i33);
 
-/// Lets other threads continue, in real time.
-fn dawdle(cx: &Context, time: Duration) {
+/// Delays the schema in real time, so that other threads continue.
+fn delay(cx: &Context, time: Duration) {
     let since = Instant::now();
     while cx.require_real_time().is_ok() && since.elapsed() < time {
         std::hint::spin_loop();
@@ -175,8 +175,8 @@ impl Schema for Leader {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.one.wake(cx);
         if self.turns == 0 {
-            // One has checked, and its level has selected, long before the other is awake.
-            dawdle(cx, Duration::from_millis(30));
+            // The first child is selected long before the other is awake.
+            delay(cx, Duration::from_millis(30));
         }
         self.turns += 1;
         if self.turns.is_multiple_of(40) {
@@ -185,10 +185,10 @@ impl Schema for Leader {
             self.other.wake(cx);
         }
         if self.turns % 20 == 5 {
-            // Its level selects by the previous policy, and then by this one.
-            dawdle(cx, Duration::from_millis(8));
+            // The level selects under the previous policy, and then under the new one.
+            delay(cx, Duration::from_millis(8));
             self.one.set_policy(cx, Policy::URGENCY);
-            dawdle(cx, Duration::from_millis(8));
+            delay(cx, Duration::from_millis(8));
             self.one.set_policy(cx, Policy::FATHER);
         }
         self.from.set(cx, 0.5 + 0.3 * cx.now().as_secs_f64().sin());
@@ -201,7 +201,7 @@ impl Arbitrate for Leader {
         let urgency = |child: &Child| level.candidate(child).map_or(0.0, |candidate| candidate.urgency);
         let (one, other) = (urgency(&self.one), urgency(&self.other));
         if self.turns.is_multiple_of(50) {
-            return Err("it cannot make up its mind".into());
+            return Err("no choice".into());
         }
         Ok(if one > other {
             Verdict::choose(&self.one, format!("{one:.3} is more than {other:.3}"))
@@ -211,34 +211,34 @@ impl Arbitrate for Leader {
     }
 }
 
-static TROUPE: jde_abi::raw::Plugin = jde_schema::plugin!(
-    "troupe",
-    "Hard to take again.",
+static PLUGIN: jde_abi::raw::Plugin = jde_schema::plugin!(
+    "many_schemas",
+    "Hard to replay.",
     [Noise, Smooth, Many, Above, Leader]
 );
 
 const TEXT: &str = r#"
-name  = "troupe"
+name  = "many"
 roots = ["leader"]
 [schemas.noise]
-type = "troupe/noise"
+type = "many_schemas/noise"
 [schemas.smooth]
-type    = "troupe/smooth"
+type    = "many_schemas/smooth"
 imports = { level = "noise.level" }
 [schemas.many]
-type    = "troupe/many"
+type    = "many_schemas/many"
 imports = { i00 = "noise.level", i33 = "noise.level" }
 [schemas.leader]
-type     = "troupe/leader"
+type     = "many_schemas/leader"
 children = { one = "one", other = "other" }
 groups   = { work = { policy = "father" } }
 [schemas.one]
-type      = "troupe/above"
+type      = "many_schemas/above"
 imports   = { level = "noise.level", mean = "smooth.mean", shown = "many.shown" }
 actuators = { effort = "noise.effort" }
 strength  = 1.0
 [schemas.other]
-type      = "troupe/above"
+type      = "many_schemas/above"
 imports   = { level = "noise.level" }
 actuators = { effort = "noise.effort" }
 fragile   = 0.98
@@ -247,17 +247,17 @@ restart   = { back-off = "20ms", limit = 1000 }
 
 fn plugins() -> Plugins {
     let mut plugins = Plugins::new(SearchPath::default());
-    plugins.link(&TROUPE).expect("the plugin is right");
+    plugins.link(&PLUGIN).expect("the plugin is valid");
     plugins
 }
 
 fn application(plugins: &Plugins, text: &str) -> Application {
-    jde_app::parse(text, Path::new("troupe.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+    jde_app::parse(text, Path::new("many.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Records until `levels` levels were sensed. Returns the application's text, and the number of recorded
-/// selections.
-fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
+/// Records until the driver has exported `levels` levels. Returns the text of the application and the number of
+/// recorded selections.
+fn record(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
     let plugins = plugins();
     let text = format!("{head}{TEXT}");
     let application = application(&plugins, &text);
@@ -266,9 +266,9 @@ fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
         application: Some(&application),
         overwrite: false,
         lossless: !real,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_error: Box::new(|error| panic!("{error}")),
     };
-    let recorder = Arc::new(Recorder::create(file, options).expect("a file"));
+    let recorder = Arc::new(Recorder::create(file, options).expect("the file is created"));
     let watcher = Arc::clone(&recorder);
     let options = Options {
         observers: vec![recorder.observer()],
@@ -283,24 +283,28 @@ fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
         ..Options::default()
     };
     if real {
-        let running = Running::start(application, &plugins, options).expect("it starts");
-        let sensed = running.handle().board().get("noise.level").expect("it is there");
-        while sensed.wait_newer(levels, Duration::from_secs(1)) <= levels {}
+        let running = Running::start(application, &plugins, options).expect("the application starts");
+        let level = running
+            .handle()
+            .board()
+            .get("noise.level")
+            .expect("the variable exists");
+        while level.wait_newer(levels, Duration::from_secs(1)) <= levels {}
     } else {
-        let mut lockstep = Lockstep::start(application, &plugins, options).expect("it starts");
+        let mut lockstep = Lockstep::start(application, &plugins, options).expect("the application starts");
         lockstep.run_until(levels * 4_000_000);
     }
     assert_eq!(recorder.finish().lost, 0);
-    let recording = Recording::open(file).expect("it is whole");
-    let messages = recording.messages().expect("it is there");
-    let decisions =
-        messages.filter(|message| message.as_ref().expect("whole").channel.topic == "/jde/decisions");
+    let recording = Recording::open(file).expect("the recording is complete");
+    let messages = recording.messages().expect("the messages can be read");
+    let decisions = messages
+        .filter(|message| message.as_ref().expect("the message is intact").channel.topic == "/jde/decisions");
     (text, decisions.count() as u64)
 }
 
-fn again(file: &Path, text: &str) -> Verdicts {
+fn replay(file: &Path, text: &str) -> Verdicts {
     let plugins = plugins();
-    let drive = Drive::open(file).expect("it is a whole run");
+    let drive = Drive::open(file).expect("the recording is complete");
     let application = application(&plugins, text);
     replay_and_compare(
         &drive,
@@ -310,27 +314,27 @@ fn again(file: &Path, text: &str) -> Verdicts {
         &Tolerance::default(),
         |_| true,
     )
-    .expect("it can be taken again")
+    .expect("the recording can be replayed")
 }
 
 #[track_caller]
-fn same(head: &str, real: bool) {
+fn check_replay_is_same(head: &str, real: bool) {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("troupe.mcap");
-    let (text, decisions) = recorded(&file, 1500, head, real);
-    let verdict = again(&file, &text);
+    let file = folder.path().join("many.mcap");
+    let (text, decisions) = record(&file, 1500, head, real);
+    let verdict = replay(&file, &text);
     let first = (verdict.comparison.first.first(), &verdict.values);
     assert!(verdict.is_same(), "{first:#?}");
     assert_eq!(verdict.comparison.same, decisions, "every selection is compared");
     assert!(decisions > 500, "{decisions}");
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
-    let values = verdict.values.expect("turns tell what schemas wrote");
+    let values = verdict.values.expect("turns contain the written values");
     assert_eq!((values.different, values.unknown), (0, Vec::new()));
     assert!(values.same > 1000, "{}", values.same);
-    // The same selections, and the opposite commands.
-    let verdict = again(&file, &text.replace("strength  = 1.0", "strength  = -1.0"));
+    // Opposite commands, with the same selections.
+    let verdict = replay(&file, &text.replace("strength  = 1.0", "strength  = -1.0"));
     assert_eq!(verdict.comparison.different, 0);
-    let values = verdict.values.expect("turns tell what schemas wrote");
+    let values = verdict.values.expect("turns contain the written values");
     assert_eq!(values.first.len(), 1, "{values:#?}");
     let first = &values.first[0];
     assert_eq!(
@@ -340,22 +344,22 @@ fn same(head: &str, real: bool) {
     assert_eq!((&*first.recorded, &*first.replayed), ("1", "-1"));
     assert_eq!(values.different, first.count);
     assert!(first.count > 10 && values.same > 1000, "{values:#?}");
-    // The schema now fails at an input that it accepted before, a twelfth lower.
-    let verdict = again(&file, &text.replace("fragile   = 0.98", "fragile   = 0.9"));
+    // The schema now fails at a lower level.
+    let verdict = replay(&file, &text.replace("fragile   = 0.98", "fragile   = 0.9"));
     assert!(!verdict.is_same());
 }
 
 #[test]
-fn r16_what_happened_on_many_threads_is_taken_again_as_it_was() {
-    same("", true);
+fn r16_a_run_on_many_threads_is_replayed_with_the_same_result() {
+    check_replay_is_same("", true);
 }
 
 #[test]
-fn r16_what_happened_in_a_pool_is_taken_again_as_it_was() {
-    same("executor = \"pool\"\n", true);
+fn r16_a_run_in_a_thread_pool_is_replayed_with_the_same_result() {
+    check_replay_is_same("executor = \"pool\"\n", true);
 }
 
 #[test]
-fn r16_what_happened_in_lockstep_is_taken_again_as_it_was() {
-    same("", false);
+fn r16_a_run_in_lockstep_is_replayed_with_the_same_result() {
+    check_replay_is_same("", false);
 }
