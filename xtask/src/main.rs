@@ -6,6 +6,7 @@ mod clients;
 mod counts;
 mod demo;
 mod disk_space;
+mod extending;
 mod faults;
 mod headers;
 mod lints;

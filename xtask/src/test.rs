@@ -11,7 +11,7 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{demo, headers, lints, peers, prerequisites, shell, tidy, valgrind};
+use crate::{demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -139,6 +139,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
+    },
+    Step {
+        name: "extending",
+        title: "the changes that docs/extending.md shows, in a copy of the project",
+        help: "change the page with the code; `git diff` of a trial writes a new change",
+        is_heavy: true,
+        needs: &["build"],
+        run: extending::run,
     },
     Step {
         name: "docs",

@@ -6,6 +6,7 @@ mod common;
 mod board;
 mod finite;
 mod gate;
+mod loans;
 mod shared;
 mod typed;
 mod value;

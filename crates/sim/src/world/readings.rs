@@ -181,7 +181,7 @@ impl World {
         }
     }
 
-    fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
+    pub(crate) fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
         Noise::new(self.seed, robot.0, purpose, stream, self.steps)
     }
 }

@@ -1,0 +1,117 @@
+//! Applies every change that `docs/extending.md` shows to a copy of the project, counts the files that each
+//! changes, and builds the copy.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context as _, Result, ensure};
+
+use crate::shell;
+use crate::step::StepOutcome;
+use crate::test::Context;
+
+const PAGE: &str = "docs/extending.md";
+const BEGIN: &str = "```diff\n";
+const END: &str = "\n```\n";
+
+/// A section with a change.
+#[derive(Debug, PartialEq, Eq)]
+struct Extension {
+    title: String,
+    /// The numbers of files that the page states.
+    stated: String,
+    patch: String,
+}
+
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
+    let page = fs::read_to_string(context.root.join(PAGE))?;
+    let extensions = extensions(&page);
+    ensure!(!extensions.is_empty(), "{PAGE} shows no change");
+    let copy = context.target.join("extending");
+    copy_project(&context.root, &copy)?;
+    for extension in &extensions {
+        let counted = counted(&extension.patch);
+        ensure!(
+            extension.stated == counted,
+            "{PAGE}, {}: it states `{}`, and its change has `{counted}`",
+            extension.title,
+            extension.stated
+        );
+        let patch = copy.join("change.diff");
+        fs::write(&patch, &extension.patch)?;
+        let mut git = Command::new("git");
+        git.args(["apply", "change.diff"]).current_dir(&copy);
+        shell::run(&mut git, context.paint)
+            .with_context(|| format!("{PAGE}, {}: its change does not fit any more", extension.title))?;
+    }
+    // The libraries of others are those of the other steps; the copy has no program that could replace one.
+    let mut build = context.cargo(&["build", "--lib", "--package", "jde", "--package", "sim"]);
+    let mut test = context.cargo(&["test", "--lib", "--package", "jde-core", "policy"]);
+    for cargo in [&mut build, &mut test] {
+        cargo.current_dir(&copy).arg("--target-dir").arg(&context.target);
+        shell::run(cargo, context.paint)?;
+    }
+    Ok(StepOutcome::Passed)
+}
+
+/// Copies all files that git knows or would add.
+fn copy_project(root: &Path, copy: &Path) -> Result<()> {
+    if copy.exists() {
+        fs::remove_dir_all(copy)?;
+    }
+    let mut git = Command::new("git");
+    git.args(["ls-files", "--cached", "--others", "--exclude-standard"]);
+    for file in shell::read(git.current_dir(root))?.lines() {
+        // A file may have been deleted and not committed.
+        let (from, to) = (root.join(file), copy.join(file));
+        if from.is_file() {
+            fs::create_dir_all(to.parent().unwrap_or(copy))?;
+            fs::copy(&from, &to).with_context(|| format!("cannot copy {file}"))?;
+        }
+    }
+    // Git applies a change to a folder of a project only if that is a project of its own.
+    shell::read(Command::new("git").args(["init", "--quiet"]).current_dir(copy))?;
+    Ok(())
+}
+
+fn extensions(page: &str) -> Vec<Extension> {
+    let sections = page.split("\n## ").skip(1);
+    sections
+        .filter_map(|section| {
+            let (text, rest) = section.split_once(BEGIN)?;
+            let (patch, _) = rest.split_once(END)?;
+            let mut lines = text.lines().filter(|line| !line.is_empty());
+            Some(Extension {
+                title: lines.next()?.to_owned(),
+                stated: lines.next()?.to_owned(),
+                patch: format!("{patch}\n"),
+            })
+        })
+        .collect()
+}
+
+fn counted(patch: &str) -> String {
+    let all = patch
+        .lines()
+        .filter(|line| line.starts_with("diff --git "))
+        .count();
+    let new = patch.lines().filter(|line| *line == "--- /dev/null").count();
+    format!("{new} new file, {} changed.", all - new)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_and_its_stated_files_are_read() {
+        let page = "# T\n\n## A\n\nno change\n\n## B\n\n1 new file, 1 changed.\n\nText.\n\n```diff\ndiff --git a/x b/x\n\
+                    --- /dev/null\n+++ b/x\ndiff --git a/y b/y\n--- a/y\n+++ b/y\n```\n";
+        let [extension] = &extensions(page)[..] else {
+            panic!("one section has a change")
+        };
+        assert_eq!(extension.title, "B");
+        assert_eq!(counted(&extension.patch), extension.stated);
+    }
+}
