@@ -147,7 +147,7 @@ impl Arbitrate for Motor {
         let child = best.and_then(|best| self.children().find(|child| best.is(child)));
         Ok(match child {
             Some(child) => Verdict::choose(child, "it is the most urgent"),
-            None => Verdict::nobody("no child is ready"),
+            None => Verdict::nobody("nobody is ready"),
         })
     }
 }
